@@ -33,20 +33,9 @@ def cost_of_flow(
     tolerance: float = TOLERANCE,
     background: float | None = None,
 ) -> pd.DataFrame:
-    """Measure for half a second at each rate what shear to a strain costs, to a factor of two.
-
-    Args:
-        packing, damping, tolerance, background: see `shear`.
-        rates: of shear, 1/tau_1.
-        strain: of each run.
-
-    Returns:
-        A row for each rate, ascending: `rate`, `strain` and `seconds` of one core.
-
-    Raises:
-        InputError: a value out of range.
-        ConvergenceError: see `shear`.
-    """
+    """Measure for half a second at each rate what shear to a strain costs, to a factor of two. `packing, damping,
+    tolerance, background`: see `shear`; `rates`: of shear, 1/tau_1; `strain`: of each run. Returns A row for each rate,
+    ascending: `rate`, `strain` and `seconds` of one core."""
     import pandas as pd
 
     law = damping or ContactDamping()
@@ -58,11 +47,7 @@ def cost_of_flow(
 
 
 def require_time(cost: pd.DataFrame, given: float) -> None:
-    """Refuse rates of `cost_of_flow` that do not fit into the seconds given.
-
-    Raises:
-        InputError: naming the slowest rate, what it takes, and what would fit.
-    """
+    """Refuse rates of `cost_of_flow` that do not fit into the seconds given."""
     rates, seconds, strain = (cost[name].to_numpy() for name in ("rate", "seconds", "strain"))
     total = float(seconds.sum())
     if total <= given:

@@ -27,11 +27,7 @@ from jamlab.rheology.damping import Damping
 
 
 def check_touching(packing: Packing) -> None:
-    """Refuse particles of which no two touch.
-
-    Raises:
-        InputError: naming packing fraction and remedy.
-    """
+    """Refuse particles of which no two touch."""
     particles = "disks" if packing.model == "sp" else "droplets"
     if not contacts(packing).count:
         raise InputError(
@@ -41,11 +37,7 @@ def check_touching(packing: Packing) -> None:
 
 
 def check_at_rest(packing: Packing) -> None:
-    """Refuse a packing whose forces do not balance: its answer would be mixed with its own relaxation.
-
-    Raises:
-        ConvergenceError: the largest force is above 1 % of the pressure times the mean size of the particles.
-    """
+    """Refuse a packing whose forces do not balance: its answer would be mixed with its own relaxation."""
     terms = energy_terms(packing)
     largest, pressure = np.hypot(*forces(packing, terms).T).max(), 0.5 * np.trace(stress(packing, terms))
     if largest > LARGEST_IMBALANCE * pressure * mean_size(packing):
@@ -61,13 +53,8 @@ FINER = 0.1  # tolerance to try next, over the present one; steps go as its root
 
 
 def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
-    """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps.
-
-    Args:
-        work: (m,) done since the start.
-        lost: (m,) energy lost since the start.
-        energy: (m,) elastic.
-    """
+    """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps. `work`: (m,) done
+    since the start; `lost`: (m,) energy lost since the start; `energy`: (m,) elastic."""
     gap = work - lost - energy
     return np.asarray(gap - gap[0])
 
@@ -84,14 +71,9 @@ def describe_balance(imbalance: float) -> str:
 
 
 def warn_of_imbalance(imbalance: float, limit: float, remedy: str, where: Sequence[str] = ()) -> str:
-    """Say that a result is doubtful and what to do; nothing if energy is balanced.
-
-    Args:
-        imbalance: largest one.
-        limit: above which it is doubtful.
-        remedy: what makes it smaller.
-        where: names of the parts that are off, where there are several.
-    """
+    """Say that a result is doubtful and what to do; nothing if energy is balanced. `imbalance`: largest one; `limit`:
+    above which it is doubtful; `remedy`: what makes it smaller; `where`: names of the parts that are off, where there
+    are several."""
     if not imbalance > limit:
         return ""
     place = f" at {', '.join(where)}" if where else ""
@@ -109,50 +91,36 @@ def _percent(imbalance: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class FlowRun:
-    """A flow in time: m rows, in the packing's unit of stress and with times in tau_1.
+    """A flow in time: m rows, in the packing's unit of stress and with times in tau_1."""
 
-    Attributes:
-        time, strain: (m,) since the start.
-        rate: (m,) of strain.
-        stress: (m,) shear stress, conjugate to the strain; at the start it is the residual stress of the packing and,
-            at a given rate, the viscous stress of the affine flow and the answer to it.
-        elastic_stress, viscous_stress: (m,) parts of it, by contact forces and by drag.
-        pressure: (m,) both parts of the forces, positive in compression.
-        normal_stress_difference: (m,) N_1 = sigma_xx - sigma_yy, tension positive.
-        dissipation: (m,) per time and area; in steady flow stress times rate.
-        energy: (m,) elastic, per area.
-        work, dissipated: (m,) done and lost since the start, per area, over all steps.
-        contacts: (m,) pairs that touch; of droplets, except at rate 0, vertices that touch an edge.
-        frames: packings at the start, on the way if asked for, and at the end; strain and time in their provenance.
-        damping: drag law; None without rate.
-        background: drag of every disk against the affine flow beside it, over k tau_1.
-        tolerance: relative error of velocities in a step.
-        steps, iterations: of time, and of the solver over all of them.
-        seconds: wall time.
-        unit: of stress, for labels.
-    """
-
+    # time, strain: (m,) since the start
     time: Array
     strain: Array
-    rate: Array
+    rate: Array  # (m,) of strain
+    # (m,) shear stress, conjugate to the strain; at the start it is the residual stress of the packing and, at a given
+    # rate, the viscous stress of the affine flow and the answer to it
     stress: Array
+    # elastic_stress, viscous_stress: (m,) parts of it, by contact forces and by drag
     elastic_stress: Array
     viscous_stress: Array
-    pressure: Array
-    normal_stress_difference: Array
-    dissipation: Array
-    energy: Array
+    pressure: Array  # (m,) both parts of the forces, positive in compression
+    normal_stress_difference: Array  # (m,) N_1 = sigma_xx - sigma_yy, tension positive
+    dissipation: Array  # (m,) per time and area; in steady flow stress times rate
+    energy: Array  # (m,) elastic, per area
+    # work, dissipated: (m,) done and lost since the start, per area, over all steps
     work: Array
     dissipated: Array
-    contacts: Array
+    contacts: Array  # (m,) pairs that touch; of droplets, except at rate 0, vertices that touch an edge
+    # packings at the start, on the way if asked for, and at the end; strain and time in their provenance
     frames: tuple[Packing, ...] = field(repr=False)
-    damping: Damping | None
-    background: float
-    tolerance: float
+    damping: Damping | None  # drag law; None without rate
+    background: float  # drag of every disk against the affine flow beside it, over k tau_1
+    tolerance: float  # relative error of velocities in a step
+    # steps, iterations: of time, and of the solver over all of them
     steps: int
     iterations: int
-    seconds: float
-    unit: str = field(repr=False)
+    seconds: float  # wall time
+    unit: str = field(repr=False)  # of stress, for labels
 
     __repr__ = short_repr
 

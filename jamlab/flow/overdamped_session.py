@@ -36,11 +36,9 @@ _OF_LAMMPS = ("Lost atoms", "Non-numeric")  # its own words for the same, which 
 
 
 class FlowState(NamedTuple):
-    """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain.
-
-    `energy` is elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate,
-    are per area. `iterations` are those of all solutions so far.
-    """
+    """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
+    elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
+    area. `iterations` are those of all solutions so far."""
 
     time: float
     strain: float
@@ -69,19 +67,10 @@ _COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the st
 
 
 class OverdampedSession:
-    """A LAMMPS instance that holds one packing and shears it.
-
-    Args:
-        packing: SP or DP.
-        damping: `ContactDamping` or `StokesDrag`.
-        tolerance: relative error of velocities that a step may make; the residual of the solver follows.
-        background: drag of every particle against the affine flow beside contact damping, over k tau_1.
-        residual: of the solver of velocities, over the driving force; by default `solver_residual`.
-
-    Raises:
-        InputError: a value out of range.
-        EngineError: see `Session`.
-    """
+    """A LAMMPS instance that holds one packing and shears it. `damping`: `ContactDamping` or `StokesDrag`; `tolerance`:
+    relative error of velocities that a step may make; the residual of the solver follows; `background`: drag of every
+    particle against the affine flow beside contact damping, over k tau_1; `residual`: of the solver of velocities, over
+    the driving force; by default `solver_residual`."""
 
     def __init__(
         self,
@@ -131,18 +120,11 @@ class OverdampedSession:
         self._session.close()
 
     def drive(self, drive: str, interval: float, *, longest: float = 0.0, before: FlowState | None = None) -> FlowState:
-        """Drive the packing from its present state; time and strain count from here.
-
-        Args:
-            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`; a stress as
-                `stress_drive` says it.
-            interval: of time, after which `advance` returns.
-            longest: step, by default no limit but that of the tolerance.
-            before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
-
-        Returns:
-            The state before the first step.
-        """
+        """Drive the packing from its present state; time and strain count from here. `drive`: "rate value", "oscillate
+        amplitude omega" or "stress value", as of `fix overdamped`; a stress as `stress_drive` says it; `interval`: of
+        time, after which `advance` returns; `longest`: step, by default no limit but that of the tolerance; `before`:
+        last state of an earlier flow, from which time, strain, work and iterations go on instead. Returns the state
+        before the first step."""
         if self._driven:
             self._session.command("unfix flow")
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
@@ -159,11 +141,7 @@ class OverdampedSession:
         return f"stress {stress / self._session.scales.stress:.17g}"
 
     def advance(self, steps: int | None = None) -> FlowState:
-        """Go on to the end of the interval, or by so many steps if that comes first.
-
-        Raises:
-            ConvergenceError: velocities that no solver finds or no step resolves: strain, rate and remedy are named.
-        """
+        """Go on to the end of the interval, or by so many steps if that comes first."""
         state = self.state()
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
@@ -217,11 +195,7 @@ class OverdampedSession:
 
 
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
-    """Refuse what cannot flow in time.
-
-    Raises:
-        InputError: naming tolerance or background.
-    """
+    """Refuse what cannot flow in time."""
     if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and background >= 0):
@@ -238,10 +212,8 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
-    """Residual of the velocities over the driving force, so small that its noise stays below the error of a step.
-
-    A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
-    """
+    """Residual of the velocities over the driving force, so small that its noise stays below the error of a step. A
+    residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
     softest = background if damping.at_contacts else 1.0
     least, most = _COARSE
     looser = min(max(tolerance / least, 1.0), most)

@@ -40,19 +40,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlasticEvents:
-    """Steps in which stress fell, m of them, and from which a step back does not lead back.
+    """Steps in which stress fell, m of them, and from which a step back does not lead back."""
 
-    Attributes:
-        strain: (m,) at the end of the step.
-        stress_drop: (m,) stress before less that after.
-        released: (m,) energy lost per area: the work by the trapezoidal rule less the rise of the energy.
-        width: (m,) strain of the step: the event lies that much before `strain` at most.
-    """
-
-    strain: Array
-    stress_drop: Array
-    released: Array
-    width: Array
+    strain: Array  # (m,) at the end of the step
+    stress_drop: Array  # (m,) stress before less that after
+    released: Array  # (m,) energy lost per area: the work by the trapezoidal rule less the rise of the energy
+    width: Array  # (m,) strain of the step: the event lies that much before `strain` at most
 
     __repr__ = short_repr
 
@@ -62,19 +55,13 @@ class PlasticEvents:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class QuasistaticShear(ShearRun):
-    """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag.
+    """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag. There
+    is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
+    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule."""
 
-    There is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
-    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule.
-
-    Attributes:
-        converged: (m,) bool, whether the minimisation met its tolerance.
-        max_force: (m,) largest force left.
-        event_strain, event_drop, event_released, event_width: (k,) see `PlasticEvents`.
-    """
-
-    converged: NDArray[np.bool_]
-    max_force: Array
+    converged: NDArray[np.bool_]  # (m,) bool, whether the minimisation met its tolerance
+    max_force: Array  # (m,) largest force left
+    # event_strain, event_drop, event_released, event_width: (k,) see `PlasticEvents`
     event_strain: Array
     event_drop: Array
     event_released: Array
@@ -334,10 +321,6 @@ def quasistatic_shear(
 
     Returns:
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
-
-    Raises:
-        InputError: a number out of range.
-        EngineError: LAMMPS stops, as where edges of droplets outgrow the neighbour cutoff.
     """
     check_number("strain", strain, LARGEST_STRAIN)
     check_number("step", step, min(LARGEST_STEP, strain))

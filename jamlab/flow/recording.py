@@ -22,13 +22,8 @@ _SPACING = 0.05  # steps between rows that are evenly spaced in log time, over t
 
 
 class Recording:
-    """A flow as far as it has come.
-
-    Args:
-        packing: SP or DP, where it starts.
-        damping, tolerance, background: see `OverdampedSession`.
-        before: a part of the same flow, to go on from.
-    """
+    """A flow as far as it has come. `packing`: SP or DP, where it starts; `damping, tolerance, background`: see
+    `OverdampedSession`; `before`: a part of the same flow, to go on from."""
 
     def __init__(
         self, packing: Packing, damping: Damping, tolerance: float, background: float, before: FlowRun | None = None

@@ -38,22 +38,9 @@ class OtherRunError(StorageError):
 
 
 class RunFile(Generic[R]):
-    """Where a run is kept, or nowhere.
-
-    Args:
-        path: of the file, or None.
-        kind: class of the result: a dataclass with `frames` and `damping`.
-        packing: where the run starts.
-        damping: drag law; None for a run without time.
-        task: what else makes it this run, in plain numbers and text.
-
-    Attributes:
-        before: what the file holds of the same run, or None.
-
-    Raises:
-        OtherRunError: the file holds anything but a part of this run.
-        StorageError: the file cannot be written.
-    """
+    """Where a run is kept, or nowhere. `path`: of the file, or None; `kind`: class of the result: a dataclass with
+    `frames` and `damping`; `packing`: where the run starts; `damping`: drag law; None for a run without time; `task`:
+    what else makes it this run, in plain numbers and text. `before`: what the file holds of the same run, or None."""
 
     def __init__(
         self, path: FilePath | None, kind: type[R], packing: Packing, damping: Damping | None, task: dict[str, Any]
@@ -96,13 +83,8 @@ class RunFile(Generic[R]):
 
 
 def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
-    """Write a result of this room to a file, all or nothing.
-
-    Args:
-        path: to create or replace.
-        result: dataclass with `frames` and `damping`.
-        task: see `RunFile`.
-    """
+    """Write a result of this room to a file, all or nothing. `path`: to create or replace; `result`: dataclass with
+    `frames` and `damping`; `task`: see `RunFile`."""
     entries = {f.name: getattr(result, f.name) for f in fields(result) if f.name not in _APART}
 
     def add_group(file: Any) -> None:
@@ -122,11 +104,7 @@ def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
 
 
 def read_result(path: FilePath, kind: type[R]) -> R:
-    """Read a result of a known class.
-
-    Raises:
-        StorageError: the file holds none, or another.
-    """
+    """Read a result of a known class."""
     with opened(path) as file:
         group = file.get("flow")
         if group is None or group.attrs["kind"] != kind.__name__:

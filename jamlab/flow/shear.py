@@ -126,11 +126,7 @@ def shear(
 
 
 def _refuse_unused(rate: object, **given: object) -> None:
-    """Refuse arguments that the rate has no use for.
-
-    Raises:
-        InputError: naming the first that was given.
-    """
+    """Refuse arguments that the rate has no use for."""
     for name, value in given.items():
         if value is not None:
             kind = "shear without time: no drag, a row at every `step`" if rate == 0 else "shear in time"
@@ -138,11 +134,7 @@ def _refuse_unused(rate: object, **given: object) -> None:
 
 
 def _parts(rate: float | Sequence[tuple[float, float]], strain: float | None) -> Array:
-    """(p, 2) rate and strain of each part.
-
-    Raises:
-        InputError: naming the value.
-    """
+    """(p, 2) rate and strain of each part."""
     if isinstance(rate, Sequence):
         if strain is not None:
             raise InputError(f"strain = {strain!r}: the parts of a protocol say their strains; leave it out")
@@ -169,11 +161,7 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
 
 
 def check_rates(rates: Sequence[float]) -> list[float]:
-    """Rates from the fastest to the slowest, each once.
-
-    Raises:
-        InputError: none, or one that is not positive or too large.
-    """
+    """Rates from the fastest to the slowest, each once."""
     values = sorted({float(rate) for rate in rates}, reverse=True)
     if not values or not all(0 < rate <= LARGEST_RATE for rate in values):
         raise InputError(f"rates = {list(rates)!r}: give one or more, above 0 and at most {LARGEST_RATE:g}, in 1/tau_1")

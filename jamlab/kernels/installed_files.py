@@ -9,13 +9,8 @@ from jamlab.errors import EngineError
 
 @cache
 def installed(folder: str) -> Path:
-    """Folder of the installed jamlab package: "plugin" or "lammps_inputs".
-
-    Asks the installed distribution, not this file's place: a checkout on `sys.path` has no compiled plugin.
-
-    Raises:
-        EngineError: naming what is missing.
-    """
+    """Folder of the installed jamlab package: "plugin" or "lammps_inputs". Asks the installed distribution, not this
+    file's place: a checkout on `sys.path` has no compiled plugin."""
     try:
         path = Path(str(metadata.distribution("jamlab").locate_file(f"jamlab/{folder}")))
     except metadata.PackageNotFoundError:

@@ -27,11 +27,7 @@ _LESSON = 2**25 - 2**16  # bytes; glibc learns from less than 32 MB alone
 
 @cache
 def library() -> ctypes.CDLL:
-    """The compiled kernels of this installation.
-
-    Raises:
-        EngineError: the file is absent.
-    """
+    """The compiled kernels of this installation."""
     path = installed("plugin") / "jamlabkernels.so"
     if not path.is_file():
         raise EngineError(f"the compiled kernels {path} are missing: run `pip install --force-reinstall .`")
@@ -42,12 +38,8 @@ def library() -> ctypes.CDLL:
 
 
 def kernel(name: str, *arguments: Any) -> Callable[..., int]:
-    """A function of the library, loaded at its first call.
-
-    Args:
-        name: of the C function.
-        arguments: types of its arguments, of those above.
-    """
+    """A function of the library, loaded at its first call. `name`: of the C function; `arguments`: types of its
+    arguments, of those above."""
 
     @cache
     def function() -> Any:

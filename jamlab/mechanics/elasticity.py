@@ -119,19 +119,15 @@ def modulus_along(c: Array, angles: Array) -> Array:
 
 
 def compression_modulus(c: Array, pressure: float) -> float:
-    """Bulk modulus B = -A dp/dA of an elastic tensor c at a pressure: (C_iikk + 2 p)/4.
-
-    C is the curvature of U in the displacement gradient; the area is quadratic in it, which brings in the pressure.
-    """
+    """Bulk modulus B = -A dp/dA of an elastic tensor c at a pressure: (C_iikk + 2 p)/4. C is the curvature of U in the
+    displacement gradient; the area is quadratic in it, which brings in the pressure."""
     return float(0.25 * np.einsum("iikk->", c) + 0.5 * pressure)
 
 
 def follow(packing: Packing, phi: float) -> Packing:
-    """Predict the packing at another nominal packing fraction by linear response.
-
-    Near onset a prediction keeps all overlaps in proportion, so that no contact opens or closes; an affine guess would
-    change most of them. Rattlers move with the box; so does all of a packing that has no stable response.
-    """
+    """Predict the packing at another nominal packing fraction by linear response. Near onset a prediction keeps all
+    overlaps in proportion, so that no contact opens or closes; an affine guess would change most of them. Rattlers move
+    with the box; so does all of a packing that has no stable response."""
     moved = at_phi(packing, phi)
     try:
         network = force_network(packing)
@@ -147,13 +143,9 @@ def follow(packing: Packing, phi: float) -> Packing:
 
 
 def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Packing:
-    """Predict the packing after a small shear at constant area by linear response.
-
-    Args:
-        packing: at an energy minimum.
-        strain: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays.
-        tensor: `elastic_tensor(packing)`.
-    """
+    """Predict the packing after a small shear at constant area by linear response. `packing`: at an energy minimum;
+    `strain`: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays; `tensor`:
+    `elastic_tensor(packing)`."""
     moved, rotation = deformed(packing, shear_gradient(strain))
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     return moved.with_state(positions=moved.positions + response @ rotation.T)

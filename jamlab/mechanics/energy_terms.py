@@ -23,37 +23,20 @@ _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
 
 @dataclass(frozen=True)
 class Terms:
-    """Terms of one kind, k of them, each between m sites (indices into `Packing.positions`).
+    """Terms of one kind, k of them, each between m sites (indices into `Packing.positions`)."""
 
-    Attributes:
-        name: "spring" | "contact" | "tension" | "area".
-        sites: (k, m) int64.
-        local: (k, m, 2) positions of the sites in one common periodic image, relative to the first.
-        energy: (k,).
-        gradient: (k, m, 2) dU/dx.
-        hessian: (k, m, 2, m, 2) d2U/dx dx.
-    """
-
-    name: str
-    sites: Indices
-    local: Array
-    energy: Array
-    gradient: Array
-    hessian: Array
+    name: str  # "spring" | "contact" | "tension" | "area"
+    sites: Indices  # (k, m) int64
+    local: Array  # (k, m, 2) positions of the sites in one common periodic image, relative to the first
+    energy: Array  # (k,)
+    gradient: Array  # (k, m, 2) dU/dx
+    hessian: Array  # (k, m, 2, m, 2) d2U/dx dx
 
 
 def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestress: bool = True) -> list[Terms]:
-    """Build all terms of the potential energy of a packing.
-
-    Args:
-        packing: SP or DP.
-        meetings: what `find_meetings` finds, if it is known already.
-        prestress: False leaves out the part of each Hessian that is proportional to the force in the contact
-            (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only.
-
-    Raises:
-        InputError: droplets without pre-stress: line tension is nothing but pre-stress; two disks in one place.
-    """
+    """Build all terms of the potential energy of a packing. `meetings`: what `find_meetings` finds, if it is known
+    already; `prestress`: False leaves out the part of each Hessian that is proportional to the force in the contact
+    (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only."""
     if packing.model == "dp" and not prestress:
         raise InputError(
             "prestress = False: deformable polygons are held by line tension, which is pre-stress; use prestress=True"

@@ -22,27 +22,15 @@ LARGEST_IMBALANCE = (
 
 @dataclass(frozen=True)
 class ForceNetwork:
-    """Particles that bear force, what presses on what among them, and their energy.
+    """Particles that bear force, what presses on what among them, and their energy."""
 
-    Attributes:
-        packing: without its rattlers; droplets that two contacts squeeze are among them for z, and remain here.
-        held: (n_sites,) bool, positions of the whole packing that remain.
-        meetings: disks that touch, or vertices and edges, numbered as in `packing`.
-        terms: energy terms, numbered as in `packing`.
-    """
-
-    packing: Packing
-    held: NDArray[np.bool_]
-    meetings: Meetings
-    terms: list[Terms]
+    packing: Packing  # without its rattlers; droplets that two contacts squeeze are among them for z, and remain here
+    held: NDArray[np.bool_]  # (n_sites,) bool, positions of the whole packing that remain
+    meetings: Meetings  # disks that touch, or vertices and edges, numbered as in `packing`
+    terms: list[Terms]  # energy terms, numbered as in `packing`
 
     def check_at_rest(self) -> None:
-        """Refuse forces that do not balance: a response to strain is that of a minimum.
-
-        Raises:
-            ConvergenceError: the largest force is above 1 % of the pressure times the mean size of the particles, or
-                positions are rounded to fewer digits than float64 has.
-        """
+        """Refuse forces that do not balance: a response to strain is that of a minimum."""
         if self.packing.rounding:
             raise ConvergenceError(
                 f"positions are known to {self.packing.rounding:.2g} only, so it is at no energy minimum: relax "
@@ -59,17 +47,8 @@ class ForceNetwork:
 
 
 def force_network(packing: Packing, *, prestress: bool = True, network: Contacts | None = None) -> ForceNetwork:
-    """Take the rattlers out of a packing and build the energy terms of the others.
-
-    Args:
-        packing: SP or DP.
-        prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
-        network: contacts of the packing, if they are known already.
-
-    Raises:
-        ConvergenceError: every particle rattles: the packing is not jammed.
-        InputError: droplets without pre-stress.
-    """
+    """Take the rattlers out of a packing and build the energy terms of the others. `prestress`: see
+    `jamlab.mechanics.energy_terms.energy_terms`; `network`: contacts of the packing, if they are known already."""
     network = network or contacts(packing)
     if network.rattlers.all():
         raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
@@ -80,11 +59,9 @@ def force_network(packing: Packing, *, prestress: bool = True, network: Contacts
 
 
 def _without_load(packing: Packing, network: Contacts) -> NDArray[np.bool_]:
-    """(n,) rattlers, but for the droplets that bear a load between two contacts.
-
-    Two forces hold a disk on one line only, and it gives way to the side; the flats of a droplet hold it. Without it
-    its neighbors would be out of balance. A load below the imbalance that is allowed is left out as before.
-    """
+    """(n,) rattlers, but for the droplets that bear a load between two contacts. Two forces hold a disk on one line
+    only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of
+    balance. A load below the imbalance that is allowed is left out as before."""
     if not isinstance(network.meetings, VertexContacts):
         return network.rattlers
     squeezed = network.rattlers & ~find_rattlers(network.pairs, network.rattlers, least=2)[0]

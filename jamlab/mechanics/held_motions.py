@@ -84,9 +84,7 @@ def held_motions(packing: Packing) -> HeldMotions:
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
-
-    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive.
-    """
+    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     meetings = find_meetings(packing)
     disks = isinstance(meetings, Pairs)
     near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, meetings)

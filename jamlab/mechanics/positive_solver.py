@@ -27,25 +27,15 @@ class PositiveSolver(Protocol):
     """A solver that holds one factorisation at a time."""
 
     def factorise(self, matrix: sparse.csc_array) -> None:
-        """Factorise a matrix (n, n); a pattern that is the same as before is not analysed again.
-
-        Args:
-            matrix: both triangles.
-
-        Raises:
-            ConvergenceError: the matrix is not positive definite.
-        """
+        """Factorise a matrix (n, n); a pattern that is the same as before is not analysed again. `matrix`: both
+        triangles."""
 
     def solve(self, right: Array) -> Array:
         """Solve for (n,) or (n, k) right-hand sides with the matrix factorised last."""
 
 
 def backend() -> str:
-    """Name the library in use.
-
-    Raises:
-        InputError: the environment variable names an unknown library, or one that is not installed.
-    """
+    """Name the library in use."""
     installed = importlib.util.find_spec("cvxopt") is not None
     wanted = os.environ.get(VARIABLE, "cholmod" if installed else "scipy")
     if wanted not in BACKENDS:
@@ -83,11 +73,9 @@ class _Superlu:
 
 @cache
 def _load_cholmod() -> tuple[Any, Any, Any]:
-    """CHOLMOD with the BLAS that it was built for, and cvxopt's dense and sparse matrices.
-
-    liblammps offers the symbols of a plain BLAS to every library loaded after it. Bound to these, CHOLMOD factorises
-    three times slower, and last digits would depend on what a process has loaded first.
-    """
+    """CHOLMOD with the BLAS that it was built for, and cvxopt's dense and sparse matrices. liblammps offers the symbols
+    of a plain BLAS to every library loaded after it. Bound to these, CHOLMOD factorises three times slower, and last
+    digits would depend on what a process has loaded first."""
     flags = sys.getdlopenflags()
     sys.setdlopenflags(flags | getattr(os, "RTLD_DEEPBIND", 0))
     try:

@@ -25,12 +25,8 @@ _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over
 
 
 class UnstableError(ConvergenceError):
-    """A packing that gives way: one of its modes has no stiffness, or a negative one.
-
-    Attributes:
-        eigenvalue: of the mode, 0 if rounding hides it.
-        mode: (n,) displacements along it.
-    """
+    """A packing that gives way: one of its modes has no stiffness, or a negative one. `eigenvalue`: of the mode, 0 if
+    rounding hides it; `mode`: (n,) displacements along it."""
 
     def __init__(self, message: str, eigenvalue: float, mode: Array) -> None:
         super().__init__(message)
@@ -39,15 +35,8 @@ class UnstableError(ConvergenceError):
 
 
 def static_response(matrix: sparse.csc_array, load: Array) -> Array:
-    """Response (n, k) of a stable packing to k loads (n, k).
-
-    Args:
-        matrix: (n, n) Hessian with one site fixed, which removes the two translations.
-        load: forces.
-
-    Raises:
-        UnstableError: a negative mode, or a floppy one that a load pushes.
-    """
+    """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
+    removes the two translations; `load`: forces."""
     solver = positive_solver()
     floppy = FLOPPY * float(matrix.diagonal().max())
     try:

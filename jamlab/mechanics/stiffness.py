@@ -31,20 +31,10 @@ MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 3
 
 
 def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sparse.csc_array:
-    """Sum blocks over groups of terms.
-
-    Args:
-        sites: for each group (k, m) int64, the m sites of each of its k terms.
-        blocks: for each group (k, m, 2, m, 2) float64, each symmetric.
-        size: number of sites.
-
-    Returns:
-        (2 size, 2 size) CSC with sorted indices; every pair of sites that shares a term has its 2 x 2 elements, zeros
-        as well, so that terms between the same sites have one pattern.
-
-    Raises:
-        InputError: more elements than a sparse matrix holds.
-    """
+    """Sum blocks over groups of terms. `sites`: for each group (k, m) int64, the m sites of each of its k terms;
+    `blocks`: for each group (k, m, 2, m, 2) float64, each symmetric; `size`: number of sites. Returns (2 size, 2 size)
+    CSC with sorted indices; every pair of sites that shares a term has its 2 x 2 elements, zeros as well, so that terms
+    between the same sites have one pattern."""
     width = np.concatenate([np.full(len(group), group.shape[1], dtype=np.int64) for group in sites])
     flat = np.concatenate([group.ravel() for group in sites])
     start, columns = np.empty(size + 1, dtype=np.int64), np.empty(int((width**2).sum()), dtype=np.int32)
@@ -63,26 +53,16 @@ def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sp
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Second derivatives of the potential energy at fixed (u, E) = 0.
+    """Second derivatives of the potential energy at fixed (u, E) = 0."""
 
-    Attributes:
-        uu: (2 n_sites, 2 n_sites) sparse CSC, d2U/du du; coordinates 2 i, 2 i + 1 = u_x, u_y of site i.
-        ue: (2 n_sites, 2, 2), d2U/du dE[k, l], E[k, l] = d(displacement k)/d(position l).
-        ee: (2, 2, 2, 2), d2U/dE dE.
-    """
-
-    uu: sparse.csc_array
-    ue: Array
-    ee: Array
+    uu: sparse.csc_array  # (2 n_sites, 2 n_sites) sparse CSC, d2U/du du; coordinates 2 i, 2 i + 1 = u_x, u_y of site i
+    ue: Array  # (2 n_sites, 2, 2), d2U/du dE[k, l], E[k, l] = d(displacement k)/d(position l)
+    ee: Array  # (2, 2, 2, 2), d2U/dE dE
 
 
 def forces(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
-    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS.
-
-    Args:
-        packing: SP or DP.
-        terms: its `energy_terms`, if they are known already.
-    """
+    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS. `terms`: its `energy_terms`, if
+    they are known already."""
     total = np.zeros_like(packing.positions)
     for term in energy_terms(packing) if terms is None else terms:
         np.subtract.at(total, term.sites, term.gradient)
@@ -119,12 +99,8 @@ def stiffness(packing: Packing, terms: Sequence[Terms]) -> Stiffness:
 
 
 def stress(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
-    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted.
-
-    Args:
-        packing: SP or DP.
-        terms: its `energy_terms`, if they are known already.
-    """
+    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted. `terms`:
+    its `energy_terms`, if they are known already."""
     total = np.zeros((2, 2))
     for term in energy_terms(packing) if terms is None else terms:
         total -= np.einsum("kai,kal->il", term.gradient, term.local)

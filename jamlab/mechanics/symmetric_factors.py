@@ -11,18 +11,11 @@ from jamlab.errors import ConvergenceError
 
 
 class SymmetricFactors:
-    """L U factors of a symmetric matrix without pivoting, ordered for a symmetric pattern.
-
-    Without pivoting U = D L^T, so by Sylvester's law the signs on the diagonal of U count the negative eigenvalues.
-    COLAMD ordering with pivoting, scipy's default, is several times slower here and hides the signs.
-
-    Args:
-        matrix: (n, n) sparse, symmetric; real or complex.
-        analysis: factors of a matrix with the same pattern; its ordering is used again, which saves finding one.
-
-    Raises:
-        ConvergenceError: the matrix is exactly singular.
-    """
+    """L U factors of a symmetric matrix without pivoting, ordered for a symmetric pattern. Without pivoting U = D
+    L^T, so by Sylvester's law the signs on the diagonal of U count the negative eigenvalues. COLAMD ordering with
+    pivoting, scipy's default, is several times slower here and hides the signs. `matrix`: (n, n) sparse, symmetric;
+    real or complex; `analysis`: factors of a matrix with the same pattern; its ordering is used again, which saves
+    finding one."""
 
     def __init__(self, matrix: sparse.csc_array, *, analysis: "SymmetricFactors | None" = None) -> None:
         self._order: NDArray[np.intp] | None = None

@@ -29,19 +29,15 @@ _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than 
 
 @dataclass(frozen=True)
 class ModeSettings:
-    """Numbers of the search for the lowest modes, each over the largest eigenvalue.
+    """Numbers of the search for the lowest modes, each over the largest eigenvalue."""
 
-    Attributes:
-        zero: eigenvalue that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below the
-            softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k.
-        shift: how far below zero the iteration begins: far enough for well-conditioned factors, near enough that the
-            lowest eigenvalues stand apart.
-        growth: factor on the shift until no eigenvalue lies below it.
-    """
-
+    # eigenvalue that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below the softest
+    # modes of stable packings, 1e-5 for disks at pressure 1e-6 k
     zero: float = 1e-9
+    # how far below zero the iteration begins: far enough for well-conditioned factors, near enough that the lowest
+    # eigenvalues stand apart
     shift: float = 1e-6
-    growth: float = 4.0
+    growth: float = 4.0  # factor on the shift until no eigenvalue lies below it
 
 
 SETTINGS = ModeSettings()
@@ -141,9 +137,7 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
 
 def _find_lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
     """Take the zero modes known beforehand, then the smallest other eigenvalues by inverse iteration from below.
-
-    Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times.
-    """
+    Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times."""
     null = _span_known_zero_modes(matrix)
     scale = float(sparse.linalg.norm(matrix, np.inf))
     identity = sparse.eye_array(matrix.shape[0], format="csc")

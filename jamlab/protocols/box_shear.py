@@ -23,15 +23,9 @@ from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSe
 
 
 def minimizer(ensemble: str) -> Minimizer:
-    """Choose how states of an ensemble are relaxed: `relax` or `relax_with_box_shear`.
-
-    Args:
-        ensemble: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no shear stress
-            is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012)).
-
-    Raises:
-        InputError: for another name.
-    """
+    """Choose how states of an ensemble are relaxed: `relax` or `relax_with_box_shear`. `ensemble`: "fixed-box",
+    compressed without shear, or "shear-stabilized", the box sheared until no shear stress is left (Dagois-Bohy et al.,
+    Phys. Rev. Lett. 109, 095703 (2012))."""
     check_choice("ensemble", ensemble, ENSEMBLES)
     return relax if ensemble == "fixed-box" else relax_with_box_shear
 

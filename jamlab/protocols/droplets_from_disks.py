@@ -140,11 +140,9 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
 
 
 def _rest_area(nv: NDArray[np.int64], grown: Array, params: dict[str, Any]) -> Array:
-    """(n,) rest area a0 of droplets whose free area with rim is `grown` (n,), the inverse of `droplet.free_area`.
-
-    With p = sqrt(4 c a) the rim makes a + p delta/2 + pi delta^2/4 = grown, a square equation for sqrt(a); balance of
-    line tension and area elasticity gives a0 = a + (gamma/ka) sqrt(c/a).
-    """
+    """(n,) rest area a0 of droplets whose free area with rim is `grown` (n,), the inverse of `droplet.free_area`. With
+    p = sqrt(4 c a) the rim makes a + p delta/2 + pi delta^2/4 = grown, a square equation for sqrt(a); balance of line
+    tension and area elasticity gives a0 = a + (gamma/ka) sqrt(c/a)."""
     c, half = nv * np.tan(np.pi / nv), 0.5 * float(params["delta"])
     root = np.sqrt(np.maximum(c * half**2 + grown - np.pi * half**2, 0.0)) - np.sqrt(c) * half
     if root.min() <= 0:

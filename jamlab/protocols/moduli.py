@@ -160,11 +160,9 @@ def _compressed(session: Session, packing: Packing, strain: float) -> float:
 
 
 def _at_small_strain(name: str, packing: Packing, strain: float, measure: Callable[[float], float | None]) -> float:
-    """Modulus at the first strain, halved again and again, at which no contact changes.
-
-    Where contacts are no springs, weak ones stiffen within the strain: the error, which falls with its square, is
-    extrapolated away by half the strain (Richardson).
-    """
+    """Modulus at the first strain, halved again and again, at which no contact changes. Where contacts are no springs,
+    weak ones stiffen within the strain: the error, which falls with its square, is extrapolated away by half the strain
+    (Richardson)."""
     for step in strain * 0.5 ** np.arange(int(defaults("strain")["halvings"])):
         found = measure(step)
         if found is None:
@@ -198,10 +196,8 @@ def _typical_force(packing: Packing) -> float:
 
 def _same_contacts(one: Packing, two: Packing) -> bool:
     """Whether the same images touch: in a box of two disks, a pair that parts may be replaced by another of its images.
-
     Images are told apart by the vectors between particles, which differ by the box; their numbers change where a
-    particle is wrapped.
-    """
+    particle is wrapped."""
     (pairs, r), (others, s) = (_sort_contacts(packing) for packing in (one, two))
     return np.array_equal(pairs, others) and bool(np.all(np.hypot(*(r - s).T) < 0.5 * np.hypot(*r.T)))
 

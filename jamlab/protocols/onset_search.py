@@ -160,11 +160,9 @@ class OnsetSearch:
         )
 
     def _leave_saddles(self, state: SearchState) -> SearchState:
-        """The minimum beside a state at onset, which does not count as converged where none is found.
-
-        A droplet between two opposite flats slides along them at next to no cost: forces hide it below the tolerance,
-        the Hessian shows it. It slides until a third contact holds it, whose force is as small.
-        """
+        """The minimum beside a state at onset, which does not count as converged where none is found. A droplet between
+        two opposite flats slides along them at next to no cost: forces hide it below the tolerance, the Hessian shows
+        it. It slides until a third contact holds it, whose force is as small."""
         numbers = self.settings.onset
         for _ in range(numbers.slides):
             if not self._at_onset(state):

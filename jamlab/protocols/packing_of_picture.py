@@ -45,10 +45,6 @@ def packing_of_picture(
         model: "sp" (units "k", lengths in mean diameters) or "dp".
         seed: of the orientations of polygons.
         parameters: of polygons, as in `jamlab.to_polygons`.
-
-    Raises:
-        InputError: fewer than eight droplets; rho beyond what disks can fill.
-        ConvergenceError: the packing fraction was not met.
     """
     check_choice("model", model, MODELS)
     if len(areas) < FEWEST:

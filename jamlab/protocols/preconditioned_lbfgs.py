@@ -32,21 +32,11 @@ def descend_by_lbfgs(
     enough: Enough | None = None,
     settings: LbfgsSettings = SOLVERS.lbfgs,
 ) -> tuple[Array, bool]:
-    """Minimise an energy by its forces.
-
-    Args:
-        forces_at: positions (n, 2) -> energy, forces (n, 2).
-        start: (n, 2).
-        preconditioner: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of
-            the Hessian there, with at least that shift on its diagonal.
-        tolerance: on the largest force.
-        steps: at most.
-        enough: largest force -> whether to stop; asked at each step.
-        settings: numbers of the method.
-
-    Returns:
-        (n, 2) positions, and whether the tolerance was met.
-    """
+    """Minimise an energy by its forces. `forces_at`: positions (n, 2) -> energy, forces (n, 2); `start`: (n, 2);
+    `preconditioner`: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of the
+    Hessian there, with at least that shift on its diagonal; `tolerance`: on the largest force; `steps`: at most;
+    `enough`: largest force -> whether to stop; asked at each step; `settings`: numbers of the method. Returns (n, 2)
+    positions, and whether the tolerance was met."""
     shape = start.shape
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)
@@ -87,11 +77,9 @@ def _flat(forces_at: Forces, x: Array, shape: tuple[int, ...]) -> tuple[float, A
 
 
 class _Pairs:
-    """Steps s and the changes y of the force along them, which correct an inverse Hessian.
-
-    The two loops of Nocedal & Wright's algorithm 7.4 as products with whole matrices: with R the upper triangle of
-    S^T Y and D its diagonal, R a = S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c.
-    """
+    """Steps s and the changes y of the force along them, which correct an inverse Hessian. The two loops of Nocedal &
+    Wright's algorithm 7.4 as products with whole matrices: with R the upper triangle of S^T Y and D its diagonal, R a =
+    S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c."""
 
     def __init__(self, size: int, solve: Solve, most: int) -> None:
         self._solve, self._count = solve, 0

@@ -87,9 +87,6 @@ def random_disks(
         large: number share of the large disks, rounded to whole disks.
         sizes: a distribution by name, or n diameters, see `jamlab.protocols.size_distributions`.
         parameters: of the force law, those of `OPTIONAL`.
-
-    Raises:
-        InputError: a value out of range, or a parameter that the law of disks does not have.
     """
     check_number("phi", phi, 2.0)
     check_choice("units", units, UNITS)
@@ -101,15 +98,8 @@ def random_disks(
 
 
 def disk_params(units: str, **changes: float) -> dict[str, Any]:
-    """Give force-law parameters of disks.
-
-    Args:
-        units: "eps" or "k".
-        changes: optional parameters of the law, see `OPTIONAL`; its strength is that of `lammps_inputs/sp.parameters`.
-
-    Raises:
-        InputError: for a parameter that the law does not have, or a value out of range.
-    """
+    """Give force-law parameters of disks. `units`: "eps" or "k"; `changes`: optional parameters of the law, see
+    `OPTIONAL`; its strength is that of `lammps_inputs/sp.parameters`."""
     unknown = sorted(changes.keys() - OPTIONAL["sp"].keys())
     if unknown:
         known = f"use {', '.join(OPTIONAL['sp'])}; " if OPTIONAL["sp"] else ""
@@ -120,11 +110,7 @@ def disk_params(units: str, **changes: float) -> dict[str, Any]:
 
 
 def check_force_law(model: str, parameters: dict[str, Any]) -> None:
-    """Refuse parameters that replace those of a model's deck and that no packing can have.
-
-    Raises:
-        InputError: naming the parameter.
-    """
+    """Refuse parameters that replace those of a model's deck and that no packing can have."""
     if model == "sp":
         disk_params("eps", **parameters)
     elif "vertices" in parameters:
@@ -154,9 +140,6 @@ def droplet_params(
 
     Returns:
         (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.
-
-    Raises:
-        InputError: for a parameter that the model does not have.
     """
     values = {name: value for name, value in defaults("dp").items() if name != "longest_edge"}
     unknown = set(changes) - set(values)
@@ -198,15 +181,8 @@ def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
 
 
 def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:
-    """Place free droplets, regular polygons of random orientation, around given centres.
-
-    Args:
-        centres: (n, 2).
-        box: (2, 2).
-        nv: (n,) vertices.
-        params: as in `Packing.params`.
-        seed: of the orientations.
-    """
+    """Place free droplets, regular polygons of random orientation, around given centres. `centres`: (n, 2); `box`: (2,
+    2); `nv`: (n,) vertices; `params`: as in `Packing.params`; `seed`: of the orientations."""
     angles = np.random.default_rng([seed, 1]).random(len(nv))
     areas = free_polygon_area(nv, params)
     shapes = [

@@ -32,19 +32,12 @@ LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
 
 @dataclass(frozen=True)
 class Relaxed:
-    """A state after minimisation.
+    """A state after minimisation."""
 
-    Attributes:
-        evaluation: LAMMPS energies, forces and stress there.
-        tolerance: asked for, on the largest force.
-        converged: whether the largest force is below the tolerance.
-        newton_steps: accepted Newton steps.
-    """
-
-    evaluation: Evaluation
-    tolerance: float
-    converged: bool
-    newton_steps: int
+    evaluation: Evaluation  # LAMMPS energies, forces and stress there
+    tolerance: float  # asked for, on the largest force
+    converged: bool  # whether the largest force is below the tolerance
+    newton_steps: int  # accepted Newton steps
 
 
 class Minimizer(Protocol):
@@ -68,11 +61,7 @@ def force_tolerance(model: str) -> float:
 
 
 def check_tolerance(tolerance: float | None, highest: float) -> None:
-    """Refuse a force tolerance that no minimisation can meet, or that leaves no digits of the result.
-
-    Raises:
-        InputError: naming the value and the limits.
-    """
+    """Refuse a force tolerance that no minimisation can meet, or that leaves no digits of the result."""
     if tolerance is None:
         return
     check_number("tolerance", tolerance, highest)
@@ -81,14 +70,9 @@ def check_tolerance(tolerance: float | None, highest: float) -> None:
 
 
 def settle(session: Session, tolerance: float, *, loose: float = 0.0, settings: SolverSettings = SOLVERS) -> Evaluation:
-    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most.
-
-    Args:
-        session: is left in the state reached.
-        tolerance: on the largest force.
-        loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
-        settings: numbers of the solvers.
-    """
+    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most. `session`: is
+    left in the state reached; `tolerance`: on the largest force; `loose`: DP: give up a packing whose contact energy
+    per vertex is below this when forces are nearly gone; `settings`: numbers of the solvers."""
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0, 0.0, settings.relaxation)
     state = _descend_preconditioned(
@@ -108,19 +92,11 @@ def relax(
     least_pressure: float = 0.0,
     settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
-    """Minimise the energy of the packing in a session, at fixed box.
-
-    Args:
-        session: is left in the minimum.
-        tolerance: on the largest force; default `force_tolerance` of the model.
-        near: the state is a good guess of the minimum: try Newton steps before anything else.
-        least_pressure: SP: give up a packing whose pressure falls below this on the way; the last digits of one that
-            just loses its contacts cost most.
-        settings: numbers of the solvers.
-
-    Returns:
-        The state reached; `converged` is False if no round met the tolerance.
-    """
+    """Minimise the energy of the packing in a session, at fixed box. `session`: is left in the minimum; `tolerance`: on
+    the largest force; default `force_tolerance` of the model; `near`: the state is a good guess of the minimum: try
+    Newton steps before anything else; `least_pressure`: SP: give up a packing whose pressure falls below this on the
+    way; the last digits of one that just loses its contacts cost most; `settings`: numbers of the solvers. Returns the
+    state reached; `converged` is False if no round met the tolerance."""
     if tolerance is None:
         tolerance = force_tolerance(session.model)
     newton_steps = 0
@@ -204,17 +180,11 @@ def quench(
     fire: FireSettings | None = None,
     settings: RelaxationSettings = SOLVERS.relaxation,
 ) -> Evaluation:
-    """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
-
-    Args:
-        session: SP; is left in the state reached.
-        noise: largest force over pressure.
-        floor: pressure below which a packing counts as loose, and need not be relaxed any further.
-        steps: at most, in each of a few stages.
-        border: strains that the box may take, down to the same noise in their stress; by default none.
-        fire: numbers of the method, default those of `minimize.fire`.
-        settings: numbers of the stages.
-    """
+    """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks. `session`: SP; is
+    left in the state reached; `noise`: largest force over pressure; `floor`: pressure below which a packing counts as
+    loose, and need not be relaxed any further; `steps`: at most, in each of a few stages; `border`: strains that the
+    box may take, down to the same noise in their stress; by default none; `fire`: numbers of the method, default those
+    of `minimize.fire`; `settings`: numbers of the stages."""
     state = session.evaluate()
     for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(state.pressure, floor)

@@ -31,19 +31,13 @@ _RANDOM = "random"
 
 @dataclass(frozen=True)
 class _Law:
-    """One kind of distribution.
+    """One kind of distribution."""
 
-    Attributes:
-        usage: how its numbers are written, for messages.
-        numbers: how many it takes.
-        quantile: (m,) diameters below which shares u (m,) of the disks lie, in any unit of length.
-        fault: what is wrong with its numbers, with a remedy, or "".
-    """
-
-    usage: str
-    numbers: int
+    usage: str  # how its numbers are written, for messages
+    numbers: int  # how many it takes
+    # (m,) diameters below which shares u (m,) of the disks lie, in any unit of length
     quantile: Callable[[Array, tuple[float, ...]], Array]
-    fault: Callable[[tuple[float, ...]], str]
+    fault: Callable[[tuple[float, ...]], str]  # what is wrong with its numbers, with a remedy, or ""
 
 
 def _bidisperse(u: Array, numbers: tuple[float, ...]) -> Array:
@@ -126,11 +120,6 @@ USAGE = ", ".join([*(law.usage for law in _LAWS.values()), f"{FROM_FILE}PATH"])
 class SizeDistribution:
     """A named distribution of diameters with mean 1.
 
-    Attributes:
-        name: "monodisperse", "bidisperse", "uniform", "gaussian", "lognormal" or "power-law".
-        numbers: of the law, as written behind its name.
-        random: whether diameters are drawn independently of each other instead of by strata.
-
     Example:
         >>> from jamlab.protocols.size_distributions import SizeDistribution
         >>> d = SizeDistribution.of("lognormal:0.3").draw(64, seed=1)
@@ -138,17 +127,13 @@ class SizeDistribution:
         (1.0, 0.3)
     """
 
-    name: str
-    numbers: tuple[float, ...] = ()
-    random: bool = False
+    name: str  # "monodisperse", "bidisperse", "uniform", "gaussian", "lognormal" or "power-law"
+    numbers: tuple[float, ...] = ()  # of the law, as written behind its name
+    random: bool = False  # whether diameters are drawn independently of each other instead of by strata
 
     @classmethod
     def of(cls, text: str) -> "SizeDistribution":
-        """Read a distribution from its name and numbers.
-
-        Raises:
-            InputError: an unknown name, too few or wrong numbers.
-        """
+        """Read a distribution from its name and numbers."""
         name, _, rest = text.partition(":")
         words = [word.strip() for word in rest.split(",")] if rest else []
         if "," in name:  # monodisperse,random
@@ -170,15 +155,7 @@ class SizeDistribution:
         return cls(name, numbers, random)
 
     def draw(self, n: int, seed: int) -> Array:
-        """(n,) diameters, ascending.
-
-        Args:
-            n: number of disks.
-            seed: of a random draw; strata do not depend on it.
-
-        Raises:
-            InputError: numbers of disks that the shares do not divide, or a diameter that is not positive.
-        """
+        """(n,) diameters, ascending. `n`: number of disks; `seed`: of a random draw; strata do not depend on it."""
         if self.random:
             diameters = np.sort(self.quantiles(np.random.default_rng([seed, 3]).random(n)))
         elif self.name == "bidisperse":
@@ -267,18 +244,10 @@ def _standard(values: Array) -> Array:
 def disk_diameters(
     n: int, seed: int, *, ratio: float | None = None, large: float = 0.5, sizes: Sizes | None = None
 ) -> Array:
-    """(n,) diameters of disks: of a distribution by name, as given, or of two sizes.
-
-    Args:
-        n: number of disks.
-        seed: of the packing.
-        ratio: two sizes: large over small diameter; default that of `sp.parameters`.
-        large: two sizes: number share of the large ones. The mean of the two diameters is 1.
-        sizes: instead of both, a distribution such as "lognormal:0.3", or n diameters, which keep their unit of length.
-
-    Raises:
-        InputError: a value that no packing can start from.
-    """
+    """(n,) diameters of disks: of a distribution by name, as given, or of two sizes. `n`: number of disks; `seed`: of
+    the packing; `ratio`: two sizes: large over small diameter; default that of `sp.parameters`; `large`: two sizes:
+    number share of the large ones. The mean of the two diameters is 1; `sizes`: instead of both, a distribution such as
+    "lognormal:0.3", or n diameters, which keep their unit of length."""
     check_seed(seed)
     if sizes is None:
         return _short_form(n, seed, ratio, large)

@@ -10,32 +10,24 @@ class NewtonSettings:
     Halved or doubled, they change force evaluations and factorisations by less than 5 % and lose no state, except for
     `near_steps` (11 % more of the first, or 22 % more of the second), `first_shift` (a third more of both either way)
     and a larger `good` (18 and 43 % more): `tests/protocols/benchmark_solver_settings.py`.
-
-    Attributes:
-        steps: at most.
-        near_steps: at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
-        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
-        first_shift: added to the Hessian's diagonal at first.
-        least_shift: keeps rattlers and translations, which have no stiffness, from running away.
-        last_shift: with more than this, steps are too short to get anywhere.
-        accepted: part of the energy foretold that a step must gain.
-        good, poor: parts above which the shift shrinks and below which it grows, Nocedal & Wright.
-        shrink, grow: factors of the shift; fast down, so that the end is quadratic.
-        definite: factor of the shift until the shifted Hessian is positive definite.
     """
 
-    steps: int = 150
+    steps: int = 150  # at most
+    # at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less
     near_steps: int = 40
+    # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
     reach: float = 0.05
-    first_shift: float = 1e-3
-    least_shift: float = 1e-10
-    last_shift: float = 1e6
-    accepted: float = 1e-3
+    first_shift: float = 1e-3  # added to the Hessian's diagonal at first
+    least_shift: float = 1e-10  # keeps rattlers and translations, which have no stiffness, from running away
+    last_shift: float = 1e6  # with more than this, steps are too short to get anywhere
+    accepted: float = 1e-3  # part of the energy foretold that a step must gain
+    # good, poor: parts above which the shift shrinks and below which it grows, Nocedal & Wright
     good: float = 0.75
     poor: float = 0.25
+    # shrink, grow: factors of the shift; fast down, so that the end is quadratic
     shrink: float = 0.2
     grow: float = 5.0
-    definite: float = 4.0
+    definite: float = 4.0  # factor of the shift until the shifted Hessian is positive definite
 
 
 @dataclass(frozen=True)
@@ -45,133 +37,93 @@ class LbfgsSettings:
     Halved or doubled, they lose no state and change force evaluations by 6 % and factorisations by 20 % at most, except
     for `refresh` (72 % more or 38 % fewer factorisations), `least_shift` doubled (38 % more of them), and `longer` = 1,
     with which steps cannot grow (4 times the evaluations): `tests/protocols/benchmark_solver_settings.py`.
-
-    Attributes:
-        steps: at most.
-        refresh: steps that one factorisation serves; all of them are remembered.
-        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
-        longer: times the longest move of the step before that a step is tried with at most: full steps mostly miss
-            while contacts open and close, and every miss costs an evaluation.
-        trials: force evaluations in one line search.
-        energy_digits: relative change of the energy below which it is rounding.
-        sufficient: part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1.
-        curved: least cosine between a step and the change of the force along it for the pair to be remembered.
-        shift: added to the Hessian's diagonal over the largest force: far from balance long steps miss, and the Hessian
-            has negative modes down to some ten times that.
-        least_shift: with less, steps along soft modes are longer than the quadratic model holds.
     """
 
-    steps: int = 5000
-    refresh: int = 40
+    steps: int = 5000  # at most
+    refresh: int = 40  # steps that one factorisation serves; all of them are remembered
+    # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
     reach: float = 0.05
+    # times the longest move of the step before that a step is tried with at most: full steps mostly miss while contacts
+    # open and close, and every miss costs an evaluation
     longer: float = 2.0
-    trials: int = 8
-    energy_digits: float = 1e-13
+    trials: int = 8  # force evaluations in one line search
+    energy_digits: float = 1e-13  # relative change of the energy below which it is rounding
+    # part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1
     sufficient: float = 1e-4
+    # least cosine between a step and the change of the force along it for the pair to be remembered
     curved: float = 1e-10
+    # added to the Hessian's diagonal over the largest force: far from balance long steps miss, and the Hessian has
+    # negative modes down to some ten times that
     shift: float = 2.0
-    least_shift: float = 3e-4
+    least_shift: float = 3e-4  # with less, steps along soft modes are longer than the quadratic model holds
 
 
 @dataclass(frozen=True)
 class RelaxationSettings:
     """Which method takes over from which; `tests/protocols/benchmark_solver_settings.py` shows what each number costs.
+    Noise is the largest force over the pressure."""
 
-    Noise is the largest force over the pressure.
-
-    Attributes:
-        rounds: starts with first-order steps; another follows when Newton steps leave their basin.
-        many_disks: from here on FIRE goes on almost to the end, instead of conjugate gradients: local events keep the
-            one step length of any other method short. An onset of 96 disks costs the same by either, of 256 and 512
-            two to three times less by FIRE; states of a sweep cost 1.5 times more at 96, and 1.2 times less at 256.
-        newton_noise: at which Newton steps take over there; started earlier they stall.
-        first_noise: of the first of several stages, each ten times better: a packing that comes loose is known early.
-        stages: at most.
-        jump: a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target.
-        cg_steps: at most, in one call.
-        fire_stretch: FIRE steps after which it starts anew.
-        fire_steps_droplets: FIRE steps between two rounds, droplets: away from where the last one stalled.
-        settle_steps: L-BFGS steps when it only matters whether a packing jams.
-        softest: contacts, over the strength of the law: FIRE steps grow no longer where disks that stiffen are softer.
-        loose_force: droplets: below, forces that are left cannot bring a packing to jam that has no contacts.
-    """
-
-    rounds: int = 3
+    rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their basin
+    # from here on FIRE goes on almost to the end, instead of conjugate gradients: local events keep the one step length
+    # of any other method short. An onset of 96 disks costs the same by either, of 256 and 512 two to three times less
+    # by FIRE; states of a sweep cost 1.5 times more at 96, and 1.2 times less at 256.
     many_disks: int = 200
-    newton_noise: float = 1e-7
+    newton_noise: float = 1e-7  # at which Newton steps take over there; started earlier they stall
+    # of the first of several stages, each ten times better: a packing that comes loose is known early
     first_noise: float = 1e-2
-    stages: int = 12
+    stages: int = 12  # at most
+    # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
     jump: float = 0.5
-    cg_steps: int = 20_000
-    fire_stretch: int = 3000
-    fire_steps_droplets: int = 300
-    settle_steps: int = 1500
+    cg_steps: int = 20_000  # at most, in one call
+    fire_stretch: int = 3000  # FIRE steps after which it starts anew
+    fire_steps_droplets: int = 300  # FIRE steps between two rounds, droplets: away from where the last one stalled
+    settle_steps: int = 1500  # L-BFGS steps when it only matters whether a packing jams
+    # contacts, over the strength of the law: FIRE steps grow no longer where disks that stiffen are softer
     softest: float = 1e-3
+    # droplets: below, forces that are left cannot bring a packing to jam that has no contacts
     loose_force: float = 2e-5
 
 
 @dataclass(frozen=True)
 class BorderSettings:
-    """Numbers of Newton steps over sites and box, `descend_with_box`; the shift is that of `NewtonSettings`.
+    """Numbers of Newton steps over sites and box, `descend_with_box`; the shift is that of `NewtonSettings`."""
 
-    Attributes:
-        steps: factorisations at most: near a minimum 4 to 20 do; first-order steps come nearer for less.
-        reach: longest move of a coordinate in one step, mean particle size.
-        longest_strain: of the box in one step.
-        first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites.
-        searches: lengths tried along one step at most.
-        slack: part of the slope at its start that may be left at the end of a step, uphill.
-        fallen: factor of the largest force that is good enough by itself: slopes lose their digits first.
-        good, poor: lengths of a step above which the shift shrinks and below which it grows.
-        shrink, grow: factors of the shift.
-        softest: least curvature over the largest that a strain is divided by.
-        digits: of unbalanced stress over pressure, at the end.
-        rounding: of a stress, over the stiffness of a contact.
-    """
-
-    steps: int = 40
-    reach: float = 0.1
-    longest_strain: float = 0.02
+    steps: int = 40  # factorisations at most: near a minimum 4 to 20 do; first-order steps come nearer for less
+    reach: float = 0.1  # longest move of a coordinate in one step, mean particle size
+    longest_strain: float = 0.02  # of the box in one step
+    # first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites
     first_shift: float = 1e-4
     least_shift: float = 1e-10
     last_shift: float = 1e3
-    searches: int = 6
-    slack: float = 0.5
-    fallen: float = 0.2
+    searches: int = 6  # lengths tried along one step at most
+    slack: float = 0.5  # part of the slope at its start that may be left at the end of a step, uphill
+    fallen: float = 0.2  # factor of the largest force that is good enough by itself: slopes lose their digits first
+    # good, poor: lengths of a step above which the shift shrinks and below which it grows
     good: float = 0.75
     poor: float = 0.25
+    # shrink, grow: factors of the shift
     shrink: float = 0.2
     grow: float = 5.0
-    softest: float = 1e-9
-    digits: float = 1e-12
-    rounding: float = 3e-16
+    softest: float = 1e-9  # least curvature over the largest that a strain is divided by
+    digits: float = 1e-12  # of unbalanced stress over pressure, at the end
+    rounding: float = 3e-16  # of a stress, over the stiffness of a contact
 
 
 @dataclass(frozen=True)
 class BoxRelaxationSettings:
-    """Numbers of the relaxation of disks with their box, `relax_disks_and_box`.
+    """Numbers of the relaxation of disks with their box, `relax_disks_and_box`."""
 
-    Attributes:
-        jammed: largest force over pressure at which a packing at fixed box shows whether anything holds the box.
-        noise: the same at which Newton steps take over; started at 1e-4 many fail.
-        finer: its factor where they fail.
-        rounds: at most; after one whose steps ran out, FIRE is livelier.
-        fire_only_disks: from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks.
-        near: Newton steps from a guess of the minimum, before anything else.
-        leave: shear of a box that rests on a saddle, as symmetric packings of few disks do.
-        balanced: unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure.
-        met: error of a pressure over the pressure that is good enough where FIRE has reached it by itself.
-    """
-
+    # largest force over pressure at which a packing at fixed box shows whether anything holds the box
     jammed: float = 1e-2
-    noise: float = 1e-6
-    finer: float = 0.1
-    rounds: int = 12
+    noise: float = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
+    finer: float = 0.1  # its factor where they fail
+    rounds: int = 12  # at most; after one whose steps ran out, FIRE is livelier
+    # from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks
     fire_only_disks: int = 10_000
-    near: int = 10
-    leave: float = 1e-3
-    balanced: float = 10.0
-    met: float = 1e-7
+    near: int = 10  # Newton steps from a guess of the minimum, before anything else
+    leave: float = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of few disks do
+    balanced: float = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
+    met: float = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
 
 
 @dataclass(frozen=True)
@@ -182,103 +134,67 @@ class BoxShearSettings:
     `longest_strain`, `grow`, `softest`, a larger `reach` and a smaller `poor` change force evaluations and
     factorisations by less than 10 %. A smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 %
     more. A larger `good` or `poor` loses states.
-
-    Attributes:
-        stress_tolerance: residual shear stress over pressure at the end.
-        steps: of the box at most.
-        longest_strain: in one step: linear response of the sites holds no further.
-        reach: first trust radius over the compressive strain p/B, in which overlaps close.
-        good, poor: parts of the fall foretold above which the radius grows and below which it shrinks.
-        grow, shrink: factors of the radius.
-        refused: factor of the length of a step that led uphill: the next radius.
-        softest: least curvature over the largest that a step is divided by.
-        first_curvature: of droplets that rest on corners, over eps per area: secants correct it.
     """
 
-    stress_tolerance: float = 1e-8
-    steps: int = 60
-    longest_strain: float = 0.02
-    reach: float = 0.3
+    stress_tolerance: float = 1e-8  # residual shear stress over pressure at the end
+    steps: int = 60  # of the box at most
+    longest_strain: float = 0.02  # in one step: linear response of the sites holds no further
+    reach: float = 0.3  # first trust radius over the compressive strain p/B, in which overlaps close
+    # good, poor: parts of the fall foretold above which the radius grows and below which it shrinks
     good: float = 0.5
     poor: float = 0.25
+    # grow, shrink: factors of the radius
     grow: float = 2.5
     shrink: float = 0.5
-    refused: float = 0.25
-    softest: float = 1e-12
-    first_curvature: float = 0.2
+    refused: float = 0.25  # factor of the length of a step that led uphill: the next radius
+    softest: float = 1e-12  # least curvature over the largest that a step is divided by
+    first_curvature: float = 0.2  # of droplets that rest on corners, over eps per area: secants correct it
 
 
 @dataclass(frozen=True)
 class OnsetSettings:
-    """Numbers of the search for onset that `lammps_inputs/onset.parameters` does not share with the decks.
+    """Numbers of the search for onset that `lammps_inputs/onset.parameters` does not share with the decks. Halved or
+    doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no state, over
+    five sweeps of disks and droplets: `tests/protocols/benchmark_solver_settings.py`."""
 
-    Halved or doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no
-    state, over five sweeps of disks and droplets: `tests/protocols/benchmark_solver_settings.py`.
-
-    Attributes:
-        search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.
-        loose_tolerance: the same for droplets near onset: forces that are left could not make up u_contact,
-            F^2 delta^2/(2 eps).
-        loose_energy: contact energy over u_contact that forces left in loose disks may hold.
-        bearing: largest force over pressure and mean size below which contacts carry a load.
-        decompressions: at most.
-        jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
-        least_root: part of sqrt(U) that remains at least in one decompression.
-        stride: factor of a decompression that did not converge: come from elsewhere.
-        falls: jammed states at most that come loose on the way down; a box that shears may repeat itself for ever.
-        slides: along unstable modes at most, until none is left: one or two do, four were seen in 30 onsets.
-        slide: longest, mean particle size.
-        finest: largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13.
-    """
-
+    # on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one
     search_tolerance: float = 1e-6
+    # the same for droplets near onset: forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
     loose_tolerance: float = 5e-8
-    loose_energy: float = 0.01
-    bearing: float = 0.01
-    decompressions: int = 80
-    jump: float = 0.1
-    least_root: float = 0.03
-    stride: float = 0.7
+    loose_energy: float = 0.01  # contact energy over u_contact that forces left in loose disks may hold
+    bearing: float = 0.01  # largest force over pressure and mean size below which contacts carry a load
+    decompressions: int = 80  # at most
+    jump: float = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
+    least_root: float = 0.03  # part of sqrt(U) that remains at least in one decompression
+    stride: float = 0.7  # factor of a decompression that did not converge: come from elsewhere
+    # jammed states at most that come loose on the way down; a box that shears may repeat itself for ever
     falls: int = 8
-    slides: int = 20
-    slide: float = 0.05
-    finest: float = 1e-13
+    slides: int = 20  # along unstable modes at most, until none is left: one or two do, four were seen in 30 onsets
+    slide: float = 0.05  # longest, mean particle size
+    finest: float = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
 
 
 @dataclass(frozen=True)
 class SweepSettings:
-    """Numbers of a sweep, `compress`.
+    """Numbers of a sweep, `compress`."""
 
-    Attributes:
-        secant_steps: at most, to a true packing fraction.
-        met: distance from a state's packing fraction over that to the state before.
-        met_last: distance of the last state from its packing fraction.
-        least_slope: of rho against phi for a secant; below, the packing has jumped to another basin.
-        shortest: step in phi, when following a basin.
-        loose: pressure over force tolerance below which a pressure is not worth predicting.
-        easy: part of the error allowed below which the next step may be twice as long.
-    """
-
-    secant_steps: int = 15
-    met: float = 0.01
-    met_last: float = 1e-6
-    least_slope: float = 0.1
-    shortest: float = 1e-7
-    loose: float = 1e3
-    easy: float = 0.3
+    secant_steps: int = 15  # at most, to a true packing fraction
+    met: float = 0.01  # distance from a state's packing fraction over that to the state before
+    met_last: float = 1e-6  # distance of the last state from its packing fraction
+    least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
+    shortest: float = 1e-7  # step in phi, when following a basin
+    loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
+    easy: float = 0.3  # part of the error allowed below which the next step may be twice as long
 
 
 @dataclass(frozen=True)
 class PressureSettings:
-    """Numbers of the search for a pressure that `lammps_inputs/pressure.parameters` does not share with the deck.
+    """Numbers of the search for a pressure that `lammps_inputs/pressure.parameters` does not share with the deck."""
 
-    Attributes:
-        ladder: force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the
-            next is tried, or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2,
-            phi of 50 packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +-
-            1e-4; two levels more change it by 2e-5 +- 2e-5.
-    """
-
+    # force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the next is
+    # tried, or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2, phi of 50
+    # packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +- 1e-4; two levels
+    # more change it by 2e-5 +- 2e-5.
     ladder: tuple[tuple[float, float], ...] = ((3e-2, 2.0), (1e-2, 0.5))
 
 

@@ -14,12 +14,8 @@ _MET = 0.9999  # of the way to the end, which a sweep meets to its tolerance
 
 
 class OnsetWork:
-    """Reports how far a search for jamming onset is; the share never falls.
-
-    Args:
-        model: "sp" or "dp".
-        progress: where to report to.
-    """
+    """Reports how far a search for jamming onset is; the share never falls. `model`: "sp" or "dp"; `progress`: where to
+    report to."""
 
     def __init__(self, model: str, progress: Progress | None) -> None:
         self._model, self._tell, self._share = model, progress or no_progress, 0.0
@@ -32,12 +28,8 @@ class OnsetWork:
 
 
 class SweepWork:
-    """Reports how far a sweep is: states far above onset take less time than those near it.
-
-    Args:
-        start, to: first and last packing fraction.
-        progress: where to report to.
-    """
+    """Reports how far a sweep is: states far above onset take less time than those near it. `start, to`: first and last
+    packing fraction; `progress`: where to report to."""
 
     def __init__(self, start: float, to: float, progress: Progress | None) -> None:
         self._start, self._way, self._tell = start, abs(to - start), progress or no_progress

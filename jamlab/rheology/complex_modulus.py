@@ -227,11 +227,9 @@ def _estimate_rounding(
     elements: RelaxationSpectrum,
     omega: Array,
 ) -> Array:
-    """(f,) relative rounding error of a spectrum, from some frequencies on which the response is written out.
-
-    To the bound for any solver comes what the sum of Maxwell elements differs from the work done by that response; and
-    from the direct solver, where drag is so uneven that the response itself may be wrong.
-    """
+    """(f,) relative rounding error of a spectrum, from some frequencies on which the response is written out. To the
+    bound for any solver comes what the sum of Maxwell elements differs from the work done by that response; and from
+    the direct solver, where drag is so uneven that the response itself may be wrong."""
     low, high = omega.min(), omega.max()
     samples = np.geomspace(low, high, 2 + int(_CHECKS_PER_DECADE * np.log10(high / low)))
     q = limits.slow[:, None] + basis @ found.coefficients(samples)

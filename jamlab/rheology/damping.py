@@ -28,17 +28,11 @@ LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films
 
 
 class DragLaw:
-    """What every viscous law can be asked, so that nobody needs to ask which one it is.
+    """What every viscous law can be asked, so that nobody needs to ask which one it is."""
 
-    Attributes:
-        at_contacts: whether particles drag on each other where they touch, or on a flow around them.
-        tau: tau_1.
-        alpha: drag grows as this power of the velocity.
-    """
-
-    at_contacts: ClassVar[bool]
-    tau: float
-    alpha: float
+    at_contacts: ClassVar[bool]  # whether particles drag on each other where they touch, or on a flow around them
+    tau: float  # tau_1
+    alpha: float  # drag grows as this power of the velocity
 
     @property
     def contrast(self) -> float:
@@ -240,11 +234,7 @@ _LAWS: dict[str, type[Damping]] = {law.__name__: law for law in (ContactDamping,
 
 
 def law_of_record(record: Mapping[str, Any]) -> Damping:
-    """Read a law from what `DragLaw.record` said.
-
-    Raises:
-        KeyError, TypeError, InputError: no law of that name, or numbers that it does not have.
-    """
+    """Read a law from what `DragLaw.record` said."""
     numbers = dict(record)
     return _LAWS[numbers.pop("law")](**numbers)
 
@@ -260,19 +250,10 @@ def _name_time(tau: float) -> str:
 
 def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:
     """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
-
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
-    affine flow acts on u alone.
-
-    Args:
-        packing: SP or DP.
-        damping: viscous law.
-        meetings: what `find_meetings` finds in the packing, if it is known already.
-
-    Raises:
-        InputError: a vertex lies on an edge, so that their contact has no direction; drag that is not linear.
-    """
+    affine flow acts on u alone. `damping`: viscous law; `meetings`: what `find_meetings` finds in the packing, if it is
+    known already."""
     return damping.matrix(packing, meetings)
 
 
@@ -282,22 +263,14 @@ def _size(packing: Packing) -> int:
 
 @dataclass(frozen=True)
 class _ContactJacobian:
-    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix).
+    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix)."""
 
-    Attributes:
-        normal: (m, 2) unit vectors.
-        flow: (m,) affine velocity difference along x at unit shear rate.
-        stiffness: (m,).
-        sites: (m, j) that each contact joins.
-        weights: (m, j) of their velocities in the difference.
-        rolling: (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating.
-    """
-
-    normal: Array
-    flow: Array
-    stiffness: Array
-    sites: NDArray[np.int64]
-    weights: Array
+    normal: Array  # (m, 2) unit vectors
+    flow: Array  # (m,) affine velocity difference along x at unit shear rate
+    stiffness: Array  # (m,)
+    sites: NDArray[np.int64]  # (m, j) that each contact joins
+    weights: Array  # (m, j) of their velocities in the difference
+    # (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating
     rolling: sparse.csr_array
 
 
@@ -343,11 +316,9 @@ def _jacobian_of_vertices(packing: Packing, found: VertexContacts) -> _ContactJa
 
 
 def _outline_rotation(packing: Packing) -> sparse.csr_array:
-    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates.
-
-    The rotation w that fits the velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least:
-    w = sum e x e'/sum e^2. One edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders.
-    """
+    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates. The rotation w that fits the
+    velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
+    edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
     edges, head = packing.edges, packing.successor
     tail = np.arange(len(head))
     square = np.einsum("ij,ij->i", edges, edges)

@@ -184,11 +184,7 @@ def displacement_correlations(
 def correlation_along_x(
     positions: Array, values: Array, box: Array, *, lane: float = 1.0, width: float = 0.5
 ) -> DisplacementCorrelation:
-    """Correlation of values (n,) at positions (n, 2) of a periodic box, between sites of one lane; see above.
-
-    Raises:
-        InputError: lane or width is not positive, or too wide for the box.
-    """
+    """Correlation of values (n,) at positions (n, 2) of a periodic box, between sites of one lane; see above."""
     # four bins at least: the correlation is known up to half the box, and a zero needs two of them
     for name, size, side in (("lane", lane, box[1, 1]), ("width", width, box[0, 0] / 4)):
         if not 0 < size <= side:

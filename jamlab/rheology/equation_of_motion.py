@@ -69,31 +69,25 @@ def _assemble(
 
 @dataclass(frozen=True)
 class EquationOfMotion:
-    """K and B on the coordinates to solve for, m of them; gamma is kept apart.
+    """K and B on the coordinates to solve for, m of them; gamma is kept apart. The first `moving` coordinates are
+    displacements, the others rotations, which no energy depends on; of disks that turn like gears,
+    `ContactDamping.gears`, one is held."""
 
-    The first `moving` coordinates are displacements, the others rotations, which no energy depends on; of disks that
-    turn like gears, `ContactDamping.gears`, one is held.
-
-    Attributes:
-        k, b: (m + 1, m + 1) sparse, the last row and column belong to gamma.
-        k_qq, b_qq: (m, m) sparse blocks.
-        k_qg, b_qg: (m,) columns of gamma.
-        moving: number of displacements among the coordinates.
-        drifting: True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle
-            may be held, which would be a force; otherwise site 0 is held.
-        area: A of the cell.
-        contrast: drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts.
-    """
-
+    # k, b: (m + 1, m + 1) sparse, the last row and column belong to gamma
     k: sparse.csc_array
     b: sparse.csc_array
+    # k_qq, b_qq: (m, m) sparse blocks
     k_qq: sparse.csc_array
     b_qq: sparse.csc_array
+    # k_qg, b_qg: (m,) columns of gamma
     k_qg: Array
     b_qg: Array
-    moving: int
+    moving: int  # number of displacements among the coordinates
+    # True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle may be held,
+    # which would be a force; otherwise site 0 is held.
     drifting: bool
-    area: float
+    area: float  # A of the cell
+    # drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts
     contrast: float = 1.0
 
     @property
@@ -119,15 +113,8 @@ class EquationOfMotion:
 
 
 def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMotion:
-    """Set up the equation of motion of a packing without its rattlers.
-
-    Args:
-        network: `force_network` of a packing at an energy minimum, with or without pre-stress.
-        damping: viscous law.
-
-    Raises:
-        InputError: a single particle, which has no motion but that of the box.
-    """
+    """Set up the equation of motion of a packing without its rattlers. `network`: `force_network` of a packing at an
+    energy minimum, with or without pre-stress; `damping`: viscous law."""
     packing = network.packing
     if packing.n == 1:
         raise InputError(

@@ -29,23 +29,15 @@ _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
 
 @dataclass(frozen=True)
 class Spectra:
-    """G*_xy(omega) of one or more packings alike, at the same frequencies.
+    """G*_xy(omega) of one or more packings alike, at the same frequencies."""
 
-    Attributes:
-        members: one spectrum per packing.
-        units: "k" or "eps", of all packings.
-        converged: whether each packing is at a minimum.
-        g: relaxed static modulus of each packing, mean over directions; the `g0` of a member is that along x.
-        label: what the packings have in common, for titles and legends.
-        unit: of stress, for axes.
-    """
-
-    members: tuple[ComplexModulus, ...]
-    units: str
-    converged: tuple[bool, ...]
+    members: tuple[ComplexModulus, ...]  # one spectrum per packing
+    units: str  # "k" or "eps", of all packings
+    converged: tuple[bool, ...]  # whether each packing is at a minimum
+    # relaxed static modulus of each packing, mean over directions; the `g0` of a member is that along x
     g: tuple[float, ...]
-    label: str = ""
-    unit: str = ""
+    label: str = ""  # what the packings have in common, for titles and legends
+    unit: str = ""  # of stress, for axes
 
     __repr__ = short_repr
 
@@ -127,14 +119,8 @@ def mean_spectra(
     method: str = "auto",
 ) -> list[Spectra]:
     """G*_xy(omega) of packings: one mean for those of the same force law, units, sizes, ensemble and pressure.
-
-    Args:
-        packings: one or more, at energy minima.
-        omega, damping, prestress, method: as in `complex_modulus`.
-
-    Returns:
-        One `Spectra` per group, in the order of their first packings; their labels say what the groups differ in.
-    """
+    `packings`: one or more, at energy minima; `omega, damping, prestress, method`: as in `complex_modulus`. Returns one
+    `Spectra` per group, in the order of their first packings; their labels say what the groups differ in."""
     groups = group_packings(packings)
     found = []
     for label, members in zip(_labels([group[0] for group in groups]), groups, strict=True):

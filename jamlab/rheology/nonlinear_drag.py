@@ -185,17 +185,12 @@ def nonlinear_modulus(
 
 @dataclass(frozen=True)
 class _Equivalent:
-    """Linear drag in the place of a power law, for one packing.
-
-    Attributes:
-        law: the linear law.
-        alpha: exponent of the power law.
-        prestress, method: of `complex_modulus`.
-    """
+    """Linear drag in the place of a power law, for one packing."""
 
     packing: Packing
-    law: Damping
-    alpha: float
+    law: Damping  # the linear law
+    alpha: float  # exponent of the power law
+    # prestress, method: of `complex_modulus`
     prestress: bool
     method: str
 

@@ -59,37 +59,22 @@ SETTINGS = KrylovSettings()
 
 @dataclass(frozen=True)
 class ReducedModel:
-    """Outcome of the reduction.
+    """Outcome of the reduction."""
 
-    Attributes:
-        spectrum: Maxwell elements.
-        modes: generalised modes on `basis`.
-        basis: (m, j) orthonormal.
-        shifts: (k,) real shifts used.
-        change: largest relative change of G' or G'' in the last update, over the frequencies asked for. Every shift
-            is put where most is missing, so this bounds the error of the last but one model at all frequencies; at
-            one frequency alone it would not, since far from the new shift nothing changes.
-    """
-
-    spectrum: RelaxationSpectrum
-    modes: RelaxationModes
-    basis: Array
-    shifts: Array
+    spectrum: RelaxationSpectrum  # Maxwell elements
+    modes: RelaxationModes  # generalised modes on `basis`
+    basis: Array  # (m, j) orthonormal
+    shifts: Array  # (k,) real shifts used
+    # largest relative change of G' or G'' in the last update, over the frequencies asked for. Every shift is put where
+    # most is missing, so this bounds the error of the last but one model at all frequencies; at one frequency alone it
+    # would not, since far from the new shift nothing changes.
     change: float
 
 
 def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings = SETTINGS) -> ReducedModel:
-    """Reduce an equation of motion to the few coordinates that its response needs.
-
-    Args:
-        motion: equation of motion.
-        limits: its limits.
-        omega: (f,) positive frequencies at which the model is wanted.
-        settings: numbers of the search for shifts.
-
-    Raises:
-        ConvergenceError: G* still moves after the largest number of shifts.
-    """
+    """Reduce an equation of motion to the few coordinates that its response needs. `motion`: equation of motion;
+    `limits`: its limits; `omega`: (f,) positive frequencies at which the model is wanted; `settings`: numbers of the
+    search for shifts."""
     space = _Space(motion, limits, settings)
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
     candidates = _place_candidates(omega, settings)
@@ -175,11 +160,9 @@ class _Space:
         return build_spectrum(found, self._limits, self._motion.area), found
 
     def residual(self, omega: Array, model: RelaxationSpectrum, found: RelaxationModes) -> Array:
-        """(f,) force left over by the response of the `model`, squared, over stiffness and the smaller modulus.
-
-        The response q_slow + w at s = i omega leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its
-        square.
-        """
+        """(f,) force left over by the response of the `model`, squared, over stiffness and the smaller modulus. The
+        response q_slow + w at s = i omega leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its
+        square."""
         w = found.coefficients(omega)
         share = np.stack([w, 1j * omega * w], axis=1).reshape(-1, len(omega))
         share = np.vstack([1j * omega, share])

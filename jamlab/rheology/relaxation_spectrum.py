@@ -85,19 +85,12 @@ class RelaxationSpectrum:
 
 @dataclass(frozen=True)
 class RelaxationModes:
-    """Generalised modes in a space that holds the difference x of fast and slow response.
+    """Generalised modes in a space that holds the difference x of fast and slow response."""
 
-    Attributes:
-        rates: (j,) lambda.
-        vectors: (m, j), coefficients on the basis of that space.
-        amplitudes: (j,) of x on the modes.
-        energies: (j,) v^T K v.
-    """
-
-    rates: Array
-    vectors: Array
-    amplitudes: Array
-    energies: Array
+    rates: Array  # (j,) lambda
+    vectors: Array  # (m, j), coefficients on the basis of that space
+    amplitudes: Array  # (j,) of x on the modes
+    energies: Array  # (j,) v^T K v
 
     def coefficients(self, omega: Array) -> Complex:
         """(m, f) coefficients of q - q_slow at unit strain: amplitude times i omega/(lambda + i omega)."""
@@ -106,16 +99,10 @@ class RelaxationModes:
 
 
 def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
-    """RelaxationModes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite.
-
-    The pencil (K, K + sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with
-    sigma in the middle of the rates that carry x, slow and fast ones keep their digits.
-
-    Args:
-        k: (m, m).
-        b: (m, m).
-        x: (m,) vector whose amplitudes are wanted. RelaxationModes without dissipation and without energy are left out.
-    """
+    """RelaxationModes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite. The pencil (K, K +
+    sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with sigma in the middle
+    of the rates that carry x, slow and fast ones keep their digits. `k`: (m, m); `b`: (m, m); `x`: (m,) vector whose
+    amplitudes are wanted. RelaxationModes without dissipation and without energy are left out."""
     energy, dissipation = float(x @ k @ x), float(x @ b @ x)
     if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
         empty = np.zeros(0)
@@ -142,11 +129,7 @@ def build_spectrum(found: RelaxationModes, limits: Limits, area: float) -> Relax
 
 
 def find_all_modes(motion: EquationOfMotion, limits: Limits) -> tuple[RelaxationModes, Array]:
-    """Find every generalised mode, dense, rotations eliminated; and the basis (m, j) that their vectors refer to.
-
-    Raises:
-        InputError: more coordinates than `LARGEST_DENSE`.
-    """
+    """Find every generalised mode, dense, rotations eliminated; and the basis (m, j) that their vectors refer to."""
     moving, size = motion.moving, motion.size
     if moving > LARGEST_DENSE:
         raise InputError(

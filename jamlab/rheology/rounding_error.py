@@ -19,16 +19,10 @@ _REFINEMENTS = 2
 
 
 def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, complex, complex]:
-    """Solve for the response to unit strain at one frequency.
-
-    Args:
-        motion: equation of motion.
-        omega: angular frequency, 1/tau_1.
-
-    Returns:
-        (m,) q; G* = (M_gg + M_gq q)/A with M = K + i omega B, eq 12 after elimination of all but gamma (their eq 13 is
-        printed upside down); and the error of G* that the equation's remaining residual r amounts to, q^T r / A.
-    """
+    """Solve for the response to unit strain at one frequency. `motion`: equation of motion; `omega`: angular frequency,
+    1/tau_1. Returns (m,) q; G* = (M_gg + M_gq q)/A with M = K + i omega B, eq 12 after elimination of all but gamma
+    (their eq 13 is printed upside down); and the error of G* that the equation's remaining residual r amounts to, q^T r
+    / A."""
     matrix = (motion.k_qq + 1j * omega * motion.b_qq).tocsc()
     column = motion.k_qg + 1j * omega * motion.b_qg
     solver = _Driftless(motion, omega) if motion.drifting else SymmetricFactors(matrix)
@@ -42,11 +36,9 @@ def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, co
 
 
 class _Driftless:
-    """Solver of M q = f under drag on translations t, for forces f without resultant.
-
-    M t = i omega B t vanishes with omega, and rounding would start a drift. Write q = q_rel + t c with site 0 of q_rel
-    at rest; no net drag, t^T B q = 0, gives c, and q_rel obeys M less a matrix of rank two.
-    """
+    """Solver of M q = f under drag on translations t, for forces f without resultant. M t = i omega B t vanishes with
+    omega, and rounding would start a drift. Write q = q_rel + t c with site 0 of q_rel at rest; no net drag, t^T B q =
+    0, gives c, and q_rel obeys M less a matrix of rank two."""
 
     def __init__(self, motion: EquationOfMotion, omega: float) -> None:
         self._axes = motion.translations

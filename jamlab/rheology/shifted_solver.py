@@ -11,14 +11,9 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion
 
 
 class ShiftedSolver:
-    """Solver of (K + s B) q = f for one real s > 0 after the other.
-
-    With rotations scaled by sqrt(s) the matrix is positive definite for every s: displacements see K + s B, rotations
-    B, and between them sqrt(s) B; torques are divided by sqrt(s). Without torques that eliminates rotations exactly.
-
-    Args:
-        motion: equation of motion.
-    """
+    """Solver of (K + s B) q = f for one real s > 0 after the other. With rotations scaled by sqrt(s) the matrix is
+    positive definite for every s: displacements see K + s B, rotations B, and between them sqrt(s) B; torques are
+    divided by sqrt(s). Without torques that eliminates rotations exactly. `motion`: equation of motion."""
 
     def __init__(self, motion: EquationOfMotion) -> None:
         self._motion = motion
@@ -34,11 +29,7 @@ class ShiftedSolver:
         )  # 0, 1 or 2 rotations in an entry
 
     def factorise(self, shift: float) -> None:
-        """Factorise K + s B for a shift s, 1/tau_1.
-
-        Raises:
-            ConvergenceError: rounding of s B exceeds what holds the modes that B leaves free, or the reverse.
-        """
+        """Factorise K + s B for a shift s, 1/tau_1."""
         self._root = float(np.sqrt(shift))
         values = self._k + np.array([shift, self._root, 1.0])[self._turning] * self._b
         pattern = self._pattern

@@ -15,18 +15,13 @@ from jamlab.rheology.shifted_solver import ShiftedSolver
 
 @dataclass(frozen=True)
 class FastLimitSettings:
-    """Numbers of the proximal steps to the fast limit.
+    """Numbers of the proximal steps to the fast limit."""
 
-    Attributes:
-        shift: over the rate at which dissipation outweighs elasticity. A step divides the imbalance by about this
-            number; the elastic energy of what B leaves free must stay above the rounding of s B, 1e-16 times this.
-        most_steps: a guard; two to five reach rounding.
-        least_gain: a step must be shorter than this part of the last one, else it is rounding.
-    """
-
+    # over the rate at which dissipation outweighs elasticity. A step divides the imbalance by about this number; the
+    # elastic energy of what B leaves free must stay above the rounding of s B, 1e-16 times this.
     shift: float = 1e6
-    most_steps: int = 30
-    least_gain: float = 0.5
+    most_steps: int = 30  # a guard; two to five reach rounding
+    least_gain: float = 0.5  # a step must be shorter than this part of the last one, else it is rounding
 
 
 SETTINGS = FastLimitSettings()
@@ -34,29 +29,17 @@ SETTINGS = FastLimitSettings()
 
 @dataclass(frozen=True)
 class Limits:
-    """Response at unit strain when the strain is infinitely slow or fast.
+    """Response at unit strain when the strain is infinitely slow or fast."""
 
-    Attributes:
-        slow: (m,) q of least energy; rotations dissipate least.
-        fast: (m,) q of least dissipation, and among those of least energy.
-        g0: G'(omega -> 0).
-        eta_inf: lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation.
-        eta0: lim G''/omega, omega -> 0.
-    """
-
-    slow: Array
-    fast: Array
-    g0: float
-    eta_inf: float
-    eta0: float
+    slow: Array  # (m,) q of least energy; rotations dissipate least
+    fast: Array  # (m,) q of least dissipation, and among those of least energy
+    g0: float  # G'(omega -> 0)
+    eta_inf: float  # lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation
+    eta0: float  # lim G''/omega, omega -> 0
 
 
 def find_limits(motion: EquationOfMotion) -> Limits:
-    """Find the slow and the fast limit of the response, and the moduli that follow from them.
-
-    Raises:
-        UnstableError: K has a negative eigenvalue, which is named, or a floppy mode that strain pushes.
-    """
+    """Find the slow and the fast limit of the response, and the moduli that follow from them."""
     slow = _solve_slow(motion)
     fast = _solve_fast(motion)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
@@ -93,11 +76,9 @@ def _solve_slow(motion: EquationOfMotion) -> Array:
 
 
 def _solve_fast(motion: EquationOfMotion) -> Array:
-    """Least dissipation, by proximal steps: B alone may be singular, K + s B is not.
-
-    The first step is the exact response at s, so what B leaves free takes least energy; every further step keeps that
-    and divides the imbalance of B by about 1 + s over the fastest rate.
-    """
+    """Least dissipation, by proximal steps: B alone may be singular, K + s B is not. The first step is the exact
+    response at s, so what B leaves free takes least energy; every further step keeps that and divides the imbalance of
+    B by about 1 + s over the fastest rate."""
     moving = motion.moving
     shift = SETTINGS.shift * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
     solver = ShiftedSolver(motion)

@@ -61,10 +61,8 @@ def figure_7(tables: EnsembleTables) -> Drawing:
 
 
 def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFrame) -> None:
-    """Claim l/L, the mean over pressures and frequencies, of which the paper has it independent.
-
-    `part` holds the size with several packings at the frequencies that count, `table` all sizes.
-    """
+    """Claim l/L, the mean over pressures and frequencies, of which the paper has it independent. `part` holds the size
+    with several packings at the frequencies that count, `table` all sizes."""
     table_at = table[table["omega"].isin(part["omega"].unique())]
     sampled = enough(table_at, "n", ENOUGH)[-1]  # five packings of the largest size tell no length from another
     part = table_at[table_at["n"] == sampled]
@@ -144,11 +142,7 @@ def correlations(part: pd.DataFrame) -> Array:
 
 
 def by_frequency(part: pd.DataFrame) -> Array:
-    """Arrange distance and C (packings, frequencies, bins, 2) of the packings that have all frequencies of a pressure.
-
-    Raises:
-        InputError: none has them all.
-    """
+    """Stack distance and C (packings, frequencies, bins, 2) of the packings with all frequencies."""
     shared = part.groupby("seed")["omega"].nunique()
     part = part[part["seed"].isin(shared.index[shared == part["omega"].nunique()])]
     if part.empty:

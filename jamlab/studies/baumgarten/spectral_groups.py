@@ -18,19 +18,14 @@ LARGE = 25.0  # p N^2 from which packings take part in fits of exponents: below,
 
 @dataclass(frozen=True)
 class Group:
-    """Packings of one pressure under one law.
+    """Packings of one pressure under one law."""
 
-    Attributes:
-        seeds: (packings,) of the packings, ascending.
-        omega: (m,) frequencies.
-        storage, loss: (packings, m).
-        g0, eta0, eta_inf: (packings,).
-    """
-
-    seeds: NDArray[np.int64]
-    omega: Array
+    seeds: NDArray[np.int64]  # (packings,) of the packings, ascending
+    omega: Array  # (m,) frequencies
+    # storage, loss: (packings, m)
     storage: Array
     loss: Array
+    # g0, eta0, eta_inf: (packings,)
     g0: Array
     eta0: Array
     eta_inf: Array
@@ -75,11 +70,7 @@ def select_limits(table: pd.DataFrame) -> pd.DataFrame:
 def select_law(
     table: pd.DataFrame, law: str, ensemble: str = FIXED, /, *, prestress: bool | None = None, **parameters: float
 ) -> pd.DataFrame:
-    """Select the rows of one law, in one ensemble: boxes of fixed shape as in the paper, or others where they are few.
-
-    Raises:
-        InputError: there is no such row.
-    """
+    """Select the rows of one law, in one ensemble: fixed boxes as in the paper, or others where they are few."""
     found = table[table["law"] == law]
     if prestress is not None:
         found = found[found["prestress"].astype(bool) == prestress]
@@ -92,10 +83,8 @@ def select_law(
 
 
 def select_ensemble(table: pd.DataFrame, ensemble: str = FIXED) -> pd.DataFrame:
-    """Select the packings of one ensemble, size by size; where it has too few of a size, those of the other.
-
-    A packing of the same seed is another one in the other ensemble, with another modulus: none is averaged over both.
-    """
+    """Select the packings of one ensemble, size by size; where it has too few of a size, those of the other. A packing
+    of the same seed is another one in the other ensemble, with another modulus: none is averaged over both."""
     chosen = {}
     for n, part in table.groupby("n"):
         held = enough(part, "ensemble")
@@ -105,11 +94,7 @@ def select_ensemble(table: pd.DataFrame, ensemble: str = FIXED) -> pd.DataFrame:
 
 
 def select_spectra(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the rows of the largest size with many frequencies and enough packings for an interval.
-
-    Raises:
-        InputError: no spectrum has three frequencies.
-    """
+    """Select the rows of the largest size with many frequencies and enough packings for an interval."""
     count = table.groupby("n")["omega"].nunique()
     full = count.index[count >= max(0.5 * count.max(), 3)]
     if full.empty:
@@ -125,9 +110,7 @@ def select_largest(table: pd.DataFrame) -> pd.DataFrame:
 
 def select_sweep(table: pd.DataFrame, parameter: str) -> pd.DataFrame:
     """Select the rows of the size and pressure with most values of a parameter of damping; the largest size of several.
-
-    Scans of the parameter may be had at another size than the spectra of every pressure.
-    """
+    Scans of the parameter may be had at another size than the spectra of every pressure."""
     count = table.groupby(["n", "target_pressure"])[parameter].nunique()
     n, p = max(count.index[count == count.max()])
     chosen: NDArray[np.bool_] = ((table["n"] == n) & (table["target_pressure"] == p)).to_numpy()

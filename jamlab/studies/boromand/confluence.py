@@ -96,10 +96,8 @@ def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
 
 
 def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> None:
-    """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1.
-
-    Nearest to rho* one contact is missing, which makes it 2 at every N by counting.
-    """
+    """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1. Nearest to
+    rho* one contact is missing, which makes it 2 at every N by counting."""
     n, found, every, cause = sorted(curves), None, {}, ""
     if len(n) > 1:
         groups = [curves[m].curves for m in n]

@@ -332,9 +332,7 @@ def _claim_roots(out: Drawing, states: pd.DataFrame) -> None:
 
 def _share_without_modulus(out: Drawing, states: pd.DataFrame) -> str:
     """Keep the share of droplets near onset without a modulus: a motion is left that nothing holds; "" if all have one.
-
-    Curves and claims of G are of the rest.
-    """
+    Curves and claims of G are of the rest."""
     near = states[(states["model"] == "dp") & states["d_rho"].between(0, NEAREST, inclusive="right")]
     share = near["g"].isna().groupby(near["n"]).mean()
     if share.empty or not share.any():

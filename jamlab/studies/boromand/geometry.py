@@ -237,20 +237,14 @@ def has_printed(states: pd.DataFrame) -> bool:
 
 
 class Law(NamedTuple):
-    """A power law of the paper.
+    """A power law of the paper."""
 
-    Attributes:
-        name: of its claim.
-        paper: exponent of y in x, or of x in y if `inverse`.
-        low, high: x between which the widest straight window is searched.
-        inverse: whether the paper gives x as a power of y.
-    """
-
-    name: str
-    paper: published.Published
+    name: str  # of its claim
+    paper: published.Published  # exponent of y in x, or of x in y if `inverse`
+    # low, high: x between which the widest straight window is searched
     low: float
     high: float
-    inverse: bool = False
+    inverse: bool = False  # whether the paper gives x as a power of y
 
 
 def figure_11(tables: EnsembleTables) -> Drawing:
@@ -407,10 +401,8 @@ def _draw_laws(
 
 
 def _local_exponents(out: Drawing, x: Array, y: Array, law: Law, of: str) -> str:
-    """Keep how the exponent between neighbouring points changes through the window of a law.
-
-    That of droplets starts at 1/2: a regular polygon has the least A of its area, so A - A_J has no linear term.
-    """
+    """Keep how the exponent between neighbouring points changes through the window of a law. That of droplets starts at
+    1/2: a regular polygon has the least A of its area, so A - A_J has no linear term."""
     kept = (x >= law.low) & (x <= law.high) & (y > 0)
     x, y = x[kept], y[kept]
     if len(x) < 3:
