@@ -81,8 +81,8 @@ def test_a_table_that_differs_is_told_from_the_paper():
 
 
 def test_the_loss_of_the_fluid_alone_is_no_critical_slope():
-    """G'' of a fluid of viscosity 1 rises with omega; what it adds to G'' ~ omega^0.5 is taken off. G'' itself, which the
-    paper collapses, stands in the family, as G' does beside G' - G_0."""
+    """G'' of a fluid of viscosity 1 rises with omega; what it adds to G'' ~ omega^0.5 is taken off. G'' itself, which
+    the paper collapses, stands in the family, as G' does beside G' - G_0."""
     table = TABLES["spectra"]()
     fluid = (table["law"] == "stokes") & (table["eta_f"] == 1)
     table.loc[fluid, "loss"] += table.loc[fluid, "omega"]

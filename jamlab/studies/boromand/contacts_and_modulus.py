@@ -269,7 +269,11 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
     }
     n = min(curves, default=0)
     every = {f"N = {m}": conventions.fit_exponent(*e.mean) for m, e in curves.items() if m != n}
-    words = {"how": f"N = {n}, window as of beta_0", "cause": "it falls with N", "shown_by": "boromand-6 d"}
+    words = {
+        "how": f"N = {n}, window as of beta_0; the caption names no N",
+        "cause": "it falls with N",
+        "shown_by": "boromand-6 d",
+    }
     found = curves[n].interval(conventions.fit_exponent) if n else None
     out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, Kind.MEASURED, every, **words)
 
@@ -315,7 +319,8 @@ def _claim_roots(out: Drawing, states: pd.DataFrame) -> None:
     """Claim that z - z_J and G of large droplet packings go as the root of drho, before the linear terms set in."""
     low, high = REGIME["sp"][0], DISTANT
     g_0, g_1 = published.TABLE_2["DP(ρ)"]
-    linear = f"{conventions.TABLE_TARGET}, of which the linear term exceeds the root from drho = {(g_0 / g_1) ** 2:.2g} on"
+    equal = f"the linear term exceeds the root from drho = {(g_0 / g_1) ** 2:.2g} on"
+    linear = f"{conventions.TABLE_TARGET}, of which {equal}"
     for column, what, words in (("d_z", "z - z_J", {}), ("g", "G", {"calibrated": linear})):
         found, how, every = None, "no dp packings", {}
         if has(states, "dp"):

@@ -162,7 +162,10 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     words = {"how": f"N = {n}, z - {SUBTRACTED} as in the paper (own z_J {own:.3f}), {_window(series)}"}
     if series == "SP(φ)":
         by_size = _by_size(out, "z_0, SP(φ)", states, series, lambda s: _coefficient(s, series, "excess contacts"))
-        words |= {"cause": f"z_0 rises with N: {by_size}", "shown_by": "boromand-6 a"}
+        words |= {
+            "cause": f"the paper fits N = {conventions.SIZES[-1]}, and z_0 is {by_size}",
+            "shown_by": "boromand-6 a",
+        }
     elif model == "sp":
         words |= {"contradiction": conventions.contradiction_of_disks(), "shown_by": "boromand-5, dashed"}
     else:
@@ -202,7 +205,8 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
         only = coefficients(x, stable)[0] if series == "SP(φ)" else _at_tenth(x, stable)
         out.keep(f"{what} of packings with G > 0, {series}", only)
         by_size = _by_size(out, f"{what}, {series}", states, series, lambda s: statistic(s, series, "g"))
-        words["cause"] = f"{what} rises with N: {by_size}; packings with G > 0 alone give {only:.3g}"
+        words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and {what} is {by_size}"
+        words["cause"] += f"; packings with G > 0 alone give {only:.3g}"
         if sheared is not None:
             ratio = out.write(f"G along x over the mean over directions, {series}")
             words["cause"] += f", and the paper shears along x, where G is {ratio} times the mean over directions"
