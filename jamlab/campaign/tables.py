@@ -67,18 +67,15 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
             p = file.parameters
             parts.append({"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble, **columns})
     parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
+    counts = [next(len(v) for v in part.values() if isinstance(v, np.ndarray)) for part in parts]
     frames = {}
     for column in (*TABLE_COLUMNS[name], *sorted(own)):
         values = [
-            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), _row_count(part))
-            for part in parts
+            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), count)
+            for part, count in zip(parts, counts, strict=True)
         ]
         frames[column] = np.concatenate(values) if values else np.empty(0)
     return pd.DataFrame(frames)
-
-
-def _row_count(part: dict[str, Any]) -> int:
-    return next(len(values) for values in part.values() if isinstance(values, np.ndarray))
 
 
 def _columns(file: TaskFile, name: str) -> dict[str, Any]:
@@ -344,11 +341,6 @@ def _differs_within(frame: pd.DataFrame, by: str, name: str) -> bool:
     return name in frame.columns and bool((frame.groupby(by, dropna=False)[name].nunique() > 1).any())
 
 
-def _units(frame: pd.DataFrame) -> list[str]:
-    kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
-    return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
-
-
 def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
     x = part[along].to_numpy(np.float64)
     outside = ~((x >= edges[0]) & (x < edges[-1]))
@@ -373,5 +365,8 @@ def _selection(means: pd.DataFrame, value: str) -> list[str]:
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:
-    known = column in _STRESSES and {"model", "units"} <= set(frame.columns)
-    return in_unit(LABELS.get(column, column), " or ".join(_units(frame)) if known else "")
+    units: list[str] = []
+    if column in _STRESSES and {"model", "units"} <= set(frame.columns):
+        kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
+        units = list(dict.fromkeys(UNIT_OF_STRESS[model, unit] for model, unit in kinds))
+    return in_unit(LABELS.get(column, column), " or ".join(units))

@@ -190,18 +190,12 @@ def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> d
     unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon/l^2$ (DP)"
     left_out = [f"Not stable: {MODEL_STYLE[m]['label']}, {line}." for m, s in sweeps.items() for line in unstable(s)]
     moduli = " ".join(["Relaxed shear modulus by linear response, mean over directions.", *left_out])
+    z = curve_figure(tables, "z", "contact number $z$")
+    g = curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]")
     pictures = {
         "Densest packings": ("packings.png", packings_figure(densest, titles), _PACKINGS),
-        "Contacts": (
-            "z.png",
-            curve_figure(tables, "z", "contact number $z$"),
-            "Contacts per particle, rattlers left out.",
-        ),
-        "Shear modulus": (
-            "g.png",
-            curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]"),
-            moduli,
-        ),
+        "Contacts": ("z.png", z, "Contacts per particle, rattlers left out."),
+        "Shear modulus": ("g.png", g, moduli),
     }
     if spectrum is not None:
         caption = (

@@ -12,18 +12,24 @@ import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
 from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli
 from jamlab.studies.failure.map import (
+    SILENT,
     Axis,
     Map,
+    Trial,
+    attempt,
+    balanced,
     counts,
     default_distance,
     failure_figure,
+    judge_descent,
+    judged,
     log_axis,
     shares,
     summary,
     tick_text,
+    worst_of,
     write_maps,
 )
-from jamlab.studies.failure.verdict import SILENT, Trial, attempt, balanced, judge_descent, judged, worst_of
 from jamlab.studies.registry import MAPS
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other

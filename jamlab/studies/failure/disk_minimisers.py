@@ -14,8 +14,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.solver_settings import SOLVERS
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
-from jamlab.studies.failure.verdict import Trial, balanced, judge_descent
+from jamlab.studies.failure.map import Axis, Map, Trial, balanced, judge_descent, linear_axis, log_axis
 
 _JOLT = 0.02  # small diameters: meant to leave the minimum, not its basin
 _STEPS = 10_000  # after which a method counts as stalled
@@ -57,16 +56,17 @@ def try_fire(jolted: Jolted, timestep: float, dmax: float) -> Trial:
     tolerance = force_tolerance("sp")
     lines = (f"timestep {timestep}", "min_style fire", f"min_modify norm max dmax {dmax} tmax {_FIRE_GROWTH:g}")
     ask = f"minimize 0.0 {0.5 * tolerance:g} {_STEPS} {10 * _STEPS}"
-    return _try_lammps(jolted, tolerance, lambda session: _commands(session, (*lines, ask)))
+
+    def descend(session: Session) -> Evaluation:
+        for line in (*lines, ask):
+            session.command(line)
+        return session.evaluate()
+
+    return try_descent(jolted, tolerance, descend)
 
 
-def _commands(session: Session, lines: tuple[str, ...]) -> Evaluation:
-    for line in lines:
-        session.command(line)
-    return session.evaluate()
-
-
-def _try_lammps(jolted: Jolted, tolerance: float, descend: Callable[[Session], Evaluation]) -> Trial:
+def try_descent(jolted: Jolted, tolerance: float, descend: Callable[[Session], Evaluation]) -> Trial:
+    """Descend from the start in some way, down to a tolerance."""
     with Session(jolted.start) as session:
         before = session.evaluate().energy
         try:
@@ -101,7 +101,7 @@ def try_overdamped_steps(jolted: Jolted, timestep: float, steps: int = _STEPS) -
 def try_gradients(jolted: Jolted, steps: float) -> Trial:
     """Conjugate gradients alone, so many steps at most."""
     tolerance = force_tolerance("sp")
-    return _try_lammps(jolted, tolerance, lambda s: s.minimize(tolerance, style="cg", steps=int(steps)))
+    return try_descent(jolted, tolerance, lambda s: s.minimize(tolerance, style="cg", steps=int(steps)))
 
 
 def try_tolerance(jolted: Jolted, tolerance: float) -> Trial:

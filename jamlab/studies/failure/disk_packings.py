@@ -13,14 +13,13 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance
 from jamlab.protocols.size_distributions import LARGEST_RATIO
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
+from jamlab.studies.failure.map import Axis, Map, Trial, balanced, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import (
     plain_forces,
     plain_packing_fraction,
     plain_pressure,
     plain_shear_modulus,
 )
-from jamlab.studies.failure.verdict import Trial, balanced, worst_of
 
 _SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction to 1e-6 only
 _SAME_MODULUS = 1e-6  # of the affine modulus: two ways to sum the same second derivatives

@@ -1,6 +1,6 @@
 """Maps where flow in time fails: steps, rates, drag laws, oscillation beyond the linear range, quasi-static steps."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
 from jamlab.studies.failure.droplets import jammed_disks
 from jamlab.studies.failure.elastic_moduli import opening_strain
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
+from jamlab.studies.failure.map import Axis, Map, Trial, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import (
     plain_complex_modulus,
     plain_drag,
@@ -27,7 +27,6 @@ from jamlab.studies.failure.plain_physics import (
     plain_max_force,
     plain_stress,
 )
-from jamlab.studies.failure.verdict import Trial, worst_of
 
 _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
 _SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one
@@ -147,16 +146,13 @@ def try_quasistatic(packing: Packing, step: float) -> Trial:
     return _as(verdict, worst_of(balance, elastic_trial(run)), f"energy {change:.1g} from that of the finest steps")
 
 
+@cache
 def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
-    key = packing.positions.tobytes(), step
-    if key not in _SHEARED:
-        found = shear(packing, 0.0, _STRAIN, step=step)
-        assert isinstance(found, QuasistaticShear)
-        _SHEARED[key] = found
-    return _SHEARED[key]
+    found = shear(packing, 0.0, _STRAIN, step=step)
+    assert isinstance(found, QuasistaticShear)
+    return found
 
 
-_SHEARED: dict[tuple[bytes, float], QuasistaticShear] = {}
 _STEPS = log_axis("step of strain", 1e-3, _STRAIN)
 _RATES = log_axis("rate, 1/τ₁", 1e-3, 2e3)
 _CHECK = (

@@ -1,7 +1,7 @@
 """Maps where moduli fail: finite strains, states off their minimum; G* at extreme frequencies and damping."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -19,9 +19,8 @@ from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.studies.failure.disk_packings import modulus_trial
-from jamlab.studies.failure.map import Axis, Map, log_axis
+from jamlab.studies.failure.map import Axis, Map, Trial, log_axis
 from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
-from jamlab.studies.failure.verdict import Trial
 
 _FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot
 _NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
@@ -129,24 +128,18 @@ def _packing(pressure: float, index: int) -> Packing:
     return pack(_N, pressure, index + 1)
 
 
+_plain = cache(plain_complex_modulus)
+
+
 def try_spectrum(start: Spectrum, omega: float, beta: float) -> Trial:
     """One solver at one frequency, judged by its own estimate."""
     s = complex_modulus(start.packing, [omega], ContactDamping(beta=beta), method=start.method)
     estimate = float(s.error[0])
     if not estimate < _GOOD:
         return Trial("stalled", f"{start.method}: says that its error is {estimate:.1g}")
-    plain = _plain(start.packing.positions.tobytes(), start, omega, beta)
+    plain = _plain(start.packing, omega, beta)
     error = max(abs(s.storage[0] / plain.real - 1), abs(s.loss[0] / plain.imag - 1))
     return Trial("converged", f"{start.method}: error {error:.1g}", error, max(_GOOD, _ESTIMATE * estimate))
-
-
-def _plain(key: bytes, start: Spectrum, omega: float, beta: float) -> complex:
-    if (key, omega, beta) not in _KNOWN:
-        _KNOWN[key, omega, beta] = plain_complex_modulus(start.packing, omega, beta)
-    return _KNOWN[key, omega, beta]
-
-
-_KNOWN: dict[tuple[bytes, float, float], complex] = {}
 
 
 _DENSE_CHECK = "G* anew: dense matrices by complex steps and plain loops, eliminated in extended precision."

@@ -387,8 +387,8 @@ def write_recipe(name: str, folder: Path, packing: Packing) -> str:
     here = evaluate(packing)
     make_folder(folder)
     with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
-        known = {"positions": packing.positions, "species": species, "s": s, "sides": np.diag(packing.box)}
-        found = {"energy": here.energy, "forces": here.forces, "stress": here.stress}
+        known: dict[str, Any] = {"positions": packing.positions, "species": species, "s": s, "sides": np.diag(packing.box)}
+        found: dict[str, Any] = {"energy": here.energy, "forces": here.forces, "stress": here.stress}
         np.savez(file, **known, eps=float(packing.params["eps"]), **found)
     script = f"{name}_check.py"
     text = resources.files("jamlab.studies.other_codes").joinpath(f"{script}.txt").read_text(encoding="utf-8")
