@@ -110,18 +110,17 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
 
     from jamlab.storage.verified_file import checksum
 
+    lines = []
     if h5py.is_hdf5(file) and checksum(file) is None:
-        err_console.print(f"{file.name} has no checksum: damage to it would go unnoticed", markup=False)
-    assumed = packing.provenance.get("assumed")
-    if assumed:
-        err_console.print(
-            f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken", markup=False
-        )
+        lines.append(f"{file.name} has no checksum: damage to it would go unnoticed")
+    if assumed := packing.provenance.get("assumed"):
+        lines.append(f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken")
     if packing.rounding:
-        err_console.print(
-            f"{file.name} holds positions to {packing.rounding:.1g} only: no moduli, and z only where it is certain",
-            markup=False,
+        lines.append(
+            f"{file.name} holds positions to {packing.rounding:.1g} only: no moduli, and z only where it is certain"
         )
+    for line in lines:
+        err_console.print(line, markup=False)
 
 
 DOUBT = " ?"  # beside every number of a doubtful picture

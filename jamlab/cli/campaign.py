@@ -245,12 +245,11 @@ def status(
             seeds = f"{s.finished} of at most {s.most} seeds finished"
             error = f"error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
             out_console.print(f"{s.sweep} {s.model} n={s.n}: {error}; {seeds}", soft_wrap=True, highlight=False)
-    for record in found.failures.values():
-        out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
-    for task, reason in (found.damaged or {}).items():
-        out_console.print(f"damaged: {campaign.folder.task_file(task)}: {reason}", soft_wrap=True, highlight=False)
-    for line in (found.gaps or {}).values():
-        out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
+    said = [f"failed: {record['label']}: {record['reason']}" for record in found.failures.values()]
+    said += [f"damaged: {campaign.folder.task_file(t)}: {why}" for t, why in (found.damaged or {}).items()]
+    said += [f"incomplete: {line}" for line in (found.gaps or {}).values()]
+    for line in said:
+        out_console.print(line, soft_wrap=True, highlight=False)
     if found.damaged:
         out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
     if found.foreign:

@@ -17,7 +17,6 @@ from jamlab.studies.cost import (
     measurements,
     minimisers,
     model_size,
-    peer_descents,
     size_scaling,
 )
 from jamlab.studies.cost.chart import Chart
@@ -40,7 +39,7 @@ CHARTS: Mapping[str, Chart] = _by_name(
     [
         *(minimisers.DISKS, minimisers.DROPLETS, making_packings.ONSET, making_packings.PRESSURE),
         *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, measurements.SPECTRUM, measurements.DROPLET_SPECTRUM),
-        *(model_size.VERTICES, flows.INERTIA, flows.SOLVERS, model_size.MEANS, peer_descents.CHART),
+        *(model_size.VERTICES, flows.INERTIA, flows.SOLVERS, model_size.MEANS, minimisers.CODES),
     ]
 )
 _MAPS = (disk_minimisers, disk_packings, elastic_moduli, droplets, dynamics)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -108,19 +109,17 @@ _METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
 _N = 12
 
 
-@dataclass(frozen=True)
-class Spectrum:
-    """A packing, and how its G* is found; what is None is the condition x."""
+class Spectrum(NamedTuple):
+    """A packing, and how its G* is found."""
 
     packing: Packing
     method: str
-    omega: float | None = None
-    beta: float | None = None
+    omega: float | None = None  # None where it is the condition x
 
 
-def prepare(seed: int, pressure: float = 1e-3, **how: float) -> Spectrum:
+def prepare(seed: int, pressure: float = 1e-3, omega: float | None = None) -> Spectrum:
     """The packing of a seed, with one of the methods."""
-    return Spectrum(_packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)], **how)
+    return Spectrum(_packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)], omega)
 
 
 @lru_cache(maxsize=16)

@@ -197,10 +197,6 @@ class Map(TableStudy):
             trials = [attempt(partial(self.attempt, start, x)) for start in starts] + refusals
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 
-    def try_once(self, x: float | str, y: float | str, seed: int = 1) -> Trial:
-        """Make the run of one seed at one pair of conditions."""
-        return attempt(lambda: self.attempt(self.prepare(y, seed), x))
-
 
 def summary(trials: list[Trial]) -> dict[str, Any]:
     """Count verdicts; the worst error over what is allowed, and what the worst run says."""

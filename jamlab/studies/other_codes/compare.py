@@ -387,7 +387,12 @@ def write_recipe(name: str, folder: Path, packing: Packing) -> str:
     here = evaluate(packing)
     make_folder(folder)
     with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
-        known: dict[str, Any] = {"positions": packing.positions, "species": species, "s": s, "sides": np.diag(packing.box)}
+        known: dict[str, Any] = {
+            "positions": packing.positions,
+            "species": species,
+            "s": s,
+            "sides": np.diag(packing.box),
+        }
         found: dict[str, Any] = {"energy": here.energy, "forces": here.forces, "stress": here.stress}
         np.savez(file, **known, eps=float(packing.params["eps"]), **found)
     script = f"{name}_check.py"
