@@ -184,11 +184,21 @@ def aggregate(
     packing are nan; `<value>_packings` counts those with a finite value."""
     import pandas as pd
 
-    _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)
+    _require_columns(frame, [*values, *by, *([along] if along else [])])
+    if along is None and bins is not None:
+        raise InputError(f"bins = {bins!r}: name the column to cut into them, along = ...")
+    edges = None if bins is None else np.asarray(bins, dtype=np.float64)
+    if edges is not None and (edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0)):
+        raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
+    check_choice("statistic", statistic, STATISTICS)
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
+    if resamples < 1:
+        raise InputError(f"resamples = {resamples}: must be 1 or more")
     keys = {name: _round_keys(frame[name]) for name in by}
     if along is not None:
         numbers = frame[along].to_numpy(np.float64)
-        edges = choose_bins(numbers)[0] if bins is None else np.asarray(bins, dtype=np.float64)
+        edges = choose_bins(numbers)[0] if edges is None else edges
         place = np.digitize(numbers, edges) - 1
         inside = (place >= 0) & (place < len(edges) - 1)
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
@@ -221,29 +231,10 @@ def _round_keys(column: pd.Series[Any]) -> pd.Series[Any]:
     return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))
 
 
-def _check(
-    frame: pd.DataFrame,
-    columns: list[str],
-    along: str | None,
-    bins: ArrayLike | None,
-    statistic: str,
-    confidence: float,
-    resamples: int,
-) -> None:
-    for name in columns:
+def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
+    for name in names:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
-    if along is None and bins is not None:
-        raise InputError(f"bins = {bins!r}: name the column to cut into them, along = ...")
-    if bins is not None:
-        edges = np.asarray(bins, dtype=np.float64)
-        if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
-            raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
-    check_choice("statistic", statistic, STATISTICS)
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
-    if resamples < 1:
-        raise InputError(f"resamples = {resamples}: must be 1 or more")
 
 
 def _refuse_unlike(part: pd.DataFrame) -> None:
@@ -282,9 +273,7 @@ def draw_means(
     axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, /, **style: Any
 ) -> None:
     """Draw one curve for each value of the column `by`; see `Campaign.plot`."""
-    for name in (value, along, by):
-        if name not in frame.columns:
-            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    _require_columns(frame, (value, along, by))
     if not len(frame):
         raise InputError("no task has a row for this table yet: run the campaign first")
     for name in (value, along):

@@ -192,13 +192,9 @@ class _Writer:
         if sessions and sessions[-1] | {"tasks": 0} == self._session:
             self._session = sessions.pop()
         sessions = [*sessions, self._session]
-        self._provenance: dict[str, Any] = {
-            "schema": SCHEMA,
-            "version": 1,
-            "facts": facts,
-            "sessions": sessions,
-            "rows": {task: counts[task] for task in counts if task in self.tasks},
-        }
+        held = {task: counts[task] for task in counts if task in self.tasks}
+        self._provenance: dict[str, Any] = {"schema": SCHEMA, "version": 1, "facts": facts, "sessions": sessions}
+        self._provenance["rows"] = held
 
     def add(self, task: str, took: float, rows: Iterable[Row]) -> None:
         lines = csv.writer(self._body, lineterminator="\n")

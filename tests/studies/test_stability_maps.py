@@ -195,7 +195,7 @@ def test_verdicts_of_minimisations():
 def test_overdamped_steps_on_both_sides_of_their_limit():
     """2 over the largest eigenvalue of the Hessian: 10 % below converges, 10 % above does not."""
     jolted = disk_minimisers.jolt_minimum(16, 0.95, 1)
-    limit = MAPS["overdamped"].limit(jolted)
+    limit = MAPS["overdamped"].limit[0](jolted)
     assert disk_minimisers.try_overdamped_steps(jolted, 0.9 * limit, 5000).verdict == "converged"
     assert disk_minimisers.try_overdamped_steps(jolted, 1.1 * limit, 1000).verdict in ("stalled", "blew up")
 
@@ -209,7 +209,7 @@ def test_contacts_change_at_the_strain_that_linear_response_foretells():
 
 
 def test_a_free_droplet_collapses_at_the_limit():
-    limit = MAPS["droplet-elasticity"].limit((None, 300.0))
+    limit = MAPS["droplet-elasticity"].limit[0]((None, 300.0))
     p = {"gamma": 0.99 * limit, "ka": 300.0, "a0": np.array([(24 / 29) ** 2])}
     assert jamlab.packing.free_droplet.free_polygon_area(np.array([12]), p) > 0
     with pytest.raises(jamlab.InputError, match="shrinks a free droplet"):
@@ -229,7 +229,7 @@ def synthetic():
         return Trial("stalled" if x > (5 if seed % 2 else 50) * y else "converged", "note", 0.5, 1.0)
 
     x, y = log_axis("x", 1e-2, 1e4, 1.0, count=13), Axis("y", (0.1, 1.0, 10.0), 1.0)
-    return Map("t", "title", x, y, 4, lambda y, seed: (y, seed), run, "m", "c", lambda start: 30 * start[0], "limit")
+    return Map("t", "title", x, y, 4, lambda y, seed: (y, seed), run, "m", "c", (lambda start: 30 * start[0], "limit"))
 
 
 def measured(chart):

@@ -152,8 +152,7 @@ MAPS = (
         "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
         "farther on it blows up.",
         _CHECK,
-        lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
-        "$2/\\omega_{\\max}$",
+        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "fire-dmax",
@@ -165,8 +164,7 @@ MAPS = (
         lambda jolted, x: try_fire(jolted, 0.1, x),
         "Short moves end before the minimum is met; long ones are cut by the time step before they do harm.",
         _CHECK,
-        way_over_steps,
-        "way to the minimum over 10 000 steps",
+        (way_over_steps, "way to the minimum over 10 000 steps"),
     ),
     Map(
         "overdamped",
@@ -178,8 +176,7 @@ MAPS = (
         lambda jolted, x: try_overdamped_steps(jolted, x, 3000),
         "Explicit steps are stable below 2 over the largest eigenvalue of the Hessian.",
         _CHECK,
-        lambda jolted: float(2 / jolted.stiffnesses[-1]),
-        "$2/\\lambda_{\\max}$",
+        (lambda jolted: float(2 / jolted.stiffnesses[-1]), "$2/\\lambda_{\\max}$"),
     ),
     Map(
         "gradients-rattlers",
@@ -191,8 +188,7 @@ MAPS = (
         try_gradients,
         "Rattlers that just touch and soft modes cost steps; `relax` lets FIRE and Newton steps follow.",
         _CHECK,
-        steps_of_gradients,
-        "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
+        (steps_of_gradients, "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$"),
     ),
     Map(
         "large-n",
@@ -204,7 +200,6 @@ MAPS = (
         try_tolerance,
         "The floor is the rounding of positions and of sums of forces; `converged` is False below it.",
         _CHECK,
-        lambda jolted: float(np.spacing(jolted.minimum.box.max())),
-        "last digit of a position",
+        (lambda jolted: float(np.spacing(jolted.minimum.box.max())), "last digit of a position"),
     ),
 )

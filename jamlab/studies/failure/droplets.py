@@ -152,8 +152,7 @@ MAPS = (
         lambda start, gamma: try_hand_over(start[0], gamma=gamma, ka=start[1]),
         "Handed over from disks. Where line tension squeezes soft areas to half their size, jamlab refuses.",
         _CHECK,
-        lambda start: collapse(start[1]),
-        "a free droplet collapses",
+        (lambda start: collapse(start[1]), "a free droplet collapses"),
         elsewhere="contacts change in the hand-over",
     ),
     Map(
@@ -166,8 +165,7 @@ MAPS = (
         lambda start, delta: try_hand_over(start[0], delta=delta, nv_small=start[1], nv_large=large_count(start[1])),
         "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",
         _CHECK,
-        lambda start: edge_at_rest(start[1]),
-        "edge at rest",
+        (lambda start: edge_at_rest(start[1]), "edge at rest"),
         elsewhere="contacts change in the hand-over",
     ),
     Map(
@@ -192,8 +190,7 @@ MAPS = (
         try_fire,
         "Converged: forces below 1e-4, since kinks of the contact energy keep FIRE from less.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",
-        lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
-        "$2/\\omega_{\\max}$",
+        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "droplet-shapes",

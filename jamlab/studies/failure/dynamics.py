@@ -173,8 +173,7 @@ MAPS = (
         f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
         "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
         _CHECK,
-        lambda start: LARGEST_TOLERANCE,
-        "largest tolerance that is taken",
+        (lambda start: LARGEST_TOLERANCE, "largest tolerance that is taken"),
         elsewhere="another path",
     ),
     Map(
@@ -198,8 +197,7 @@ MAPS = (
         lambda start, alpha: try_shear(start[0], start[1], alpha=alpha),
         "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
         _CHECK,
-        lambda start: LEAST_ALPHA,
-        "least power that is taken",
+        (lambda start: LEAST_ALPHA, "least power that is taken"),
     ),
     Map(
         "flow-droplets",
@@ -223,8 +221,7 @@ MAPS = (
         f"Not linear: the first harmonic is more than {100 * _NOT_LINEAR:g} % off G*, since contacts open.",
         "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
         "stress at the end.",
-        lambda start: opening_strain(start[0], affine=True),
-        "linear response opens a contact",
+        (lambda start: opening_strain(start[0], affine=True), "linear response opens a contact"),
         elsewhere="not linear",
     ),
     Map(
@@ -238,7 +235,6 @@ MAPS = (
         f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
         f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
         "Forces and elastic stress at the end, anew from the positions.",
-        opening_strain,
-        "linear response opens a contact",
+        (opening_strain, "linear response opens a contact"),
     ),
 )

@@ -155,8 +155,8 @@ MAPS = (
         "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
         "those of rattlers that barely touch do.",
         _CHECK,
-        lambda packing: 2 * opening_strain(packing),  # half of the strain goes either way
-        "linear response opens a contact",
+        # half of the strain goes either way
+        (lambda packing: 2 * opening_strain(packing), "linear response opens a contact"),
         elsewhere="contacts change",
     ),
     Map(
@@ -169,8 +169,7 @@ MAPS = (
         try_moved,
         "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
         _CHECK,
-        refused_beyond,
-        "1 % of the overlap",
+        (refused_beyond, "1 % of the overlap"),
     ),
     Map(
         "spectrum-frequency",
@@ -194,7 +193,6 @@ MAPS = (
         "Without damping of sliding rotations carry no drag, and with much of it both dampings share 16 digits. "
         "Stalled: the solver says that the error of G' or of G'' is above 1e-4.",
         _DENSE_CHECK,
-        lambda start: _GOOD / ROUNDING,
-        "rounding leaves 4 digits of drag",
+        (lambda start: _GOOD / ROUNDING, "rounding leaves 4 digits of drag"),
     ),
 )

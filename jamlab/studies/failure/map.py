@@ -158,8 +158,8 @@ class Map(TableStudy):
     attempt: Callable[[Any, Any], Trial]  # function of what is prepared and x: one run
     meaning: str  # what the map shows
     check: str  # what the independent check of every run is
-    limit: Callable[[Any], float] | None = None  # function of what is prepared: x where theory puts the boundary
-    limit_label: str = ""  # what that is
+    # function of what is prepared: x where theory puts the boundary; and what that is
+    limit: tuple[Callable[[Any], float], str] | None = None
     elsewhere: str = "another basin"  # what "another basin" is in this map
     kind: ClassVar[str] = "map"
     columns: ClassVar[Sequence[str]] = COLUMNS
@@ -191,7 +191,7 @@ class Map(TableStudy):
                 refusals.append(Trial("refused", str(error).splitlines()[0]))
                 continue
             if self.limit is not None:
-                limits.append(self.limit(starts[-1]))
+                limits.append(self.limit[0](starts[-1]))
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
             trials = [attempt(partial(self.attempt, start, x)) for start in starts] + refusals
@@ -448,7 +448,7 @@ def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
     if len(rows) == 1:
         places, rows = np.repeat(places, 2), np.array([rows[0] - 0.5, rows[0] + 0.5])
     line = axes.plot(places, rows, color="black", linewidth=2.2, path_effects=[withStroke(linewidth=5, foreground="w")])
-    line[0].set_label(chart.limit_label)
+    line[0].set_label(chart.limit[1])
     return line
 
 
