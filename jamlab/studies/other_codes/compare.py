@@ -188,9 +188,9 @@ def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) 
 def _row(
     said: tuple[str, str, str], differences: dict[str, Any], left: float, took: list[Any], jamlab: list[Any], note: str
 ) -> Row:
-    cold, warm = took
+    (name, method, version), (cold, warm) = said, took
     ratios = {"cold_ratio": cold / jamlab[0], "warm_ratio": warm / jamlab[1]}
-    return Row(*said, **differences, max_force=left, cold=cold, warm=warm, **ratios, note=note)
+    return Row(name, method, version, **differences, max_force=left, cold=cold, warm=warm, **ratios, note=note)
 
 
 def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, Any]:
