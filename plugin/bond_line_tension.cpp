@@ -5,6 +5,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "edge_geometry.h"
 #include "error.h"
 #include "force.h"
@@ -73,6 +74,13 @@ void BondLineTension::compute(int eflag, int vflag)
     if (evflag)
       ev_tally(i1, i2, nlocal, newton_bond, gamma[type] * length, fbond, delx, dely, 0.0);
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::init_style()
+{
+  if (domain->dimension != 2) error->all(FLERR, "Bond style line/tension requires a 2d simulation");
 }
 
 /* ---------------------------------------------------------------------- */

@@ -18,6 +18,7 @@ class BondLineTension : public Bond {
   ~BondLineTension() override;
   void compute(int, int) override;
   void coeff(int, char **) override;
+  void init_style() override;
   double equilibrium_distance(int) override;
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;

@@ -54,7 +54,7 @@ void ComputePolygonContact::compute_local()
   const int *mask = atom->mask;
 
   size_local_rows = 0;
-  for (const Contact &contact : pair->find_contacts()) {
+  for (const Contact &contact : pair->present_contacts()) {
     if (!(mask[contact.vertex] & mask[contact.tail] & groupbit)) continue;
     if (size_local_rows == capacity) {
       capacity = std::max(64, 2 * capacity);

@@ -67,7 +67,7 @@ void ComputePolygonGroup::sum()
 {
   const int *mask = atom->mask;
   double sums[3] = {0.0, 0.0, 0.0};
-  for (const Contact &contact : pair->find_contacts()) {
+  for (const Contact &contact : pair->present_contacts()) {
     const bool pushed = (mask[contact.vertex] & groupbit) && (mask[contact.tail] & otherbit);
     const bool pushes = (mask[contact.vertex] & otherbit) && (mask[contact.tail] & groupbit);
     if (!pushed && !pushes) continue;

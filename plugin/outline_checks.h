@@ -15,6 +15,10 @@ namespace LAMMPS_NS {
 
 void check_outlines(class LAMMPS *, const class FixPolygonOutline &, const class NeighList *, const ContactLaws &);
 
+// of one rank: no factor of special_bonds would have to weaken a contact with an edge
+
+void check_special_bonds(class LAMMPS *, const ContactLaws &);
+
 }    // namespace LAMMPS_NS
 
 #endif

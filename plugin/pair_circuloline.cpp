@@ -37,6 +37,7 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) :
   manybody_flag = 1;
   no_virial_fdotr_compute = 1;    // the virial is summed contact by contact, newton on or off
   centroidstressflag = CENTROID_NOTAVAIL;
+  comm_reverse_off = RETURNED;    // here: LAMMPS sizes its buffers by it before init_style()
   delta = 0.0;
   form = OUTLINE;
 }
@@ -107,7 +108,7 @@ PairCirculoline::Contacts PairCirculoline::find_contacts()
 {
   refuse_stale_facings();
   if (atom->nlocal == 0) return {nullptr, nullptr};
-  pair_laws.set(laws, atom->ntypes);
+  pair_laws.set(laws, atom->ntypes, force->special_lj);
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   std::size_t count = 0;
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
@@ -159,7 +160,6 @@ void PairCirculoline::tally(const Contact &contact, const Push &push, bool own)
 
 void PairCirculoline::return_from_ghosts()
 {
-  comm_reverse_off = sizeof(Returned) / sizeof(double);
   comm->reverse_comm(this);
   for (int i = 0; i < atom->nlocal; i++) {
     const Returned &sum = ghosts[i];
@@ -188,12 +188,23 @@ PairCirculoline::Push PairCirculoline::push_on_vertex(const Contact &contact) co
   return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, per_d * foot.dx, per_d * foot.dy};
 }
 
+/* ----------------------------------------------------------------------
+   for computes: ghosts lag where fix deform or a flow has moved atoms since the forces
+------------------------------------------------------------------------- */
+
+PairCirculoline::Contacts PairCirculoline::present_contacts()
+{
+  comm->forward_comm();
+  return find_contacts();
+}
+
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::find_facings()
 {
   outline->refresh();
   check_outlines(lmp, *outline, list, laws);
+  check_special_bonds(lmp, laws);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
     if (in_use[k]) facings[k].build(outline, list, laws, static_cast<ContactForm>(k));
 }
@@ -314,7 +325,7 @@ void PairCirculoline::mix_widths(int i, int j)
 int PairCirculoline::pack_reverse_comm(int n, int first, double *buf)
 {
   std::memcpy(buf, &ghosts[first], n * sizeof(Returned));
-  return static_cast<int>(n * sizeof(Returned) / sizeof(double));
+  return n * RETURNED;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -323,7 +334,7 @@ void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 {
   for (int k = 0; k < n; k++) {
     Returned one, &sum = ghosts[indices[k]];
-    std::memcpy(&one, buf + k * sizeof(Returned) / sizeof(double), sizeof(Returned));
+    std::memcpy(&one, buf + k * RETURNED, sizeof(Returned));
     sum.fx += one.fx;
     sum.fy += one.fy;
     sum.energy += one.energy;

@@ -57,7 +57,8 @@ class PairCirculoline : public Pair {
     const Contact *begin() const { return first; }
     const Contact *end() const { return last; }
   };
-  Contacts find_contacts();    // of this rank, at present positions; good until the next call
+  Contacts find_contacts();       // of this rank, where ghosts are up to date; good until the next call
+  Contacts present_contacts();    // the same, collective: brings ghosts up to date
 
  protected:
   double delta;         // width of the outlines of types that pair_coeff gives none
@@ -76,6 +77,7 @@ class PairCirculoline : public Pair {
   struct Returned {                       // to the owner of a ghost, where LAMMPS does not
     double fx, fy, energy, virial[3];
   };
+  static constexpr int RETURNED = sizeof(Returned) / sizeof(double);
   std::vector<Returned> ghosts;
 
   void allocate();

@@ -8,6 +8,7 @@
 #include "neighbor.h"
 
 #include <algorithm>
+#include <cmath>
 
 using namespace LAMMPS_NS;
 
@@ -32,14 +33,14 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
     const int i = list->ilist[ii];
     const bool disk = laws.disk(atom->type[i]);
     const int head = disk ? i : outline->next(i);
+    const Neighbors neighbors = {list->firstneigh[i], list->numneigh[i]};
     candidates.clear();
     if (form != SEGMENT)
-      find_near_point(i, list->firstneigh[i], list->numneigh[i], laws, form);
+      find_near_point(i, neighbors, laws, form);
     else if (head >= 0)
-      find_near_edge(i, head, list->firstneigh[i], list->numneigh[i], laws);
+      find_near_edge(i, head, neighbors, laws);
     if (!candidates.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
   }
-
 }
 
 /* ---------------------------------------------------------------------- */
@@ -58,28 +59,33 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
 }
 
 /* ----------------------------------------------------------------------
-   Edges that have outgrown the neighbor lists since the start of the run: every
-   point is tried with each of them, until the next run makes longer lists.
+   Once edges have outgrown the neighbor lists of this run, cells tell what is near
+   them, until the next run makes longer lists. Disks know each other by the lists.
 ------------------------------------------------------------------------- */
 
 void PolygonFacings::find_edges(const ContactLaws &laws)
 {
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
-  is_long.assign(nall, 0);
-  long_edges.clear();
+  outgrown = false;
   if (nall == 0) return;
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const double listedsq = laws.listed_edge * laws.listed_edge;
+  std::vector<int> tails;
   for (int i = 0; i < nall; i++) {
     const int head = laws.disk(atom->type[i]) ? i : outline->next(i);
     if (head < 0) continue;
     EdgeFrame &frame = all_frames[i] = edge_frame(x[i], x[head]);
-    if (frame.ex * frame.ex + frame.ey * frame.ey > listedsq) {
-      long_edges.push_back(i);
-      is_long[i] = 1;
-    }
+    tails.push_back(i);
+    outgrown = outgrown || frame.ex * frame.ex + frame.ey * frame.ey > listedsq;
   }
+  if (!outgrown) return;
+
+  double touching = 0.0;
+  for (const Reach &reach : reaches) touching = std::max(touching, reach.touching);
+  std::vector<EdgeCells::Box> boxes;
+  for (const int tail : tails) boxes.push_back(EdgeCells::around(all_frames[tail], sqrt(touching)));
+  cells.build(tails, boxes);
 }
 
 /* ----------------------------------------------------------------------
@@ -87,7 +93,7 @@ void PolygonFacings::find_edges(const ContactLaws &laws)
    A disk has the contact with a vertex or an edge; of two disks, the earlier one.
 ------------------------------------------------------------------------- */
 
-void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const ContactLaws &laws, ContactForm form)
+void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLaws &laws, ContactForm form)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const int *type = atom->type;
@@ -95,20 +101,21 @@ void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const Co
   const bool idisk = laws.disk(itype);
   const double px = x[i][0], py = x[i][1];
   const Reach *const reach = &reaches[itype * (atom->ntypes + 1)];
-  auto try_edge = [&](int tail, double touching) {
+  auto try_edge = [&](int tail, double touching, int special = 0) {
     if (foot_on_edge(px, py, all_frames[tail]).rsq < touching)
-      add(tail, {tail, laws.disk(type[tail]) ? tail : outline->next(tail)});
+      add(i, tail | special << SBBITS, {tail, laws.disk(type[tail]) ? tail : outline->next(tail)});
   };
 
-  for (int jj = 0; jj < jnum; jj++) {
-    const int j = jlist[jj] & NEIGHMASK;
+  for (const int listed : neighbors) {
+    const int j = listed & NEIGHMASK;
     const int jtype = type[j];
     if (laws.form[itype][jtype] != form || one_outline(i, j, laws)) continue;
     const Reach &one = reach[jtype];
     if (laws.disk(jtype)) {
-      if (idisk && !earlier(j, i)) try_edge(j, one.touching);
+      if (idisk && !earlier(j, i)) try_edge(j, one.touching, listed >> SBBITS & 3);
       continue;
     }
+    if (outgrown) continue;
     const int jprev = outline->prev(j);
     if (outline->next(j) >= 0) try_edge(j, one.touching);
     if (jprev < 0) continue;
@@ -116,8 +123,12 @@ void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const Co
     if (rx * rx + ry * ry > one.listed) try_edge(jprev, one.touching);
   }
 
-  for (const int j : long_edges)
-    if (laws.form[itype][type[j]] == form && !one_outline(i, j, laws)) try_edge(j, reach[type[j]].touching);
+  if (!outgrown) return;
+  cells.near({{px, py}, {px, py}}, [&](int tail) {
+    const int jtype = type[tail];
+    if (laws.disk(jtype) || laws.form[itype][jtype] != form || one_outline(i, tail, laws)) return;
+    if (!excluded(i, tail) || !excluded(i, outline->next(tail))) try_edge(tail, reach[jtype].touching);
+  });
 }
 
 /* ----------------------------------------------------------------------
@@ -125,21 +136,22 @@ void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const Co
    neighbor list of i holds their tails.
 ------------------------------------------------------------------------- */
 
-void PolygonFacings::find_near_edge(int i, int head, const int *jlist, int jnum, const ContactLaws &laws)
+void PolygonFacings::find_near_edge(int i, int head, Neighbors neighbors, const ContactLaws &laws)
 {
-  if (is_long[i]) {
-    for (int j = 0; j < atom->nlocal + atom->nghost; j++)
-      if (j != i) try_edge_with_edge(i, head, j, laws);
-    return;
-  }
-  for (int jj = 0; jj < jnum; jj++) try_edge_with_edge(i, head, jlist[jj] & NEIGHMASK, laws);
-  for (const int j : long_edges) try_edge_with_edge(i, head, j, laws);
+  const bool idisk = laws.disk(atom->type[i]);
+  for (const int listed : neighbors)
+    if (!outgrown || (idisk && laws.disk(atom->type[listed & NEIGHMASK]))) try_edge_with_edge(i, head, listed, laws);
+  if (!outgrown) return;
+  cells.near(EdgeCells::around(all_frames[i], 0.0), [&](int j) {
+    if (!(idisk && laws.disk(atom->type[j])) && !excluded(i, j)) try_edge_with_edge(i, head, j, laws);
+  });
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PolygonFacings::try_edge_with_edge(int i, int head, int j, const ContactLaws &laws)
+void PolygonFacings::try_edge_with_edge(int i, int head, int listed, const ContactLaws &laws)
 {
+  const int j = listed & NEIGHMASK;
   const double *const *x = atom->x;
   const int itype = atom->type[i], jtype = atom->type[j];
   if (laws.form[itype][jtype] != SEGMENT || earlier(j, i)) return;    // the other edge has this pair
@@ -149,7 +161,7 @@ void PolygonFacings::try_edge_with_edge(int i, int head, int j, const ContactLaw
   const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
                                foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
   if (rsq < reaches[itype * (atom->ntypes + 1) + jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead]))
-    add(j, {j, jhead});
+    add(i, listed, {j, jhead});
 }
 
 /* ----------------------------------------------------------------------
@@ -162,11 +174,33 @@ bool PolygonFacings::one_outline(int i, int j, const ContactLaws &laws) const
       !laws.disk(atom->type[i]) && !laws.disk(atom->type[j]);
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   pairs that neigh_modify exclude takes out of the neighbor lists
+------------------------------------------------------------------------- */
 
-void PolygonFacings::add(int tail, Edge edge)
+bool PolygonFacings::excluded(int i, int j) const
 {
-  candidates.push_back({atom->molecule[tail], atom->tag[tail], outline->copy(tail), edge});
+  if (!neighbor->exclude) return false;
+  const int *mask = atom->mask;
+  if (neighbor->nex_type && neighbor->ex_type[atom->type[i]][atom->type[j]]) return true;
+  for (int k = 0; k < neighbor->nex_group; k++) {
+    const int one = neighbor->ex1_bit[k], two = neighbor->ex2_bit[k];
+    if ((mask[i] & one && mask[j] & two) || (mask[j] & one && mask[i] & two)) return true;
+  }
+  const bool same = atom->molecule[i] == atom->molecule[j];
+  for (int k = 0; k < neighbor->nex_mol; k++)
+    if (mask[i] & mask[j] & neighbor->ex_mol_bit[k] && same == (neighbor->ex_mol_intra[k] != 0)) return true;
+  return false;
+}
+
+/* ----------------------------------------------------------------------
+   what is at `listed`, an atom as in neighbor lists: its upper bits are those of special_bonds
+------------------------------------------------------------------------- */
+
+void PolygonFacings::add(int i, int listed, Edge edge)
+{
+  const int tail = edge.tail, law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], listed >> SBBITS & 3);
+  candidates.push_back({atom->molecule[tail], atom->tag[tail], outline->copy(tail), edge, law});
 }
 
 /* ----------------------------------------------------------------------
@@ -186,9 +220,8 @@ void PolygonFacings::keep(int i, int j, bool by_outline)
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
-    const int law = atom->type[i] * (atom->ntypes + 1) + atom->type[candidate.edge.tail];
-    const bool same = n > 0 && facing_list.back().law == law && (!by_outline || candidate.same_outline(candidates[n - 1]));
-    if (!same) facing_list.push_back({i, j, law, size, size});
+    const bool same = n > 0 && facing_list.back().law == candidate.law && (!by_outline || candidate.same_outline(candidates[n - 1]));
+    if (!same) facing_list.push_back({i, j, candidate.law, size, size});
     near_list.push_back(number);
     facing_list.back().end++;
   }
@@ -230,6 +263,5 @@ double PolygonFacings::memory_usage() const
 {
   return facing_list.capacity() * sizeof(Facing) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
       edge_list.capacity() * sizeof(Edge) + frame_list.capacity() * sizeof(EdgeFrame) +
-      all_frames.capacity() * sizeof(EdgeFrame) + long_edges.capacity() * sizeof(int) + is_long.capacity() +
-      candidates.capacity() * sizeof(Candidate);
+      all_frames.capacity() * sizeof(EdgeFrame) + candidates.capacity() * sizeof(Candidate) + cells.memory_usage();
 }

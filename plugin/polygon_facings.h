@@ -5,6 +5,7 @@
 #define JAMLAB_POLYGON_FACINGS_H
 
 #include "contact_law.h"
+#include "edge_cells.h"
 #include "edge_geometry.h"
 #include "fix_polygon_outline.h"
 #include "pointers.h"
@@ -50,6 +51,7 @@ class PolygonFacings : protected Pointers {
     tagint molecule, tag;
     FixPolygonOutline::Copy copy;
     Edge edge;
+    int law;
     bool same_outline(const Candidate &o) const
     {
       return molecule == o.molecule && copy == o.copy && edge.tail != edge.head && o.edge.tail != o.edge.head;
@@ -62,6 +64,13 @@ class PolygonFacings : protected Pointers {
     double listed;      // atoms that the neighbor list holds for sure: under respa they have moved since
   };
 
+  struct Neighbors {    // of one atom, as LAMMPS lists them
+    const int *list;
+    int count;
+    const int *begin() const { return list; }
+    const int *end() const { return list + count; }
+  };
+
   const FixPolygonOutline *outline = nullptr;
   std::vector<Reach> reaches;
   std::vector<Facing> facing_list;
@@ -70,17 +79,18 @@ class PolygonFacings : protected Pointers {
   std::vector<EdgeFrame> frame_list;
   std::vector<int> edge_from;          // number of the edge that starts at each atom, -1 if none is near anything
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
-  std::vector<int> long_edges;          // tails of those longer than the neighbor lists are made for
-  std::vector<char> is_long;
+  bool outgrown = false;                // some edge is longer than the neighbor lists are made for
+  EdgeCells cells;                      // then: tails of all edges, and disks
   std::vector<Candidate> candidates;    // of one point
 
   void find_reaches(const ContactLaws &);
   void find_edges(const ContactLaws &);
-  void find_near_point(int, const int *, int, const ContactLaws &, ContactForm);
-  void find_near_edge(int, int, const int *, int, const ContactLaws &);
+  void find_near_point(int, Neighbors, const ContactLaws &, ContactForm);
+  void find_near_edge(int, int, Neighbors, const ContactLaws &);
   void try_edge_with_edge(int, int, int, const ContactLaws &);
-  void add(int, Edge);
+  void add(int, int, Edge);
   void keep(int, int, bool);
+  bool excluded(int, int) const;
   bool earlier(int, int) const;
   bool one_outline(int, int, const ContactLaws &) const;
 };

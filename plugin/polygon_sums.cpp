@@ -64,7 +64,7 @@ void PolygonSums::refuse_other_bonds(int groupbit) const
     found[1] = kind;
   }
   const tagint own = lowest;
-  MPI_Allreduce(&own, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
   if (lowest == MAXTAGINT) return;
 
   if (own != lowest) found[0] = found[1] = 0;
@@ -221,7 +221,7 @@ void PolygonSums::sum(std::vector<double> &values, int width) const
     MPI_Irecv(received[p].data(), count, MPI_DOUBLE, partner.rank, TAG, world, &requests[2 * p]);
     MPI_Isend(sent[p].data(), count, MPI_DOUBLE, partner.rank, TAG, world, &requests[2 * p + 1]);
   }
-  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  for (auto &request : requests) MPI_Wait(&request, MPI_STATUS_IGNORE);
 
   const std::vector<double> own = values;
   for (const auto &partner : partners)

@@ -40,7 +40,8 @@ def decks(
         return
     for name, summary in found.items():
         out_console.print(f"{name:16s} {summary}", soft_wrap=True, highlight=False)
-    out_console.print(f"\nRun one from any folder: lmp -in {folder}/NAME", soft_wrap=True, highlight=False)
+    out_console.print("\nRun one in a copy of their folder: lmp -in NAME", soft_wrap=True, highlight=False)
+    out_console.print(f"From elsewhere: lmp -in {folder}/NAME -var dir {folder}", soft_wrap=True, highlight=False)
     out_console.print("\nShort decks to start from; run them in their folder, or in that of a copy:")
     for name, summary in examples.items():
         out_console.print(f"{name:24s} {summary}", soft_wrap=True, highlight=False)

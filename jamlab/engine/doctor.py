@@ -12,6 +12,7 @@ from pathlib import Path
 
 from jamlab.engine.installation import (
     PLUGIN_STYLES,
+    TESTED_LAMMPS,
     check_lammps,
     check_release,
     failing_libraries,
@@ -63,7 +64,12 @@ def _check(subject: str, look: Callable[[], str]) -> Finding:
 def _lammps() -> str:
     found = metadata.version("lammps")
     check_release(found)
-    return f"{found} (jamlab was built for {required_lammps()})"
+    if found in TESTED_LAMMPS:
+        return f"{found} (jamlab was built for it; tested from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]})"
+    return (
+        f"{found}: jamlab was built for it, but tested only from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]}: "
+        "run `pytest tests/engine` of the source before you trust results"
+    )
 
 
 def _plugin() -> str:

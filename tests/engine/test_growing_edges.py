@@ -1,5 +1,7 @@
 """Edges that outgrow the neighbor lists of a run: contacts are found all the same."""
 
+import resource
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,53 @@ def test_contacts_of_edges_that_grew(tmp_path, form, ranks):
     assert values["state-grown"] == pytest.approx(values["state-fresh"], rel=1e-12)
     forces = [columns(tmp_path / f"{name}.dump", 9) for name in ("grown", "fresh")]
     assert np.abs(forces[0] - forces[1]).max() < 1e-12
+
+
+SWELL = """
+fix swell all nve
+timestep 0.005
+run 85
+print "state-{rings} $(pe:%.17g)"
+"""
+
+
+def swelling(across, size=20):
+    """Small rings on a square lattice, every vertex on its way outwards: they grow to nine times their radius."""
+    turns = 2 * np.pi * np.arange(size) / size
+    ring = np.column_stack([np.cos(turns), np.sin(turns)])
+    centres = 0.5 + np.stack(np.meshgrid(*2 * [np.arange(across)]), axis=-1).reshape(-1, 1, 2)
+    x, count = (centres + 0.05 * ring).reshape(-1, 2), across**2 * size
+    lines = ["swelling", "", f"{count} atoms", f"{count} bonds", "1 atom types", "1 bond types"]
+    lines += [
+        f"0 {across} xlo xhi",
+        f"0 {across} ylo yhi",
+        "-0.5 0.5 zlo zhi",
+        "",
+        "Masses",
+        "",
+        "1 1e9",
+        "",
+        "Atoms",
+        "",
+    ]
+    lines += [f"{k + 1} {k // size + 1} 1 {x[k, 0]} {x[k, 1]} 0" for k in range(count)]
+    lines += ["", "Velocities", "", *(f"{k + 1} {ring[k % size, 0]} {ring[k % size, 1]} 0" for k in range(count))]
+    lines += ["", "Bonds", "", *(f"{k + 1} 1 {k + 1} {k // size * size + (k + 1) % size + 1}" for k in range(count))]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.benchmark
+def test_edges_that_grow_cost_in_proportion_to_their_number(tmp_path):
+    """CPU time of nine times as many rings: 13 times at most; all edges tried with all would take 81 times."""
+    seconds = []
+    for across in (10, 30):
+        (tmp_path / "growing.data").write_text(swelling(across))
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        run(
+            tmp_path,
+            START.format(form="outline", eps=1.0).replace("0.25 2.5", "0.1 1.0") + SWELL.format(rings=across),
+            1,
+        )
+        seconds.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
+    print(f"\n100 and 900 growing rings: {seconds[0]:.2f} and {seconds[1]:.2f} s")
+    assert seconds[1] < 13 * seconds[0]

@@ -15,8 +15,9 @@ LMP = Path(sys.executable).parent / "lmp"
 
 def run(deck: str, folder: Path, code: int = 0, inputs: Path | None = None, **variables: object) -> str:
     """What a deck prints; it runs in `folder`, where none of its parts are, and must end with the exit code."""
-    settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
-    command = [str(LMP), "-in", str((inputs or installed("lammps_inputs")) / deck), *settings, "-log", "none"]
+    decks = inputs or installed("lammps_inputs")
+    settings = [word for name, value in {"dir": decks, **variables}.items() for word in ("-var", name, str(value))]
+    command = [str(LMP), "-in", str(decks / deck), *settings, "-log", "none"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == code, done.stdout[-2000:]
     assert (code == 0) == ("Total wall time" in done.stdout)

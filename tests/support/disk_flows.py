@@ -1,4 +1,4 @@
-"""Disks in LAMMPS under the plugin's fix overdamped, and the harmonics of their stress."""
+"""Disks in LAMMPS under the plugin's fix overdamped, the same flow by plain loops, and the harmonics of its stress."""
 
 from typing import Any
 
@@ -68,6 +68,55 @@ class Flow:
 
     def forces(self) -> np.ndarray:
         return np.array(self.lmp.gather_atoms("f", 1, 3)).reshape(-1, 3)[:, :2]
+
+
+def touching(x: np.ndarray, box: np.ndarray, diameters: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
+    """i, j and vector from i to j of every contact, over the images next to the box."""
+    shifts = np.array([[a, b] for a in (-2, -1, 0, 1, 2) for b in (-1, 0, 1)]) @ box
+    found = []
+    for i in range(len(x)):
+        r = x[:i, None] - x[i] + shifts
+        reach = 0.5 * (diameters[i] + diameters[:i])
+        found += [(i, j, r[j, m]) for j, m in np.argwhere(np.hypot(r[..., 0], r[..., 1]) < reach[:, None])]
+    return found
+
+
+def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """Velocities (n, 2) in shear without mass, from dense B and F; units "k" with k = tau = 1."""
+    n, d = packing.n, packing.diameters
+    rows, push, affine = [], [], []
+    for i, j, r in touching(x, box, d):
+        distance = np.hypot(*r)
+        for direction, drag in ((r / distance, 1.0), (np.array([-r[1], r[0]]) / distance, beta)):
+            row = np.zeros(3 * n)
+            row[2 * i : 2 * i + 2], row[2 * j : 2 * j + 2] = -direction, direction
+            sliding = direction @ r < 1e-12
+            if sliding:
+                row[2 * n + i], row[2 * n + j] = -0.5 * d[i], -0.5 * d[j]
+            rows.append(np.sqrt(drag) * row)
+            affine.append(np.sqrt(drag) * rate * r[1] * direction[0])
+            push.append(0.0 if sliding else 0.5 * (d[i] + d[j]) - distance)
+    # rows^T (rows u + affine) = rows^T push, the shortest u: the drag of approach has weight 1, as the force
+    matrix = np.array(rows)
+    u = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ (np.array(push) - affine), rcond=1e-10)[0]
+    return u[: 2 * n].reshape(n, 2) + rate * np.column_stack([x[:, 1], np.zeros(n)])
+
+
+def dense_path(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float) -> np.ndarray:
+    """Positions at the strain, by Runge and Kutta's steps of fourth order."""
+    dt = strain / rate / steps
+
+    def velocity(x: np.ndarray, time: float) -> np.ndarray:
+        box = packing.box + np.array([[0.0, 0.0], [rate * time * packing.box[1, 1], 0.0]])
+        return dense_velocities(packing, x, box, rate, beta)
+
+    x = packing.positions.copy()
+    for time in dt * np.arange(steps):
+        first = velocity(x, time)
+        second = velocity(x + 0.5 * dt * first, time + 0.5 * dt)
+        third = velocity(x + 0.5 * dt * second, time + 0.5 * dt)
+        x = x + dt / 6 * (first + 2 * second + 2 * third + velocity(x + dt * third, time + dt))
+    return x
 
 
 def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:

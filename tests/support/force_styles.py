@@ -1,0 +1,265 @@
+"""Force-style tests in the form of LAMMPS' own (unittest/force-styles), with values of plain loops, not of the plugin.
+
+`python tests/support/force_styles.py FOLDER` writes the YAML files, the inputs and data files that they name.
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from disk_flows import dense_path, touching
+from mixtures import FORMS, coefficients, evaluate, mixture, write
+
+import jamlab
+
+STEP, STEPS = 0.01, 4  # as LAMMPS' tester: a run of four
+GAMMA, ETA, KA, A0 = (0.13, 0.2), (0.0, 0.05), 20.0, 0.45
+STRENGTH, DIAMETERS = {(1, 1): 0.7, (1, 2): 1.1, (2, 2): 0.9}, (1.0, 1.4)
+RATE, BETA, FLOWN = 0.05, 0.4, 5e-5  # the fix stops there, within four steps
+
+INPUT = """\
+variable newton_pair index on
+variable newton_bond index on
+variable input_dir index .
+variable data_file index ${{input_dir}}/data.{name}
+variable pair_style index 'zero 1.0'
+variable bond_style index zero
+units lj
+dimension 2
+newton ${{newton_pair}} ${{newton_bond}}
+atom_style {style}
+atom_modify map array
+neighbor 0.2 bin
+neigh_modify delay 0 every 1 check yes
+timestep {step}
+pair_style ${{pair_style}}
+{bonds}read_data ${{data_file}}
+"""
+BONDS = "bond_style ${bond_style}\nspecial_bonds lj/coul 1.0 1.0 1.0\n"
+
+
+@dataclass
+class State:
+    """Positions and velocities by atom ID, in a box; outlines have the points of the atoms in `tags` order."""
+
+    x: np.ndarray
+    v: np.ndarray
+    box: np.ndarray
+
+
+Law = Callable[[np.ndarray], tuple[float, np.ndarray, np.ndarray]]  # energy, forces (n, 2), virial (2, 2) at positions
+
+
+def moved(state: State, law: Law) -> State:
+    """Four steps of velocity Verlet with masses of one."""
+    x, v = state.x, state.v
+    force = law(x)[1]
+    for _ in range(STEPS):
+        v = v + 0.5 * STEP * force
+        x = x + STEP * v
+        force = law(x)[1]
+        v = v + 0.5 * STEP * force
+    return State(x, v, state.box)
+
+
+def field(name: str, value: object) -> str:
+    return f"{name}: {value}\n"
+
+
+def block(name: str, lines: list[str]) -> str:
+    return f"{name}: ! |\n" + "".join(f"  {line}\n" for line in lines)
+
+
+def vectors(name: str, values: np.ndarray) -> str:
+    rows = [f"{k:3d} {x:24.16e} {y:24.16e} {0.0:24.16e}" for k, (x, y) in enumerate(values, 1)]
+    return f"{name}: ! |2\n" + "".join(f"  {row}\n" for row in rows)
+
+
+def tensor(name: str, virial: np.ndarray) -> str:
+    numbers = virial[0, 0], virial[1, 1], 0.0, virial[0, 1], 0.0, 0.0
+    return f"{name}: ! |2-\n  " + " ".join(f"{number:24.16e}" for number in numbers) + "\n"
+
+
+def velocities(v: np.ndarray) -> str:
+    """Section of a data file."""
+    return "Velocities\n\n" + "".join(f"{k} {x:.17g} {y:.17g} 0\n" for k, (x, y) in enumerate(v, 1))
+
+
+def head(input_file: str, styles: list[str], post: list[str], epsilon: float) -> str:
+    text = "---\nlammps_version: 22 Jul 2025\ndate_generated: by plain loops\n" + field("epsilon", epsilon)
+    text += "skip_tests:\n" + block("prerequisites", styles) + 'pre_commands: ! ""\n'
+    return text + block("post_commands", post) + field("input_file", input_file)
+
+
+def forces_of(law: Law, state: State, energy: str) -> str:
+    """Fields of a pair or bond style: `energy` is vdwl or energy."""
+    text = field("natoms", len(state.x))
+    for when, at in (("init", state), ("run", moved(state, law))):
+        value, forces, virial = law(at.x)
+        text += field(f"{when}_{energy}", f"{value:.16g}")
+        text += field(f"{when}_coul", 0) if energy == "vdwl" else ""
+        text += tensor(f"{when}_stress", virial) + vectors(f"{when}_forces", forces)
+    return text + "...\n"
+
+
+class Mixture:
+    """Droplets, disks and walls: every pair of kinds meets; rings of both senses, atom IDs in any order."""
+
+    def __init__(self) -> None:
+        self.outlines, self.box = mixture(2, 0.37, kinds=(4, 3, 1, 2, 1, 6, 5, 6), width=2.1, height=2.1)
+        self.tags = np.concatenate([o.tags for o in self.outlines])
+        x = np.empty((len(self.tags), 2))
+        x[self.tags - 1] = np.vstack([o.points for o in self.outlines])
+        self.state = State(x, np.random.default_rng(5).normal(0.0, 0.3, x.shape), self.box)
+
+    def write(self, folder: Path) -> None:
+        path = folder / "data.outlines"
+        write(path, self.outlines, self.box)
+        before, _, bonds = path.read_text().replace("1 bond types", "2 bond types").partition("Bonds\n\n")
+        rows = [line.split() for line in bonds.splitlines()]
+        types = range(1, 7)
+        masses = "Masses\n\n" + "".join(f"{k} 1\n" for k in types)
+        nothing = "Pair Coeffs # zero\n\n" + "".join(f"{k}\n" for k in types) + "\nBond Coeffs # zero\n\n1\n2\n"
+        path.write_text(
+            before.replace("Atoms #", f"{masses}\n{nothing}\nAtoms #")
+            + velocities(self.state.v)
+            + "\nBonds\n\n"
+            + "".join(f"{k} {1 + int(k) % 2} {a} {b}\n" for k, _, a, b in rows)
+        )
+        (folder / "in.outlines").write_text(INPUT.format(name="outlines", style="bond", step=STEP, bonds=BONDS))
+
+    def placed(self, x: np.ndarray) -> list:
+        for outline in self.outlines:
+            outline.points = x[outline.tags - 1]
+        return self.outlines
+
+    def contacts(self, form: str) -> Law:
+        def law(x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+            energy, forces, stress, _ = evaluate(self.placed(x), self.box, form)
+            return energy, forces, stress * np.linalg.det(self.box)
+
+        return law
+
+    def tension(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        energy, forces, virial, number = 0.0, np.zeros_like(x), np.zeros((2, 2)), 0
+        for outline in self.outlines:
+            for a, b in [(outline.tags[a] - 1, outline.tags[b] - 1) for a, b in outline.edges() if a != b]:
+                number += 1
+                gamma, eta, r = GAMMA[number % 2], ETA[number % 2], x[a] - x[b]
+                length = np.sqrt(r @ r + eta**2)
+                energy += gamma * length
+                forces[a] -= gamma * r / length
+                forces[b] += gamma * r / length
+                virial -= gamma * np.outer(r, r) / length
+        return energy, forces, virial
+
+    def areas(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        energy, forces, virial = 0.0, np.zeros_like(x), np.zeros((2, 2))
+        for outline in (o for o in self.outlines if o.type in (1, 2)):
+            at = outline.tags - 1
+            after, before = np.roll(x[at], -1, axis=0), np.roll(x[at], 1, axis=0)
+            twice = sum(p[0] * q[1] - p[1] * q[0] for p, q in zip(x[at], after, strict=True))
+            push = -KA * (abs(twice) / 2 - A0) * np.sign(twice)
+            energy += 0.5 * KA * (abs(twice) / 2 - A0) ** 2
+            own = 0.5 * push * np.column_stack([(after - before)[:, 1], (before - after)[:, 0]])
+            forces[at] += own
+            virial += (x[at] - x[at].mean(axis=0)).T @ own
+        return energy, forces, virial
+
+    def files(self) -> dict[str, str]:
+        found = {}
+        for form in (*FORMS, "mixed"):
+            default = "outline" if form == "mixed" else form
+            text = head("in.outlines", ["atom bond", "pair circuloline"], [""], 2e-11)
+            text += field("pair_style", f"circuloline 0.25 0.9 contact {default} walls 3*4 disks 5,6")
+            text += block("pair_coeff", [line.removeprefix("pair_coeff ") for line in coefficients(form).splitlines()])
+            text += block("extract", ["delta 2", "eps 2"])
+            name = form.replace("/", "_")
+            found[f"mol-pair-circuloline-{name}"] = text + forces_of(self.contacts(form), self.state, "vdwl")
+        text = head("in.outlines", ["atom bond", "bond line/tension"], ["pair_coeff * *"], 2e-11)
+        text += field("bond_style", "line/tension")
+        text += block("bond_coeff", [f"{k + 1} {GAMMA[k]} {ETA[k]}" for k in (0, 1)])
+        text += field("equilibrium", "2 0 0") + block("extract", ["gamma 1", "eta 1"])
+        found["bond-line_tension"] = text + forces_of(self.tension, self.state, "energy")
+        post = ["pair_coeff * *", "group rings type 1 2", "fix move all nve", f"fix test rings polygon/area {KA} {A0}"]
+        end = moved(self.state, self.areas)
+        energy, _, virial = self.areas(end.x)
+        text = head("in.outlines", ["atom bond", "fix polygon/area"], [*post, "fix_modify test virial yes"], 2e-11)
+        text += field("natoms", len(end.x)) + tensor("run_stress", virial) + field("global_scalar", f"{energy:.16g}")
+        text += vectors("run_pos", end.x) + vectors("run_vel", end.v) + "...\n"
+        return found | {"fix-timestep-polygon_area": text}
+
+
+class Disks:
+    """Two sizes that overlap at random, in a box that leans."""
+
+    def __init__(self, n: int = 24) -> None:
+        rng = np.random.default_rng(11)
+        self.types = rng.permutation(np.arange(n) % 2) + 1
+        self.box = np.array([[5.0, 0.0], [1.3, 4.6]])
+        x = rng.uniform(0.0, 1.0, (n, 2)) @ self.box
+        self.state = State(x, rng.normal(0.0, 0.3, x.shape), self.box)
+        self.diameters = np.array(DIAMETERS)[self.types - 1]
+
+    def law(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        energy, forces, virial = 0.0, np.zeros_like(x), np.zeros((2, 2))
+        for i, j, r in touching(x, self.box, self.diameters):
+            strength = STRENGTH[tuple(sorted((self.types[i], self.types[j])))]
+            distance, reach = np.hypot(*r), 0.5 * (self.diameters[i] + self.diameters[j])
+            push = 2 * strength * (reach - distance) * r / distance
+            energy += strength * (reach - distance) ** 2
+            forces[j] += push
+            forces[i] -= push
+            virial += np.outer(r, push)
+        return energy, forces, virial
+
+    def flow(self) -> State:
+        """A short time of shear without mass, by steps of Runge and Kutta; without mass, LAMMPS' velocities are 0."""
+        packing = jamlab.Packing("sp", self.box, self.state.x, {"k": 1.0}, "k", self.diameters)
+        x = dense_path(packing, RATE, RATE * FLOWN, 2, BETA)
+        return State(x, np.zeros_like(x), self.box)
+
+    def write(self, folder: Path) -> None:
+        (folder / "in.disks").write_text(INPUT.format(name="disks", style="atomic", step=STEP, bonds=""))
+        atoms = "".join(f"{k} {t} {x:.17g} {y:.17g} 0\n"
+                        for k, (t, (x, y)) in enumerate(zip(self.types, self.state.x, strict=True), 1))  # fmt: skip
+        (folder / "data.disks").write_text(
+            f"disks\n\n{len(self.types)} atoms\n2 atom types\n\n"
+            f"0 {self.box[0, 0]} xlo xhi\n0 {self.box[1, 1]} ylo yhi\n"
+            f"-0.5 0.5 zlo zhi\n{self.box[1, 0]} 0 0 xy xz yz\n\nMasses\n\n1 1\n2 1\n\nPair Coeffs # zero\n\n1\n2\n\n"
+            f"Atoms # atomic\n\n{atoms}\n{velocities(self.state.v)}"
+        )
+
+    def files(self) -> dict[str, str]:
+        pairs = {(a, b): 0.5 * (DIAMETERS[a - 1] + DIAMETERS[b - 1]) for a, b in STRENGTH}
+        text = head("in.disks", ["atom atomic", "pair disk/drag"], [""], 2e-11) + field(
+            "pair_style", "disk/drag 1.0 0.4"
+        )
+        text += block("pair_coeff", [f"{a} {b} {STRENGTH[a, b]} {s}" for (a, b), s in pairs.items()])
+        text += block("extract", ["k 2", "cut 2"])
+        found = {"atomic-pair-disk_drag": text + forces_of(self.law, self.state, "vdwl")}
+        flow = f"rate {RATE} tolerance 0.1 solver 1e-13 longest {2 * FLOWN} stop {FLOWN}"
+        post = [f"pair_style disk/drag 1.0 {BETA}", *(f"pair_coeff {a} {b} 0.5 {s}" for (a, b), s in pairs.items())]
+        end = self.flow()
+        text = head("in.disks", ["atom atomic", "fix overdamped"], [*post, f"fix test all overdamped {flow}"], 1e-11)
+        text += field("natoms", len(end.x)) + vectors("run_pos", end.x) + vectors("run_vel", end.v) + "...\n"
+        return found | {"fix-timestep-overdamped": text}
+
+
+def write_all(folder: Path, sources: list | None = None) -> list[Path]:
+    """The YAML files, beside what they read."""
+    written = []
+    for source in sources or (Mixture(), Disks()):
+        source.write(folder)
+        for name, text in source.files().items():
+            path = folder / f"{name}.yaml"
+            path.write_text(text)
+            written.append(path)
+    return written
+
+
+if __name__ == "__main__":
+    for path in write_all(Path(sys.argv[1])):
+        print(path)
