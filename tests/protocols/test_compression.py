@@ -205,6 +205,6 @@ def test_bad_values_are_refused_by_name(start, arguments, message):
 
 @pytest.mark.parametrize(("seed", "to"), [(1, 0.88), (4, 0.9316)])
 def test_droplets_end_in_minima(seed, to):
-    """The only states of 33 of eight droplets that ended on saddles, forces below 1e-10, a mode of -4e-4 and -3e-3."""
+    """Two states that ended on saddles: forces below 1e-10, and a mode of stiffness -4e-4 and -3e-3."""
     *_, p = jamlab.compress(jamlab.jam("dp", n=8, seed=seed), to=to, step=0.02)
     assert p.converged and jamlab.shear_modulus(p) > 0
