@@ -72,6 +72,27 @@ def test_files_that_are_named_are_there():
     assert not missing
 
 
+def test_files_named_by_their_last_folders_are_there():
+    """Names in backticks on pages, such as `force_laws.py` or `packing/force_laws.py`."""
+    tops = [path for path in ROOT.iterdir() if path.name in FOLDERS]
+    files = [f"/{file.relative_to(ROOT).as_posix()}" for top in tops for file in top.rglob("*")]
+    name = re.compile(r"`([\w./-]+\.(?:py|pyi|cpp|h|csv|toml|js|awk|parameters|force|fix|md|yml))`")
+    here = [page for page in PAGES if page.name != "CHANGELOG.md"]  # which also names what is gone
+    named = {(page, found) for page in here for found in name.findall(page.read_text(encoding="utf-8"))}
+    assert len(named) > 50
+    ends = "\n".join([*files, *(f"/{path.name}" for path in ROOT.iterdir())]) + "\n"
+    assert not [f"{page}: {found}" for page, found in named if f"/{found}\n" not in ends]
+
+
+def test_every_package_has_a_row():
+    """The table of packages in CONTRIBUTING.md."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = re.findall(r"`([\w/]+)`", "".join(re.findall(r"^\| (`[^|]*)\| [^|]*\| [^|]*\|$", text, re.MULTILINE)))
+    packages = {path.parent.name for path in (ROOT / "jamlab").glob("*/__init__.py")}
+    assert packages - set(rows) == set()
+    assert not [row for row in rows if not (ROOT / "jamlab" / row).is_dir()]
+
+
 def test_the_map_of_the_package_names_everything_that_can_be_called():
     words = set(re.findall(r"\w+", jamlab.__doc__))
     functions = {name for name in jamlab.__all__ if name[0].islower()}

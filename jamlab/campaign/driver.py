@@ -33,12 +33,13 @@ _PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for
 
 
 class Outcome(NamedTuple):
-    """How a task ended."""
+    """How a task ended. `state`: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be
+    written, so no task can go on); `line`: the task, and what went wrong, as text to show; `seconds`: wall time, nan if
+    the workers died."""
 
-    # "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written, so no task can go on)
     state: str
-    line: str  # the task, and what went wrong, as text to show
-    seconds: float  # wall time; nan if the workers died
+    line: str
+    seconds: float
 
 
 def run_task(folder: str, task: Task, source: str | None = None, modules: Sequence[str] = ()) -> Outcome:
@@ -102,11 +103,11 @@ def _make_file(
 
 @dataclass(frozen=True)
 class CampaignRun:
-    """What one run of a campaign did."""
+    """What one run of a campaign did: how many tasks it `finished`, how many `failed` (reasons are in the folder), and
+    `repaired`: task whose file was damaged -> what was wrong, and where that file is now."""
 
-    finished: int  # number of tasks finished in this run
-    failed: int  # number of tasks that failed in this run; their reasons are in the folder
-    # task whose file was damaged -> what was wrong, and where that file is now
+    finished: int
+    failed: int
     repaired: dict[str, str] = field(default_factory=dict)
 
 

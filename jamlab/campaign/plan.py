@@ -120,18 +120,24 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """Progress of a campaign."""
+    """Progress of a campaign: `tasks`, `finished` and `failed` of all `sweeps`, a task that several share being one.
 
-    sweeps: list[SweepStatus]  # one entry for each sweep, model and n
-    # tasks, finished, failed: numbers of all sweeps; a task that several of them share is one
+    Attributes:
+        sweeps: one entry for each sweep, model and n.
+        failures: failed task -> record with label, error and reason.
+        damaged: finished task -> damage of its file; None if the files were not read.
+        gaps: finished task -> states it lacks, and why; None if the files were not read.
+        foreign: number of finished files that belong to no task of the campaign file, e.g. because seeds were removed
+            from it, or because the defaults of jamlab have changed.
+    """
+
+    sweeps: list[SweepStatus]
     tasks: int
     finished: int
     failed: int
-    failures: dict[str, dict[str, Any]]  # failed task -> record with label, error and reason
-    damaged: dict[str, str] | None  # finished task -> damage of its file; None if the files were not read
-    gaps: dict[str, str] | None  # finished task -> states it lacks, and why; None if the files were not read
-    # number of finished files that belong to no task of the campaign file, e.g. because seeds were removed from it, or
-    # because the defaults of jamlab have changed.
+    failures: dict[str, dict[str, Any]]
+    damaged: dict[str, str] | None
+    gaps: dict[str, str] | None
     foreign: int
 
     @property

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class StressDrops(NamedTuple):
-    """Falls of the stress, one after the other."""
+    """Falls of the stress, one after the other: the `strain` (k,) where each begins, and its `size` (k,), positive."""
 
-    strain: Array  # (k,) at which each begins
-    size: Array  # (k,) by how much the stress falls, positive
+    strain: Array
+    size: Array
 
 
 def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrops:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
+from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.static_response import UnstableError
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import natural_scales
@@ -191,7 +194,7 @@ def _sweep(
                 phi = packing.phi + (target - value) / slope
                 if error is None:
                     session.load(at_phi(packing, phi))
-                    found = relax_state(session, force, settings=settings)
+                    found = _leave_saddles(session, relax_state(session, force, settings=settings), settings)
                 else:
                     found, missed = _follow(session, packing, phi, error, force, settings)
                     step_error = max(step_error, missed)
@@ -216,6 +219,30 @@ def _sweep(
             value = before = reached
             work.reached(value)
             yield scales.from_natural(packing)
+
+
+def _leave_saddles(session: Session, found: Relaxed, settings: SolverSettings) -> Relaxed:
+    """The minimum beside a state of droplets, which does not count as converged where none is found: small forces alone
+    do not tell a saddle, a droplet balanced on a vertex, from a minimum."""
+    for _ in range(settings.onset.slides):
+        packing = session.packing()
+        if packing.model == "sp" or not found.converged:
+            return found
+        try:
+            network = force_network(packing)
+            elastic_tensor(packing, network=network)
+            return found
+        except UnstableError as error:
+            mode = error.mode.reshape(-1, 2)
+            if error.eigenvalue == 0:  # floppy: no way down
+                return found
+        except ConvergenceError:  # not jammed
+            return found
+        away = packing.positions.copy()
+        away[network.held] += settings.sweep.slide * mode / np.abs(mode).max()
+        session.set_positions(away)
+        found = minimizer(packing.ensemble)(session, found.tolerance, settings=settings)
+    return replace(found, converged=False)
 
 
 def _follow(

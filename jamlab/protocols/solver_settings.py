@@ -184,6 +184,7 @@ class SweepSettings:
     least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
     shortest: float = 1e-7  # step in phi, when following a basin
     loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
+    slide: float = 1e-3  # along an unstable mode of droplets, in lengths of the packing: it is followed down from there
     easy: float = 0.3  # part of the error allowed below which the next step may be twice as long
 
 

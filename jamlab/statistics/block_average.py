@@ -20,11 +20,12 @@ LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
 
 @dataclass(frozen=True)
 class BlockAverage:
-    """Mean of a series."""
+    """Mean of a series: its `value`, its standard `error`, and the `drift`, mean of the second half less that of the
+    first, over its standard error."""
 
-    value: float  # mean
-    error: float  # standard error of the mean
-    drift: float  # mean of the second half less that of the first, over its standard error
+    value: float
+    error: float
+    drift: float
 
     @property
     def steady(self) -> bool:

@@ -201,3 +201,10 @@ def test_bad_values_are_refused_by_name(start, arguments, message):
     """When `compress` is called."""
     with pytest.raises(jamlab.InputError, match=message.removesuffix(": ")):
         jamlab.compress(start, **{"to": 0.9, "step": 0.01} | arguments)
+
+
+@pytest.mark.parametrize(("seed", "to"), [(1, 0.88), (4, 0.9316)])
+def test_droplets_end_in_minima(seed, to):
+    """Two states that ended on saddles: forces below 1e-10, and a mode of stiffness -4e-4 and -3e-3."""
+    *_, p = jamlab.compress(jamlab.jam("dp", n=8, seed=seed), to=to, step=0.02)
+    assert p.converged and jamlab.shear_modulus(p) > 0
