@@ -1,7 +1,7 @@
 """Decks and examples with a plugin built with AddressSanitizer and UBSan: pytest -m benchmark -s, about an hour.
 
-Each runs to its end, the line at the head of each deck as a reader types it. JAMLAB_RESULTS names a folder that keeps the
-built plugin.
+Each runs to its end, the line at the head of each deck as a reader types it. JAMLAB_RESULTS names a folder that keeps
+the built plugin.
 """
 
 import os
