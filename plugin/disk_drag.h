@@ -55,8 +55,10 @@ class DiskDrag : public DragSolver {
   void expect(const Change &);        // its state from the next `take` on
   // states of edges that fit the velocities better
   Revision revise(const Motions &u, double rate, double least_speed);
-  void try_states(int combination);    // of all edges, counted as digits to base 3
-  double misfit(const Motions &u, double rate) const;    // of the states of edges, as a part of their velocities
+  std::vector<int> edge_states() const;
+  void set_edge_states(const std::vector<int> &);
+  double misfit(const Motions &u, double rate, double least_speed) const;    // the worst of the edges
+  void pivot(const Motions &u, double rate, double least_speed, unsigned choice);    // another state of one edge that does not fit
   bool close_rubbing();               // all of them, where no solution is found; false: there are none
   void forget_settled();              // edges whose gap tells their state
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
@@ -97,6 +99,8 @@ class DiskDrag : public DragSolver {
   void find_contacts();
   void set_state(Edge &, int state);
   int find_pair(const Edge &) const;
+  double against(const Edge &, const Slip &) const;
+  double misfit(const Edge &, const Slip &, double least_speed) const;
   std::vector<Slip> edge_slips(const Motions &u, double rate) const;
   DiskContact contact_of(const DiskPair &, double x, double y) const;
   void find_weights(const Motions &u, double rate) override;

@@ -16,7 +16,8 @@ using namespace LAMMPS_NS;
 static constexpr double BASE = 0.5;             // part of the drag that keeps the matrix well conditioned
 static constexpr double ANSWER = 1e-3;          // residual of an answer, over the force that is answered
 static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
-static constexpr double SINGULAR = 1e-4;        // pivot over the largest one that determines nothing
+static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
+static constexpr int ALL_STATES = 7;            // as bits
 static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
 
 /* ---------------------------------------------------------------------- */
@@ -24,7 +25,7 @@ static constexpr double ANSWERS = 1e-4;         // approach over slip of an answ
 void DiskDrag::expect(const Change &change)
 {
   for (Edge &edge : edged)
-    if (edge.first == change.first && edge.second == change.second) {
+    if (std::minmax(edge.first, edge.second) == std::minmax(change.first, change.second)) {    // ghosts turn them round
       if (change.state == RUBBING) return;    // its theta says what becomes of it
       edge.tried = 1 << edge.state;
       edge.state = change.state;
@@ -64,7 +65,7 @@ DiskDrag::Revision DiskDrag::revise(const Motions &u, double rate, double least_
     Edge &edge = edged[e];
     const Slip &s = slips[e];
     const double speed = sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
-    const double off = edge.state == CLOSED ? s.approach : -s.approach;
+    const double off = against(edge, s);
     int first, second;    // states to be tried next
     if (edge.state == RUBBING && (edge.free || edge.theta < 0.0 || edge.theta > 1.0)) {
       const bool parts = !edge.free && edge.theta < 0.0;
@@ -114,28 +115,82 @@ void DiskDrag::set_state(Edge &edge, int state)
 
 /* ---------------------------------------------------------------------- */
 
-void DiskDrag::try_states(int combination)
+std::vector<int> DiskDrag::edge_states() const
 {
-  for (Edge &edge : edged) {
-    set_state(edge, combination % 3);
-    combination /= 3;
-  }
-  find_contacts();
+  std::vector<int> found;
+  for (const Edge &edge : edged) found.push_back(edge.state);
+  return found;
 }
 
 /* ---------------------------------------------------------------------- */
 
-double DiskDrag::misfit(const Motions &u, double rate) const
+void DiskDrag::set_edge_states(const std::vector<int> &wanted)
+{
+  for (std::size_t e = 0; e < edged.size(); e++) set_state(edged[e], wanted[e]);
+  find_contacts();
+}
+
+/* ----------------------------------------------------------------------
+   velocity of the gap against the state; what only takes back a gap that is not quite zero does not count
+------------------------------------------------------------------------- */
+
+double DiskDrag::against(const Edge &edge, const Slip &s) const
+{
+  if (edge.state == RUBBING) return fabs(s.approach);
+  const double back = closing * s.gap;
+  return edge.state == CLOSED ? s.approach + std::min(0.0, back) : -s.approach - std::max(0.0, back);
+}
+
+/* ----------------------------------------------------------------------
+   that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta is from
+   0 to 1
+------------------------------------------------------------------------- */
+
+double DiskDrag::misfit(const Edge &edge, const Slip &s, double least_speed) const
+{
+  const double speed = sqrt(s.approach * s.approach + law.beta * s.slide * s.slide), whole = speed + least_speed;
+  if (!(whole > 0.0)) return 0.0;
+  if (edge.state == RUBBING && !edge.free) return std::max({0.0, -edge.theta, edge.theta - 1.0}) * speed / whole;
+  return std::max(0.0, against(edge, s)) / whole;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::misfit(const Motions &u, double rate, double least_speed) const
 {
   const std::vector<Slip> slips = edge_slips(u, rate);
   double worst = 0.0;
-  for (std::size_t e = 0; e < edged.size(); e++) {
-    const Slip &s = slips[e];
-    const double speed = sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
-    const double off = edged[e].state == CLOSED ? s.approach : -s.approach, theta = edged[e].theta;
-    worst = std::max(worst, edged[e].state == RUBBING ? std::max(-theta, theta - 1.0) : speed > 0.0 ? off / speed : 0.0);
-  }
+  for (std::size_t e = 0; e < edged.size(); e++) worst = std::max(worst, misfit(edged[e], slips[e], least_speed));
   return worst;
+}
+
+/* ----------------------------------------------------------------------
+   Another state of one edge that does not fit: of the first, given those after it, until all three states are
+   tried, then of the next one. One of three fits a single edge, since its velocity is a continuous function of
+   theta. none left: states of all are tried again, from the one that is chosen on.
+------------------------------------------------------------------------- */
+
+void DiskDrag::pivot(const Motions &u, double rate, double least_speed, unsigned choice)
+{
+  const std::vector<Slip> slips = edge_slips(u, rate);
+  std::vector<std::size_t> wrong;
+  for (std::size_t e = 0; e < edged.size(); e++)
+    if (misfit(edged[e], slips[e], least_speed) > 0.0) wrong.push_back(e);
+  if (wrong.empty()) return;
+  const auto left = [&](std::size_t e) { return (edged[e].tried | 1 << edged[e].state) != ALL_STATES; };
+  auto found = std::find_if(wrong.begin(), wrong.end(), left);
+  if (found == wrong.end()) {
+    found = wrong.begin() + choice % wrong.size();
+    edged[*found].tried = 0;
+  }
+  Edge &edge = edged[*found];
+  const int tried = edge.tried | 1 << edge.state;
+  const bool opens = edge.state == CLOSED || (edge.state == RUBBING && !edge.free && edge.theta < 0.0);
+  const int first = opens ? OPEN : CLOSED, second = edge.state == RUBBING ? CLOSED + OPEN - first : RUBBING;
+  set_state(edge, !(tried & 1 << first) ? first : !(tried & 1 << second) ? second : CLOSED + OPEN - first);
+  edge.tried = tried;
+  for (std::size_t e = 0; e < *found; e++) edged[e].tried = 0;
+  find_contacts();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -121,7 +121,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   DragSolver::Result find_velocities(bool forces = true);
   void start_droplets();
   void start_disks();
-  void find_states();
+  void find_states(double least_speed);
   void plan_disks();
   void move_disks();
   double try_stages(double step);

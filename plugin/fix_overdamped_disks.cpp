@@ -35,7 +35,7 @@ static constexpr double SLACK = 0.05;       // part of the error of a whole step
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
-static constexpr int MOST_COMBINATIONS = 81;    // of states that are tried
+static constexpr int PIVOTS = 12;               // at most, for every pair with a gap of zero
 
 /* ----------------------------------------------------------------------
    integral of the parabola through the three stages, up to a part of the step
@@ -83,7 +83,7 @@ void FixOverdamped::start_disks()
     }
     revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
   }
-  if (revision == DiskDrag::CYCLES) find_states();
+  if (revision == DiskDrag::CYCLES) find_states(least);
   disks->forget_settled();
   add_up();
   state.speed = sums.speed;
@@ -93,21 +93,27 @@ void FixOverdamped::start_disks()
    of several pairs with a gap of zero, each of which decides on the others: those states that fit best
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::find_states()
+void FixOverdamped::find_states(double least_speed)
 {
-  int combinations = 1, best = 0;
-  for (std::size_t e = 0; e < disks->edges().size() && combinations < MOST_COMBINATIONS; e++) combinations *= 3;
+  std::vector<int> best = disks->edge_states();
+  const int rounds = PIVOTS * (1 + static_cast<int>(best.size()));
+  const double enough = tolerance / SPREAD;
   double least = HUGE_VAL;
-  for (int k = 0; k < combinations && least > 0.0; k++) {
-    disks->try_states(k);
-    std::fill(now.begin(), now.end(), Motion());    // one that fits badly may have left velocities without bound
-    if (!find_velocities().converged) continue;
-    if (const double misfit = disks->misfit(now, state.rate); misfit < least) {
+  unsigned choice = 0;
+  for (int n = 0; n < rounds && least > enough; n++) {
+    std::fill(now.begin(), now.end(), Motion());    // states that fit badly may have left velocities without bound
+    const bool converged = find_velocities().converged;
+    const double misfit = converged ? disks->misfit(now, state.rate, least_speed) : HUGE_VAL;
+    if (misfit < least) {
       least = misfit;
-      best = k;
+      best = disks->edge_states();
     }
+    if (misfit <= enough) return;
+    if (!converged && disks->close_rubbing()) continue;
+    choice = 1664525u * choice + 1013904223u;
+    disks->pivot(now, state.rate, least_speed, choice >> 16);
   }
-  disks->try_states(best);
+  disks->set_edge_states(best);
   std::fill(now.begin(), now.end(), Motion());
   if (const DragSolver::Result result = find_velocities(); !result.converged) refuse(result);
 }
@@ -193,17 +199,18 @@ void FixOverdamped::plan_disks()
   plan.longest = longest;
   double next;
   bool rejected = false;
-  double off_before = HUGE_VAL;
+  double off_before = HUGE_VAL, before = step;
   while (true) {
     step = up_to_end(std::min(step, longest));
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
     if (factor >= SAFETY) break;
     if (std::isfinite(off) && off > NOISE * off_before) {    // of the solver, which no step makes smaller
-      next = step;
+      next = before;
       break;
     }
     off_before = off;
+    before = step;
     if (step < STUCK * longest)
       error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
                  "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,

@@ -48,6 +48,7 @@ REQUIRED = {
     "pressure": 1e-2,
     "count": 1,
     "offsets": [0, 3],
+    "outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
     "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
     "pressures": [1e-3],
     "spectra": [[]],
@@ -78,6 +79,7 @@ def required(random_disks, tmp_path_factory):
     own = {
         "u": jamlab.universe(packing),
         "source": packing,
+        "box": packing.box,
         "packing": packing,
         "packings": [packing],
         "path": path,

@@ -165,6 +165,10 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
         f"blur {found.blur:.1f} pixels"
     )
+    low, high = found.z_range
+    if low <= high:  # not nan
+        gap = found.film + found.fringe
+        print_note(f"z is {low:.2f} to {high:.2f} with wider and narrower gaps than {gap:.2g} {length} as contacts")
     print_note(_balance(found))
     print_note(f"quality: {found.quality}")
     for reason in found.reasons:
@@ -218,6 +222,8 @@ def _json(found: "Micrograph") -> dict[str, object]:
             "ratio": sizes.ratio,
             "large": sizes.large,
         },
+        "z_range": found.z_range,
+        "film": found.film,
         "pixel": found.pixel,
         "unit": "pixels" if found.pixel is None else "pixel",
         "contrast": found.contrast,

@@ -7,9 +7,11 @@ ilastik, ImageJ and hands write such images. What is labelled is droplet, and it
 from __future__ import annotations
 
 import json
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +23,6 @@ from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, read_values, scikit_image
 from jamlab.micrographs.segmentation import Segments
 
-LINE = 2.0  # pixels: hands and programs leave a line of one or two between labels that touch
 LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
 
@@ -33,13 +34,12 @@ class Labelled:
     areas: Array  # (n,) pixels
     coverage: Array  # (h, w) share of each pixel that is labelled
     pieces: int  # number of labels that lie in several pieces
-    line: float = LINE  # pixels, widest line between labels that touch
 
 
 def read_labels(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -> Labelled:
     """Read labels: an image of whole numbers, or outlines. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP
-    of 8, 16 or 32 bit, NPY, or outlines as JSON. Black and white, with two values, is a mask: its separate pieces are
-    the droplets; `shape`: of the picture; None if there is none."""
+    of 8, 16 or 32 bit, NPY, or outlines as JSON or as ImageJ's ROI or ZIP. Black and white, with two values, is a mask:
+    its separate pieces are the droplets; `shape`: of the picture; None if there is none."""
     values = _numbers(source, shape)
     if shape is not None and values.shape != shape:
         raise InputError(f"labels are {values.shape}, the picture is {shape}: give labels of this picture, uncropped")
@@ -51,7 +51,10 @@ def read_labels(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -
     if len(kinds) == 1:
         raise InputError(f"every pixel has the label {kinds[0]:g}: there is no ground, or no droplet")
     if len(kinds) == 2 and kinds[0] == 0:
-        found, _ = ndimage.label(values > 0)
+        found, count = ndimage.label(values > 0)
+        around = set.intersection(*(set(side[side > 0]) for side in (found[0], found[-1], found[:, 0], found[:, -1])))
+        if around and ndimage.label(values == 0)[1] > count:
+            raise InputError("what is not 0 in the mask lies around what is 0: give it inverted")
         return labelled(found)
     return labelled(values)
 
@@ -68,7 +71,7 @@ def _numbers(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -> N
         values = values[..., 0]
     if values.ndim == 3:
         values = values[..., 0]
-    if values.ndim != 2 or values.dtype.kind not in "buif":
+    if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")
     check_pixels(values.shape)
     return values
@@ -82,12 +85,24 @@ def _read(path: Path, shape: tuple[int, ...] | None) -> NDArray[Any]:
             return np.asarray(np.load(path, allow_pickle=False))
         if ending == ".json":
             return _fill_outlines(json.loads(path.read_text(encoding="utf-8")), shape)
-    except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError) as error:
+        if ending in (".zip", ".roi"):
+            return _fill_outlines(_read_rois(path), shape)
+    except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, BadZipFile, struct.error) as error:
         lines = str(error).splitlines() or [type(error).__name__]
         raise InputError(
             f"{path} cannot be read as labels ({lines[0]}): save whole numbers as TIFF, PNG or NPY, or outlines as JSON"
         ) from None
     return read_values(path, numbers=True)
+
+
+def _read_rois(path: Path) -> list[Array]:
+    """Outlines that ImageJ keeps, (k, 2) x and y each."""
+    try:
+        import roifile
+    except ImportError:
+        raise InputError("ROI of ImageJ need roifile: install it with pip install 'jamlab[imagej]'") from None
+    found = roifile.roiread(path)
+    return [np.asarray(roi.coordinates(), dtype=np.float64) for roi in (found if isinstance(found, list) else [found])]
 
 
 def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> Indices:
@@ -104,9 +119,9 @@ def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> Indices:
     return labels
 
 
-def labelled(values: ArrayLike, finer: int = 1, line: float = LINE) -> Labelled:
+def labelled(values: ArrayLike, finer: int = 1) -> Labelled:
     """Number labels anew, without gaps. `values`: (f h, f w) labels, 0 for the ground; `finer`: f, the number of labels
-    to a pixel of the picture, along either side; `line`: pixels, widest line between labels that touch."""
+    to a pixel of the picture, along either side."""
     fine = np.asarray(values).astype(np.int64)
     middle = fine[finer // 2 :: finer, finer // 2 :: finer]
     kept = np.unique(middle[middle > 0])
@@ -120,7 +135,7 @@ def labelled(values: ArrayLike, finer: int = 1, line: float = LINE) -> Labelled:
     for number, box in enumerate(ndimage.find_objects(middle), 1):
         if box is not None:
             pieces += ndimage.label(middle[box] == number, np.ones((3, 3)))[1] > 1
-    return Labelled(middle, areas, coverage, int(pieces), line)
+    return Labelled(middle, areas, coverage, int(pieces))
 
 
 def label_darkness(found: Labelled) -> Darkness:

@@ -53,6 +53,8 @@ class Micrograph:
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
         fringe: gap beyond a film that passes for a contact, in the unit of length.
+        z_range: lowest and highest z if fringes from 0.7 to 1.4 times as wide pass for contacts, from 0.2 times between
+            labels far apart; nan if all rattle.
         reasons: why the numbers may be wrong; empty if the picture is good.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.
@@ -88,6 +90,7 @@ class Micrograph:
     light: float
     film: float
     fringe: float
+    z_range: tuple[float, float]
     reasons: tuple[str, ...]
     pixel: float | None
     picture: Array = field(repr=False)

@@ -17,7 +17,7 @@ from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_
 from jamlab.micrographs.picture_files import scikit_image
 from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, find_doubts, unstable_droplets
 from jamlab.micrographs.segmentation import Segments
-from jamlab.micrographs.walls import Walls, find_walls
+from jamlab.micrographs.walls import THICKEST_FILM, Walls, find_walls
 
 OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
 OPEN_LABELS = 0.65  # the same of labels and rings: wet foams have half of it
@@ -56,7 +56,7 @@ class Measurement:
         self.annotated = float((drawn.thin | drawn.thick).mean()) if drawn else 0.0
         self.blur = blur_of(self.darkness) if labelled is None else 0.0
         self.walls: Walls = find_walls(
-            segments.cells, self.darkness, segments.radius, self.blur, film, labelled.line if labelled else None
+            segments.cells, self.darkness, segments.radius, self.blur, film, labelled is not None
         )
         if labelled is not None:  # what is labelled is droplet
             self.walls = replace(self.walls, inside=2 * labelled.coverage - 1)
@@ -164,7 +164,8 @@ class Measurement:
         void, area = shown & walls.void_pixels, float(shown.sum())
         beyond = walls.widest - walls.film
         counted = shown if self.contrast == "labels" else void
-        low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (0.7, 1.4))
+        least = 0.7 if walls.film <= THICKEST_FILM * segments.radius else 0.2  # of wide gaps half may be none
+        low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (least, 1.4))
         return Checks(
             whole=self.whole,
             roundness=np.pi * segments.inner**2 / areas,
@@ -237,6 +238,7 @@ class Measurement:
             light=self.darkness.light,
             film=float(walls.film * scale),
             fringe=float((walls.widest - walls.film) * scale),
+            z_range=(min(checks.z), max(checks.z)) if np.isfinite(checks.z).all() else (np.nan, np.nan),
             reasons=find_doubts(self.darkness, self.blur, segments, walls, checks),
             pixel=pixel,
             picture=self.grey,

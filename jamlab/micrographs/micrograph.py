@@ -132,7 +132,7 @@ def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
     rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING)
     if rings is None or not rings.labels.any():
         raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
-    found = labelled(rings.labels, rings.finer, rings.line)
+    found = labelled(rings.labels, rings.finer)
     own = Measurement(grey, "ring", label_darkness(found), label_segments(found), margin, film, labelled=found)
     own.unstable = rings.unlike(again)
     return own

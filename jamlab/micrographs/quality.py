@@ -16,7 +16,7 @@ from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.measured_droplets import Mean
 from jamlab.micrographs.segmentation import NECK, Segments, find_markers
-from jamlab.micrographs.walls import Walls
+from jamlab.micrographs.walls import THICKEST_FILM, Walls
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
 LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
@@ -129,6 +129,11 @@ def _doubt_scale(darkness: Darkness, segments: Segments, walls: Walls, checks: C
         reasons.append(
             f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets"
         )
+    if walls.film > THICKEST_FILM * radius and checks.labelled:
+        share = walls.film / radius
+        reasons.append(
+            f"droplets lie {walls.film:.0f} pixels apart, {share:.0%} of the radius: that they touch is a guess"
+        )
     if checks.annotated > ANNOTATED:
         reasons.append(f"{checks.annotated:.0%} of the picture lie under bars and labels")
     return reasons
@@ -169,7 +174,7 @@ def _doubt_numbers(checks: Checks) -> list[str]:
             f"{checks.unstable} of {count} droplets split or merge if thresholds and scale are set otherwise"
         )
     low, high = min(checks.z), max(checks.z)
-    if checks.loose > LOOSE * count and not checks.labelled:
+    if checks.loose > LOOSE * count:
         reasons.append(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide")
     elif np.isfinite(checks.z).all() and high - low > (BLIND_Z if checks.blind > BLIND else Z):
         reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")

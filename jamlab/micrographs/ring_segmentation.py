@@ -52,7 +52,6 @@ class Rings:
     depth: float  # mean darkness of walls over what they divide, between the envelopes of light and dark
     noise: float  # standard deviation of the noise over that depth
     light: float  # brightest over darkest of the light envelope
-    line: float = 2 * HALF_LINE  # pixels between droplets that share a wall
 
     def unlike(self, other: Rings | None) -> int:
         """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it
@@ -143,7 +142,7 @@ def _find_coarser(grey: Array, step: int, smoothing: float) -> Rings | None:
     if found is None:
         return None
     labels = np.kron(found.labels[:: found.finer, :: found.finer], np.ones((step, step), dtype=np.int64))
-    return replace(found, labels=labels[: grey.shape[0], : grey.shape[1]], finer=1, line=step * found.line)
+    return replace(found, labels=labels[: grey.shape[0], : grey.shape[1]], finer=1)
 
 
 def _leaves(dark: Array, least: float) -> Indices:

@@ -20,6 +20,10 @@ TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
 LEAST_TOLERANCE = 0.6  # pixels
 BLURRED_TOLERANCE = 0.3  # pixels more for a pixel of blur: voids darken the ends of a contact
 NOISY_TOLERANCE = 0.5  # pixels more where noise is as large as the contrast
+LABEL_TOLERANCE = 0.3  # pixels more of labels, which end at whole pixels
+WIDEST_STRIP = 0.3  # of the radius, half a strip: wider ones reach through droplets
+BEYOND_STRIP = 1.2  # half strips: wider gaps between labels are known by the nearest pixels
+SCATTERS = 2.0  # standard deviations of gaps between labels that touch, up to which they are contacts
 THICKEST_FILM = 0.2  # of the radius: wider gaps are no contacts
 ALONG = 2.5  # pixels along a wall over which its width is averaged
 BLURS = 2.5  # standard deviations of blur in half a strip
@@ -50,25 +54,35 @@ class Walls:
 
 
 def find_walls(
-    cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, line: float | None = None
+    cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, labelled: bool = False
 ) -> Walls:
     """Measure the gaps along all walls. `cells`: (h, w), droplet that each pixel belongs to; `darkness`: the picture
     without its background; `radius`: typical radius, pixels; `blur`: standard deviation of the blur, pixels; `film`:
-    widest gap of a contact, pixels; None takes it from the gaps themselves; `line`: widest gap of labels that touch,
-    pixels; None where gaps are seen by darkness."""
+    widest gap of a contact, pixels; None takes it from the gaps themselves; `labelled`: darkness is that of labels,
+    between which walls may be left free that are wider than any film."""
     wall, pair = _wall_pixels(cells)
     if not wall.any():  # one cell
         return _no_walls(cells, darkness)
-    half = min(BLURS * blur + 2.0 + STRIP * radius, 0.3 * radius)
+    half = min(BLURS * blur + 2.0 + STRIP * radius, WIDEST_STRIP * radius)
+    tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE)
+    tolerance += LABEL_TOLERANCE if labelled else BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise
     away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
     names, short = np.unique(pair[wall], return_inverse=True)
     numbers = np.zeros(cells.shape, dtype=np.int64)
     numbers[wall] = short + 1
+    narrowest = np.zeros(len(names))
+    if labelled:  # a strip as wide as the widest contact: voids beside it darken wider ones
+        free = ndimage.distance_transform_edt(darkness.values > 0.5)
+        narrowest = 2 * np.asarray(ndimage.minimum(free, numbers, np.arange(1, len(names) + 1)))
+        reach = 0.5 * (film or _film_between_labels(narrowest, tolerance)[1])
+        half = min(reach + 1.0 + STRIP * radius, WIDEST_STRIP * radius)
     width, gaps, length = _measure_strips(numbers[tuple(nearest)], wall, away, darkness, half)
+    gaps = np.where(narrowest > BEYOND_STRIP * half, np.maximum(narrowest, gaps), gaps)
     long = np.isfinite(gaps)
     names, gaps, length = names[long], gaps[long], length[long]
     pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
-    own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film, line)
+    own, widest = _film_between_labels(gaps, tolerance) if labelled else _film_width(gaps, radius, tolerance)
+    widest = widest if film is None else film
     touching = gaps <= widest
     touch_names = names[touching]
     is_film = wall & np.isin(pair, touch_names) & (width <= widest)
@@ -151,18 +165,26 @@ def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: fl
     )
 
 
-def _film_width(
-    gaps: Array, radius: float, smear: float, film: float | None, line: float | None
-) -> tuple[float, float]:
+def _film_width(gaps: Array, radius: float, tolerance: float) -> tuple[float, float]:
     """Width of films and of the widest gap that is a contact. Of the six neighbours that a cell has on average three or
     more touch in a jammed packing, so the lower quarter of all gaps lies among contacts. Where that is wider than any
-    film, droplets do not touch. Labels that touch have at most a line between them."""
+    film, droplets do not touch."""
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
-    if film is not None:
-        return own, film
-    tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE) + smear
-    own = (own if own <= THICKEST_FILM * radius else 0.0) if line is None else min(own, line)
+    own = own if own <= THICKEST_FILM * radius else 0.0
     return own, own + tolerance
+
+
+def _film_between_labels(gaps: Array, tolerance: float) -> tuple[float, float]:
+    """Most frequent gap between labels, and the widest that is a contact. The shortest interval that holds half of all
+    gaps lies among contacts; below its median there are only contacts, which scatter as far above it."""
+    if not len(gaps):
+        return 0.0, tolerance
+    order, half = np.sort(gaps), (len(gaps) + 1) // 2
+    start = int(np.argmin(order[half - 1 :] - order[: len(order) - half + 1]))
+    own = float(np.median(order[start : start + half]))
+    below = order[order < own] - own
+    scatter = float(np.sqrt(np.mean(below**2))) if len(below) else 0.0
+    return own, own + max(tolerance, SCATTERS * scatter + LABEL_TOLERANCE)
 
 
 def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import bisect
 
 from jamlab.arrays import Array
 from jamlab.engine.session import Session
@@ -174,6 +173,8 @@ class OnsetSearch:
             except UnstableError as error:
                 direction = np.zeros_like(state.packing.positions)
                 direction[network.held] = error.mode.reshape(-1, 2)
+            except ConvergenceError:  # a tolerance so loose that forces hide what a saddle is
+                return state
             self._slide(state.packing, direction / np.abs(direction).max())
             descend_by_newton(self.session, min(numbers.finest, self.tolerance), settings=self.settings.newton)
             state = self._relax(state.packing, near=True)
@@ -192,6 +193,8 @@ class OnsetSearch:
 
         length = self.settings.onset.slide
         if excess(length) > 0:
+            from scipy.optimize import bisect  # loaded by onsets on a saddle alone
+
             length = bisect(excess, 0.0, length, xtol=1e-9)
         self.session.set_positions(start + length * direction)
 

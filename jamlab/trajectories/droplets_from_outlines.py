@@ -1,5 +1,7 @@
 """Droplets from outlines: arrays of vertices, traced or computed elsewhere, become a packing with a force law."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

@@ -121,6 +121,16 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
         assert again[name] == pytest.approx(whole[name], rel=1e-6), name
 
 
+def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
+    """alpha = 1 takes another way through the solver than alpha = 1 - 1e-9."""
+
+    def stress(drag):
+        with DropletFlow(tmp_path, packing, "rate 1e-2 solver 1e-9 longest 0.05", drag) as flow:
+            return flow.run(3)["viscous"]
+
+    assert stress("drag 1 1 0.999999999") == pytest.approx(stress("drag 1 1 1"), rel=1e-6)
+
+
 def test_an_edge_that_outgrows_the_cutoff_stops_the_run(tmp_path, packing):
     """Ghosts reach as far as the longest edge allowed: beyond, contacts would be missed without a word."""
     with DropletFlow(tmp_path, packing, "rate 30 tolerance 0.1 solver 1e-2 stop 0.05", "background 1") as flow:

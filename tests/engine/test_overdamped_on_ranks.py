@@ -42,7 +42,7 @@ def packing():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "on", 20),
+        (2, "on", 3),
         *(pytest.param(2, newton, 80, marks=pytest.mark.slow) for newton in ("on", "off")),
         pytest.param(4, "on", 4, marks=pytest.mark.slow),
         pytest.param(4, "off", 4, marks=pytest.mark.slow),
@@ -66,7 +66,7 @@ def droplets():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "off", 3),
+        (2, "off", 2),
         pytest.param(2, "off", 45, marks=pytest.mark.slow),
         pytest.param(2, "on", 45, marks=pytest.mark.slow),
         pytest.param(1, "off", 45, marks=pytest.mark.slow),

@@ -65,6 +65,7 @@ def test_units_mean_nothing(packing, damping, length, stiffness):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(raises=jamlab.ConvergenceError, strict=True, reason="steps shrink to 4e-10 at strain 0.014")
 def test_no_tie_of_contacts_stops_a_flow():
-    jamlab.shear(jamlab.pack(n=256, pressure=1e-3, seed=1), rate=1e-2, strain=0.02, rows=4)
+    """Up to eight pairs touch, part and rub together, each of which decides on the others."""
+    run = jamlab.shear(jamlab.pack(n=256, pressure=1e-3, seed=1), rate=1e-2, strain=0.02, rows=4)
+    assert run.finished and run.steps < 400 and run.imbalance < 1e-3

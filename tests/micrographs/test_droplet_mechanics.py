@@ -12,6 +12,9 @@ from jamlab.micrographs.droplet_mechanics import STEEPER, shape_forces
 pytest.importorskip("skimage")
 
 
+PIXELS = 320
+
+
 def stadium(radius, flat, count=4000):
     """(k, 2) outline of two half circles and two flats, evenly spaced, and its points on the right flat."""
     edge, half = 2 * flat + 2 * np.pi * radius, np.pi * radius
@@ -51,11 +54,15 @@ def test_hidden_wall_has_no_pressure():
     assert np.isnan(pressures.value[0]) and len(forces.size) == 0 and np.isnan(forces.residual[0])
 
 
-def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense):
-    pixels = 400
-    found = jamlab.micrograph(
-        jamlab.synthetic_micrograph(dp_dense, pixels), dp_dense.box[0, 0] / pixels, periodic=True, contrast="bright"
-    )
+@pytest.fixture(scope="module")
+def seen(dp_dense):
+    """A rendered picture, and what is found in it."""
+    picture = jamlab.synthetic_micrograph(dp_dense, PIXELS)
+    return picture, jamlab.micrograph(picture, dp_dense.box[0, 0] / PIXELS, periodic=True, contrast="bright")
+
+
+def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense, seen):
+    _, found = seen
     apart = found.centres[:, None] - dp_dense.centroids
     apart -= np.rint(apart @ np.linalg.inv(dp_dense.box)) @ dp_dense.box
     own = np.hypot(apart[..., 0], apart[..., 1]).argmin(axis=1)
@@ -84,13 +91,13 @@ def test_small_droplets_and_labels_are_refused(dp_dense):
         _ = jamlab.micrograph(labels=(np.hypot(x % 50 - 25, y % 50 - 25) < 20).astype(int)).pressures
 
 
-def test_command_prints_the_balance_and_keeps_a_packing(dp_dense, tmp_path):
-    picture = jamlab.synthetic_micrograph(dp_dense, 300)
+def test_command_prints_the_balance_and_keeps_a_packing(dp_dense, seen, tmp_path):
+    picture, found = seen
     Image.fromarray((255 * picture.clip(0, 1)).astype(np.uint8)).save(tmp_path / "photo.png")
     how = ("analyze", "photo.png", "--contrast", "bright", "--periodic")
     done = call(tmp_path, *how, "--packing", "disks.h5", "--model", "sp")
     assert done.exit_code == 0, done.stderr
-    residual = np.median(jamlab.micrograph(picture, contrast="bright", periodic=True).forces.residual)
+    residual = np.median(found.forces.residual)
     shown = float(done.stdout.split("forces by shape leave ")[1].split("%")[0])
     assert shown == pytest.approx(100 * residual, abs=2)
     kept = jamlab.read(tmp_path / "disks.h5")

@@ -1,16 +1,15 @@
 """Pages of figures, charts and the demo in a real browser: nothing cut on a phone, rows chosen by their verdict."""
 
 import pandas as pd
-import paper_tables
 import pytest
 from commands import call
+from drawn_figures import tables
 from matplotlib.figure import Figure
 
 from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.studies import gallery
 from jamlab.studies.cost.chart import write_charts
-from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.failure.map import write_maps
 from jamlab.studies.reference_data import example_sections
 from jamlab.studies.registry import CHARTS, MAPS
@@ -20,8 +19,7 @@ from jamlab.studies.study import Page, Shown, write_page
 @pytest.fixture(scope="module")
 def figures_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
-    made_up = EnsembleTables(lambda name: paper_tables.TABLES[name]())
-    gallery.write_all(["baumgarten-5", "tables"], made_up, folder, opening=example_sections())
+    gallery.write_all(["baumgarten-5", "tables"], tables(), folder, opening=example_sections())
     return folder / gallery.PAGE
 
 

@@ -22,7 +22,7 @@ def sp_deep():
     return without_rattlers(jamlab.pack(n=32, pressure=1e-2, seed=3))
 
 
-@pytest.fixture(params=["sp", "sp-eps", "dp"])
+@pytest.fixture(scope="module", params=["sp", "sp-eps", "dp"])
 def network(request, sp_deep, dp_dense):
     """Disks whose springs have one stiffness, or one energy at full overlap; droplets."""
     if request.param == "sp-eps":

@@ -1,0 +1,96 @@
+"""Rules of doubt: a clean picture passes all of them, and each objects to what it is there for, alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.micrographs import measurement, quality
+from jamlab.micrographs.measured_droplets import Mean
+
+pytest.importorskip("skimage")
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """Darkness, blur, segments, walls and checks of discs with flats on a hexagonal lattice."""
+    y, x = np.mgrid[:160, :160] + 0.5
+    k, m = np.meshgrid(np.arange(-6, 12), np.arange(-2, 10))
+    centres = 14 + 35.0 * np.column_stack([(k + 0.5 * m).ravel(), (np.sqrt(0.75) * m).ravel()])
+    first, second = np.partition([np.hypot(x - cx, y - cy) for cx, cy in centres], 1, axis=0)[:2]
+    picture = np.clip(np.minimum(18.2 - first, 0.5 * (second - first) - 0.4) + 0.5, 0, 1)  # discs with flats
+    seen = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measurement, "find_doubts", lambda *parts: seen.append(parts) or ())
+        jamlab.micrograph(picture, contrast="bright")
+    return dict(zip(("darkness", "blur", "segments", "walls", "checks"), seen[0], strict=True))
+
+
+def odd(values, value):
+    """The same values with every second one changed."""
+    changed = values.copy()
+    changed[::2] = value
+    return changed
+
+
+RULES = {
+    "noise": ("darkness", {"noise": 0.7, "filter": 0.0}, "noise is 70%"),
+    "light": ("darkness", {"light": 5.0}, "light falls to 20%"),
+    "blur": ("darkness", {"filter": 3.0, "opening": 9.0}, "blur and noise smear"),
+    "outline": ("darkness", {"noise": 0.3, "filter": 0.9}, "leave outlines uncertain"),
+    "no ground": ("darkness", {"ground": 2}, "hardly any open ground"),
+    "narrow voids": ("darkness", {"opening": 0.0}, "voids are as narrow as the blur"),
+    "grey": ("darkness", {"smooth": np.full((160, 160), 0.5)}, "neither droplet nor ground"),
+    "small": ("segments", {"radius": 7.0}, "pixels in radius, needs 8"),
+    "wide films": ("walls", {"film": 2.5}, "films are 2.5 pixels wide"),
+    "labels apart": ("walls", {"film": 5.0}, "that they touch is a guess"),
+    "annotated": ("checks", {"annotated": 0.2}, "20% of the picture lie under"),
+    "rings": ("checks", {"rings": True}, "droplets are rings"),
+    "not round": ("checks", lambda c: {"roundness": odd(c.roundness, 0.5)}, "are not round"),
+    "torn labels": ("checks", {"pieces": 2}, "2 labels lie in several pieces"),
+    "open border": ("checks", lambda c: {"closed": odd(c.closed, 0.0)}, "no closed border"),
+    "no peak": ("checks", lambda c: {"radii": odd(c.radii, 200.0)}, "sizes have no peak"),
+    "unstable": ("checks", {"unstable": 9}, "split or merge"),
+    "loose": ("checks", lambda c: {"loose": int(c.whole.sum())}, "touch fewer than three"),
+    "z": ("checks", {"z": (5.0, 4.5, 5.2), "blind": 0.0}, "z changes from 4.50 to 5.20"),
+    "z, blind": ("checks", {"z": (5.0, 4.9, 5.2), "blind": 0.1}, "z changes from 4.90 to 5.20"),
+    "gap in a wall": ("checks", {"widest": 1.2}, "room for one more"),
+    "unsure": ("checks", {"unsure": 3}, "blur hides of 3 droplets"),
+    "open edge": ("checks", {"open_edge": True}, "droplets end inside the picture"),
+    "rho": ("checks", lambda c: {"rho_by_pixels": c.rho - 0.05}, "rho is"),
+}
+
+
+def test_a_clean_picture_passes(clean):
+    assert quality.find_doubts(**clean) == ()
+    checks = replace(clean["checks"], labelled=True)
+    assert quality.find_doubts(**clean | {"checks": checks}) == ()
+
+
+@pytest.mark.parametrize(("part", "change", "reason"), RULES.values(), ids=RULES)
+def test_each_rule_objects_alone(clean, part, change, reason):
+    changed = replace(clean[part], **(change(clean[part]) if callable(change) else change))
+    parts = clean | {part: changed}
+    if "guess" in reason or part == "segments":  # where darkness is not looked at
+        parts["checks"] = replace(clean["checks"], labelled=True)
+    if "noise is" in reason:  # and outlines are sharp all the same
+        parts["blur"] = 0.0
+    (found,) = quality.find_doubts(**parts)
+    assert reason in found
+
+
+@pytest.mark.parametrize(
+    ("count", "change", "reason"),
+    [
+        (19, {}, "19 whole droplets only"),
+        (40, {"rho": 0.012}, "rho is known to"),
+        (40, {"z": 0.3}, "z is known to"),
+        (40, {"shape_rim": 0.012}, "A is known to"),
+    ],
+)
+def test_few_droplets_are_doubted(count, change, reason):
+    means = {name: Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
+    assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == ()
+    (found,) = quality.doubt_few(count, means)
+    assert reason in found
