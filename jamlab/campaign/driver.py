@@ -146,7 +146,9 @@ def drive(
         key, outcome = crew.wait()
         task = under_way.pop(key)
         if outcome is None:
-            outcome = _blame(folder, task)
+            reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
+            folder.record_failure(task, reason)
+            outcome = Outcome(FAILED, str(reason), float("nan"))
         if outcome.state == FULL:
             raise StorageError(f"{outcome.line}; make room, then `jamlab campaign resume` goes on")
         if outcome.state == FINISHED and not folder.task_file(task.name).exists():
@@ -177,9 +179,3 @@ def task_key(folder: CampaignFolder, task: Task) -> str:
     """Name a task at a scheduler that several campaigns may share: each has to make the file in its own folder."""
     place = hashlib.sha256(str(folder.path.resolve()).encode()).hexdigest()
     return f"jamlab-{place[:16]}-{task.name}"
-
-
-def _blame(folder: CampaignFolder, task: Task) -> Outcome:
-    reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
-    folder.record_failure(task, reason)
-    return Outcome(FAILED, str(reason), float("nan"))

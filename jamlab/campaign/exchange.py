@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.folder import CampaignFolder, damage
@@ -78,26 +78,19 @@ def export(
     if form == "parquet":
         check_parquet()
     if form == "dump":
-        return _write_dumps(campaign, out, sweep, replace)
-    frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # all of them, before a folder is made
-    written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
-    _make_room(out, list(written), replace)
-    for path, frame in written.items():
-        export_table(frame, path)
-    return list(written)
-
-
-def _write_dumps(campaign: Campaign, out: Path, sweep: str | None, replace: bool) -> list[Path]:
-    written = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
-    _make_room(out, list(written), replace)
-    for path, name in written.items():
-        write_dump(path, campaign.packings(name))
-    return list(written)
-
-
-def _make_room(out: Path, files: list[Path], replace: bool) -> None:
-    """Make the folder if there is something to write, and refuse the first file that may not be written."""
-    if files:
+        written: dict[Path, Any] = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
+    else:
+        frames = {
+            name: campaign.table(name, sweep) for name in tables or TABLES
+        }  # all of them, before a folder is made
+        written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
+    if written:
         make_folder(out)
-    for path in files:
+    for path in written:
         check_target(path, replace=replace)
+    for path, content in written.items():
+        if form == "dump":
+            write_dump(path, campaign.packings(content))
+        else:
+            export_table(content, path)
+    return list(written)

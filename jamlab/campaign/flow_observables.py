@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 
 from jamlab.campaign.file_values import FileTable, Frequencies, Rates
 from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, Size, floats
@@ -35,11 +35,21 @@ Background = Annotated[float, Field(ge=0, le=1e3)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
 
 
+def _at_most(limit: float, what: str) -> AfterValidator:
+
+    def check(values: list[float]) -> list[float]:
+        if max(values) > limit:
+            raise ValueError(f"{max(values):g} is above {limit:g}, the {what} there is: lower it")
+        return values
+
+    return AfterValidator(check)
+
+
 class Flow(FileTable):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
     # of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
-    rates: Rates
+    rates: Annotated[Rates, _at_most(LARGEST_RATE, "fastest flow")]
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
@@ -48,32 +58,18 @@ class Flow(FileTable):
     tolerance: FlowTolerance = 1e-2  # relative error of velocities in a step
     last: bool = False  # true: only of the last state of each packing
 
-    @field_validator("rates")
-    @classmethod
-    def _check_rates(cls, value: list[float]) -> list[float]:
-        if max(value) > LARGEST_RATE:
-            raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
-        return value
-
 
 class Oscillating(FileTable):
     """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
     omega: Frequencies  # frequencies, 1/tau_1
     # of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm
-    amplitudes: Frequencies
+    amplitudes: Annotated[Frequencies, _at_most(LARGEST_AMPLITUDE, "largest strain")]
     # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
     background: Background = 0.0
     tolerance: FlowTolerance = 1e-3
-
-    @field_validator("amplitudes")
-    @classmethod
-    def _check_amplitudes(cls, value: list[float]) -> list[float]:
-        if max(value) > LARGEST_AMPLITUDE:
-            raise ValueError(f"{max(value):g} is above {LARGEST_AMPLITUDE:g}, the largest strain there is: lower it")
-        return value
 
 
 class Creeping(FileTable):
@@ -122,6 +118,10 @@ class _Run(Driven):
                     except ConvergenceError:
                         found = self._MISSING | {"converged": False}
                     yield row | found | {"converged": of.states.converged[k] and found["converged"]}
+
+    def accuracy(self, row: Row) -> Row:
+        """Tolerance of a run, and its background drag: Stokes drag is itself one."""
+        return {"tolerance": self.how.tolerance, "background": 0.0 if row["stokes"] else self.how.background}
 
     def constants(self) -> Row:
         how = self.how
@@ -200,13 +200,7 @@ class Oscillation(_Run):
 
     def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
         how = self.oscillation
-        background = 0.0 if row["stokes"] else how.background
-        run = oscillate(
-            *(packing, row["omega"], row["amplitude"], law),
-            cycles=how.cycles,
-            tolerance=how.tolerance,
-            background=background,
-        )
+        run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
         found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {"converged": run.converged}
         return found | self._equivalent(packing, row, stress)
@@ -246,12 +240,7 @@ class Creep(_Run):
 
     def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
         how = self.creep
-        run = creep(
-            *(packing, row["stress"], how.duration, law),
-            largest_strain=how.largest_strain,
-            tolerance=how.tolerance,
-            background=0.0 if row["stokes"] else how.background,
-        )
+        run = creep(packing, row["stress"], how.duration, law, largest_strain=how.largest_strain, **self.accuracy(row))
         return {
             **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
             **{"final_time": run.time[-1], "final_strain": run.strain[-1]},

@@ -125,7 +125,8 @@ class Quasistatic(Observable):
     """Medians of the linear motion in slow shear; nan where a packing is unstable."""
 
     name, only = "quasistatic", "sp"
-    stored: ClassVar[Schema] = {**STATE, "prestress": FLAG, **floats("approach", "sliding", "nonaffine")}
+    _MEDIANS: ClassVar = {"approach": "median_normal", "sliding": "median_tangential", "nonaffine": "median_nonaffine"}
+    stored: ClassVar[Schema] = {**STATE, "prestress": FLAG, **floats(*_MEDIANS)}
 
     prestress: Prestress = Field(default=[True])
 
@@ -133,14 +134,11 @@ class Quasistatic(Observable):
         rows = []
         for _, packing, row in of.each():
             for prestress in self.prestress:
-                found: Row = dict.fromkeys(("approach", "sliding", "nonaffine"), np.nan)
                 try:
                     motion = slow_shear(packing, prestress=prestress)
+                    found: Row = {column: getattr(motion, name) for column, name in self._MEDIANS.items()}
                 except ConvergenceError:  # not jammed, or unstable in a fixed box
-                    pass
-                else:
-                    found = {"approach": motion.median_normal, "sliding": motion.median_tangential}
-                    found["nonaffine"] = motion.median_nonaffine
+                    found = dict.fromkeys(self._MEDIANS, np.nan)
                 rows.append(row | {"prestress": prestress} | found)
         return rows
 

@@ -20,7 +20,7 @@ import math
 import time
 from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -63,12 +63,13 @@ def precision(batch: Batch, folder: CampaignFolder, finished: set[str], failed: 
             if name in finished:
                 _take(values, batch, folder, name)
             elif name not in failed:
-                return Precision(wanted, _standard_errors(values))
-        done, errors = wanted, _standard_errors(values)
+                return Precision(wanted, {column: standard_error(found) for column, found in values.items()})
+        done, errors = wanted, {column: standard_error(found) for column, found in values.items()}
         met = all(errors[column] <= aim for column, aim in batch.until.items())
         if met or done == len(batch.seeds):
             return Precision(done, errors, met)
-        wanted = min(_next_count(done, errors, batch.until), len(batch.seeds))
+        ratio = max((errors[c] / aim) ** 2 if errors[c] >= 0 else _MOST_GROWTH for c, aim in batch.until.items())
+        wanted = min(math.ceil(done * min(max(ratio, _LEAST_GROWTH), _MOST_GROWTH)), len(batch.seeds))
 
 
 def wanted_batches(batches: Sequence[Batch], folder: CampaignFolder) -> list[Batch]:
@@ -88,18 +89,9 @@ def _take(values: dict[str, list[float]], batch: Batch, folder: CampaignFolder, 
             found.append(state[column])
 
 
-def _standard_errors(values: dict[str, list[float]]) -> dict[str, float]:
-    return {column: standard_error(found) for column, found in values.items()}
-
-
 def standard_error(values: Sequence[float]) -> float:
     """Standard error of the mean of independent values; nan for fewer than two."""
     return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else math.nan
-
-
-def _next_count(count: int, errors: dict[str, float], until: dict[str, float]) -> int:
-    ratio = max((errors[column] / aim) ** 2 if errors[column] >= 0 else _MOST_GROWTH for column, aim in until.items())
-    return math.ceil(count * min(max(ratio, _LEAST_GROWTH), _MOST_GROWTH))
 
 
 @dataclass(frozen=True)
@@ -160,10 +152,10 @@ def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) 
         names = set(batch.first(reached.seeds).names())
         wanted |= names
         counts = (len(names), len(names & finished), len(names & failed), len(batch.seeds))
-        line = SweepStatus(
-            batch.sweep, batch.parameters.model, batch.parameters.n, *counts, batch.until, reached.errors
-        )
-        sweeps.append(_timed(line, folder, names & finished) if verify else line)
+        known_by_now = (batch.sweep, batch.parameters.model, batch.parameters.n, *counts, batch.until, reached.errors)
+        times = _read_times(folder, names & finished) if verify else []
+        spent = (sum((wall for wall, _ in times), 0.0), sum((cpu for _, cpu in times), 0.0)) if verify else (None, None)
+        sweeps.append(SweepStatus(*known_by_now, *spent))
     failures = {name: record for name, record in folder.failures().items() if name in known}
     damaged = folder.damages(known & finished) if verify else None
     gaps = folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
@@ -171,13 +163,13 @@ def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) 
     return Status(sweeps, *totals, failures, damaged, gaps, len(finished - known))
 
 
-def _timed(line: SweepStatus, folder: CampaignFolder, names: set[str]) -> SweepStatus:
-    wall = cpu = 0.0
+def _read_times(folder: CampaignFolder, names: Iterable[str]) -> list[tuple[float, float]]:
+    """Wall and CPU time of finished tasks, s; a damaged file is left out: `run` will find it and run it again."""
+    times = []
     for name in names:
         with suppress(StorageError):
-            seconds = read_seconds(folder.task_file(name))
-            wall, cpu = wall + seconds[0], cpu + seconds[1]
-    return replace(line, seconds=wall, cpu_seconds=cpu)
+            times.append(read_seconds(folder.task_file(name)))
+    return times
 
 
 _SAMPLES = 8  # finished tasks to average over; reading more would slow down `plan`
@@ -307,7 +299,9 @@ def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) 
         left = [task for task in wanted.tasks() if task.name not in counted]
         counted |= {task.name for task in left}
         names = [name for name in batch.names() if name in finished]
-        lines.append(_estimate(wanted, left, _mean_seconds(folder, names[:_SAMPLES]), held))
+        times = _read_times(folder, names[:_SAMPLES])
+        seconds = float(np.mean([wall for wall, _ in times])) if times else None
+        lines.append(_estimate(wanted, left, seconds, held))
     return lines
 
 
@@ -322,20 +316,9 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
     for source in stored:
         shared = shared_tables(parameters, source.parameters)
         total += measuring_seconds(parameters, shared) * DRIVING * machine_speed()
-    return Estimate(
-        batch.sweep,
-        parameters.model,
-        parameters.n,
-        len(batch.seeds),
-        len(left),
-        len(stored),
-        parameters.size.states,
-        total * batch.ranks,
-        len(left) * task_bytes(parameters),
-        seconds is not None and not stored,
-        batch.until,
-        batch.ranks,
-    )
+    counts = (len(batch.seeds), len(left), len(stored), parameters.size.states)
+    cost = (total * batch.ranks, len(left) * task_bytes(parameters), seconds is not None and not stored)
+    return Estimate(batch.sweep, parameters.model, parameters.n, *counts, *cost, batch.until, batch.ranks)
 
 
 def total_time(lines: list[Estimate], workers: int | None = None) -> tuple[float, float, int]:
@@ -356,13 +339,3 @@ def total_time(lines: list[Estimate], workers: int | None = None) -> tuple[float
 def longest_first(batches: list[Batch]) -> list[Batch]:
     """Order batches by the time of their tasks, so that no worker is left alone with a long one at the end."""
     return sorted(batches, key=lambda batch: -task_seconds(batch.parameters, batch.ranks))
-
-
-def _mean_seconds(folder: CampaignFolder, names: list[str]) -> float | None:
-    seconds = []
-    for name in names:
-        try:
-            seconds.append(read_seconds(folder.task_file(name))[0])
-        except StorageError:  # damaged: `run` will find it and run it again
-            continue
-    return float(np.mean(seconds)) if seconds else None

@@ -47,7 +47,7 @@ def _at_pressures(
     for pressure in parameters.pressures or ():
         try:
             how: dict[str, Any] = {"ensemble": parameters.ensemble, "tolerance": parameters.tolerances.max_force}
-            how |= law_changes(parameters) | _sizes(parameters)
+            how |= _particles(parameters)
             packings.append(pack(parameters.n, pressure, parameters.seed, ranks=ranks, **how))
             targets.append(pressure)
         except ConvergenceError as error:
@@ -57,22 +57,18 @@ def _at_pressures(
     return packings, targets
 
 
-def law_changes(parameters: Parameters) -> dict[str, Any]:
-    """Parameters of the force law that a protocol takes by name; those of a model's deck that it cannot change stay."""
+def _particles(parameters: Parameters) -> dict[str, Any]:
+    """Sizes, and parameters of the force law that a protocol takes by name; what it cannot change of a deck stays."""
     law = parameters.force_law
-    return dict(law) if parameters.model == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
-
-
-def _sizes(parameters: Parameters) -> dict[str, Any]:
-    return {} if parameters.sizes is None else {"sizes": parameters.sizes}
+    changes = dict(law) if parameters.model == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
+    return changes if parameters.sizes is None else changes | {"sizes": parameters.sizes}
 
 
 def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
     packings, tolerance = [], parameters.tolerances.max_force
     for phi in parameters.phi or ():
-        how = law_changes(parameters) | _sizes(parameters)
-        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **how)
+        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **_particles(parameters))
         with Session(start, ranks=ranks) as session:
             found = relax(session, tolerance)
             packings.append(record(session.packing(), found, protocol="quench", seed=parameters.seed, **versions()))
@@ -81,7 +77,7 @@ def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
 
 def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    law = law_changes(parameters) | _sizes(parameters)
+    law = _particles(parameters)
     effort: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
     onset = jam(parameters.model, parameters.n, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
     how = parameters.compress

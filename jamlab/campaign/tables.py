@@ -67,18 +67,15 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
             p = file.parameters
             parts.append({"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble, **columns})
     parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
+    counts = [next(len(v) for v in part.values() if isinstance(v, np.ndarray)) for part in parts]
     frames = {}
     for column in (*TABLE_COLUMNS[name], *sorted(own)):
         values = [
-            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), _row_count(part))
-            for part in parts
+            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), count)
+            for part, count in zip(parts, counts, strict=True)
         ]
         frames[column] = np.concatenate(values) if values else np.empty(0)
     return pd.DataFrame(frames)
-
-
-def _row_count(part: dict[str, Any]) -> int:
-    return next(len(values) for values in part.values() if isinstance(values, np.ndarray))
 
 
 def _columns(file: TaskFile, name: str) -> dict[str, Any]:
@@ -187,11 +184,21 @@ def aggregate(
     packing are nan; `<value>_packings` counts those with a finite value."""
     import pandas as pd
 
-    _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)
+    _require_columns(frame, [*values, *by, *([along] if along else [])])
+    if along is None and bins is not None:
+        raise InputError(f"bins = {bins!r}: name the column to cut into them, along = ...")
+    edges = None if bins is None else np.asarray(bins, dtype=np.float64)
+    if edges is not None and (edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0)):
+        raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
+    check_choice("statistic", statistic, STATISTICS)
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
+    if resamples < 1:
+        raise InputError(f"resamples = {resamples}: must be 1 or more")
     keys = {name: _round_keys(frame[name]) for name in by}
     if along is not None:
         numbers = frame[along].to_numpy(np.float64)
-        edges = choose_bins(numbers)[0] if bins is None else np.asarray(bins, dtype=np.float64)
+        edges = choose_bins(numbers)[0] if edges is None else edges
         place = np.digitize(numbers, edges) - 1
         inside = (place >= 0) & (place < len(edges) - 1)
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
@@ -224,29 +231,10 @@ def _round_keys(column: pd.Series[Any]) -> pd.Series[Any]:
     return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))
 
 
-def _check(
-    frame: pd.DataFrame,
-    columns: list[str],
-    along: str | None,
-    bins: ArrayLike | None,
-    statistic: str,
-    confidence: float,
-    resamples: int,
-) -> None:
-    for name in columns:
+def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
+    for name in names:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
-    if along is None and bins is not None:
-        raise InputError(f"bins = {bins!r}: name the column to cut into them, along = ...")
-    if bins is not None:
-        edges = np.asarray(bins, dtype=np.float64)
-        if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
-            raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
-    check_choice("statistic", statistic, STATISTICS)
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
-    if resamples < 1:
-        raise InputError(f"resamples = {resamples}: must be 1 or more")
 
 
 def _refuse_unlike(part: pd.DataFrame) -> None:
@@ -285,9 +273,7 @@ def draw_means(
     axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, /, **style: Any
 ) -> None:
     """Draw one curve for each value of the column `by`; see `Campaign.plot`."""
-    for name in (value, along, by):
-        if name not in frame.columns:
-            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    _require_columns(frame, (value, along, by))
     if not len(frame):
         raise InputError("no task has a row for this table yet: run the campaign first")
     for name in (value, along):
@@ -344,11 +330,6 @@ def _differs_within(frame: pd.DataFrame, by: str, name: str) -> bool:
     return name in frame.columns and bool((frame.groupby(by, dropna=False)[name].nunique() > 1).any())
 
 
-def _units(frame: pd.DataFrame) -> list[str]:
-    kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
-    return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
-
-
 def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
     x = part[along].to_numpy(np.float64)
     outside = ~((x >= edges[0]) & (x < edges[-1]))
@@ -373,5 +354,8 @@ def _selection(means: pd.DataFrame, value: str) -> list[str]:
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:
-    known = column in _STRESSES and {"model", "units"} <= set(frame.columns)
-    return in_unit(LABELS.get(column, column), " or ".join(_units(frame)) if known else "")
+    units: list[str] = []
+    if column in _STRESSES and {"model", "units"} <= set(frame.columns):
+        kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
+        units = list(dict.fromkeys(UNIT_OF_STRESS[model, unit] for model, unit in kinds))
+    return in_unit(LABELS.get(column, column), " or ".join(units))

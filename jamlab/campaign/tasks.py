@@ -72,28 +72,17 @@ class Parameters:
     @property
     def size(self) -> Size:
         """What costs depend on; the states of a compression are counted as from the typical onset."""
-        return Size(self.model, self.n, site_count(self.model, self.n, self.force_law), self._count_states())
-
-    def _count_states(self) -> int:
-        how = self.compress
-        if how is None:
-            return len(self.pressures or self.phi or (None,))
-        start = min(_ONSET_PHI, 0.99 * how.to)
-        return 1 + len(grid(start, how.to, how.step, how.nearest, how.per_decade)) + how.halvings
+        how, states = self.compress, len(self.pressures or self.phi or (None,))
+        if how is not None:
+            start = min(_ONSET_PHI, 0.99 * how.to)
+            states = 1 + len(grid(start, how.to, how.step, how.nearest, how.per_decade)) + how.halvings
+        return Size(self.model, self.n, site_count(self.model, self.n, self.force_law), states)
 
     def state_record(self) -> dict[str, Any]:
         """What the packings depend on, as plain numbers and text."""
-        tolerances = self.tolerances.model_dump(exclude={"spectrum_error"})
-        record: dict[str, Any] = {
-            "version": [SCHEMA_VERSION, TASK_VERSION],
-            "model": self.model,
-            "n": self.n,
-            "ensemble": self.ensemble,
-            "force_law": self.force_law,
-            "search": self.search,
-            "tolerances": tolerances,
-            "seed": self.seed,
-        }
+        names = ("model", "n", "ensemble", "force_law", "search", "seed")
+        record: dict[str, Any] = {"version": [SCHEMA_VERSION, TASK_VERSION], **{k: getattr(self, k) for k in names}}
+        record["tolerances"] = self.tolerances.model_dump(exclude={"spectrum_error"})
         if self.tolerances.max_force is not None:
             record["minimized_to"] = self.tolerances.max_force  # jamlab 0.1.0 only marked states by it
         if self.sizes is not None:  # younger than stored tasks
@@ -229,7 +218,9 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
 
 
 def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
-    law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
+    law = dict(defaults(model))
+    for key, value in sweep.force_law.items():
+        law[key] = float(value) if isinstance(value, int) and not isinstance(value, bool) else value
     law.pop("law", None)  # set by the protocol
     law.pop("longest_edge", None)  # affects speed only
     for name, (default, *_) in OPTIONAL[model].items():
@@ -250,7 +241,3 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
 
 def _frozen(sizes: str | list[float] | None) -> str | tuple[float, ...] | None:
     return tuple(sizes) if isinstance(sizes, list) else sizes
-
-
-def _plain(value: Any) -> Any:
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

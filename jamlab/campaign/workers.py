@@ -335,13 +335,8 @@ def _try_submission(script: str) -> None:
         file.write(script)
         file.flush()
         try:
-            done = subprocess.run(
-                ["sbatch", "--test-only", file.name],
-                capture_output=True,
-                text=True,
-                timeout=_SBATCH_TIMEOUT,
-                check=False,
-            )
+            words = ["sbatch", "--test-only", file.name]
+            done = subprocess.run(words, capture_output=True, text=True, timeout=_SBATCH_TIMEOUT, check=False)
         except (OSError, subprocess.SubprocessError) as error:
             raise InputError(f"sbatch cannot be run: {error}") from error
     if done.returncode:
@@ -349,19 +344,12 @@ def _try_submission(script: str) -> None:
         raise InputError(f"SLURM refuses the job: {reason}; change [slurm] of the campaign file")
 
 
-def _knock(address: str) -> None:
-    """Raise OSError where nobody listens, and ValueError for what is no address."""
-    from distributed.comm import get_address_host_port
-
-    host, port = get_address_host_port(address)
-    socket.create_connection((host, port), timeout=_KNOCK_TIMEOUT).close()
-
-
 def _connect(address: str) -> "Client":
     from distributed import Client
+    from distributed.comm import get_address_host_port
 
-    try:
-        _knock(address)  # a client that finds nobody prints a traceback when it is deleted
+    try:  # a client that finds nobody prints a traceback when it is deleted
+        socket.create_connection(get_address_host_port(address), timeout=_KNOCK_TIMEOUT).close()
         client = Client(address, timeout=_FIND_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(

@@ -5,15 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jamlab.cli.console import err_console, print_json, print_note, print_packings, print_table
+from jamlab.cli.console import err_console, print_json, print_note, print_packings, print_table, write_rows
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from jamlab.micrographs.measured_droplets import Micrograph
     from jamlab.micrographs.tracks import Tracks
 
@@ -66,7 +64,7 @@ def analyze(
         if overlay is not None:
             found.draw(overlay)
         if csv is not None:
-            write_droplets(found.table(), csv)
+            write_rows(found.table(), csv)
         if packing is not None:
             found.packing(model).write(packing)
         print_micrograph(file.name, found, as_json)
@@ -102,7 +100,7 @@ def _analyze_tracks(file: Path, overlay: Path | None, csv: Path | None, as_json:
         figure: Any = tracks.plot().figure
         figure.savefig(overlay)
     if csv is not None:
-        write_droplets(tracks.table, csv)
+        write_rows(tracks.table, csv)
     print_tracks(file.name, tracks, as_json)
 
 
@@ -112,18 +110,17 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
 
     from jamlab.storage.verified_file import checksum
 
+    lines = []
     if h5py.is_hdf5(file) and checksum(file) is None:
-        err_console.print(f"{file.name} has no checksum: damage to it would go unnoticed", markup=False)
-    assumed = packing.provenance.get("assumed")
-    if assumed:
-        err_console.print(
-            f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken", markup=False
-        )
+        lines.append(f"{file.name} has no checksum: damage to it would go unnoticed")
+    if assumed := packing.provenance.get("assumed"):
+        lines.append(f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken")
     if packing.rounding:
-        err_console.print(
-            f"{file.name} holds positions to {packing.rounding:.1g} only: no moduli, and z only where it is certain",
-            markup=False,
+        lines.append(
+            f"{file.name} holds positions to {packing.rounding:.1g} only: no moduli, and z only where it is certain"
         )
+    for line in lines:
+        err_console.print(line, markup=False)
 
 
 DOUBT = " ?"  # beside every number of a doubtful picture
@@ -210,18 +207,13 @@ def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
 def _json(found: "Micrograph") -> dict[str, object]:
     numbers = {"count": found.count, "cut": found.cut, **found.measure(), "voids": len(found.voids.sides)}
     sizes = found.sizes
+    measured = {"mean_radius": sizes.mean, "spread": sizes.spread, "ratio": sizes.ratio, "large": sizes.large}
     return {
         **{name: [value] for name, value in numbers.items()},
         "standard_error": {name: mean.error for name, mean in found.means.items()},
         "interval_95": {name: mean.interval for name, mean in found.means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
-        "sizes": {
-            "verdict": sizes.verdict,
-            "mean_radius": sizes.mean,
-            "spread": sizes.spread,
-            "ratio": sizes.ratio,
-            "large": sizes.large,
-        },
+        "sizes": {"verdict": sizes.verdict, **measured},
         "z_range": found.z_range,
         "film": found.film,
         "pixel": found.pixel,
@@ -230,11 +222,3 @@ def _json(found: "Micrograph") -> dict[str, object]:
         "quality": found.quality,
         "reasons": list(found.reasons),
     }
-
-
-def write_droplets(table: "pd.DataFrame", path: Path) -> None:
-    """Write a table of droplets or tracks as CSV."""
-    from jamlab.storage.atomic_file import atomic_file
-
-    with atomic_file(path) as temporary:
-        table.to_csv(temporary, index=False)

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib.resources import files
 from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -139,15 +139,8 @@ def run(
 
     campaign = open_campaign(file, out)
     with _show_tasks(campaign, only) as show:
-        ran = campaign.run(
-            workers,
-            scheduler=scheduler,
-            slurm=slurm,
-            only=only,
-            retry_failed=retry_failed,
-            verify=not no_verify,
-            done=show,
-        )
+        where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify}
+        ran = campaign.run(workers, only=only, retry_failed=retry_failed, done=show, **where)
     for task, line in ran.repaired.items():
         err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
     if as_json:
@@ -236,9 +229,8 @@ def status(
     if as_json:
         sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
         totals = {key: getattr(found, key) for key in ("tasks", "finished", "failed", "left", "foreign")}
-        print_json(
-            {**totals, "damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
-        )
+        more = {"damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
+        print_json({**totals, **more})
         return
     counts = ("tasks", "finished", "failed", "left")
     lines = [
@@ -251,16 +243,13 @@ def status(
         for column, wanted in s.until.items():
             state = "met" if s.errors[column] <= wanted else "not met"
             seeds = f"{s.finished} of at most {s.most} seeds finished"
-            line = (
-                f"{s.sweep} {s.model} n={s.n}: error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
-            )
-            out_console.print(f"{line}; {seeds}", soft_wrap=True, highlight=False)
-    for record in found.failures.values():
-        out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
-    for task, reason in (found.damaged or {}).items():
-        out_console.print(f"damaged: {campaign.folder.task_file(task)}: {reason}", soft_wrap=True, highlight=False)
-    for line in (found.gaps or {}).values():
-        out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
+            error = f"error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
+            out_console.print(f"{s.sweep} {s.model} n={s.n}: {error}; {seeds}", soft_wrap=True, highlight=False)
+    said = [f"failed: {record['label']}: {record['reason']}" for record in found.failures.values()]
+    said += [f"damaged: {campaign.folder.task_file(t)}: {why}" for t, why in (found.damaged or {}).items()]
+    said += [f"incomplete: {line}" for line in (found.gaps or {}).values()]
+    for line in said:
+        out_console.print(line, soft_wrap=True, highlight=False)
     if found.damaged:
         out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
     if found.foreign:

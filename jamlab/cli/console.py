@@ -17,7 +17,11 @@ from rich.progress import Progress as Bars
 from rich.table import Table
 from rich.text import Text
 
+from jamlab.storage.atomic_file import atomic_file
+
 if TYPE_CHECKING:
+    import pandas as pd
+
     from jamlab.packing.packing import Packing
     from jamlab.processes.progress import Progress
 
@@ -71,6 +75,12 @@ def print_json(content: dict[str, Any]) -> None:
     """Print one JSON object on stdout."""
     # JSON has no nan: a missing value is null
     print(json.dumps(json.loads(json.dumps(content), parse_constant=lambda _: None)))
+
+
+def write_rows(table: "pd.DataFrame", path: Path) -> None:
+    """Write a table as CSV, all digits, all or nothing."""
+    with atomic_file(path) as temporary:
+        table.to_csv(temporary, index=False)
 
 
 _LINE_INTERVAL = 10.0  # s between lines of one name where there is no terminal

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from jamlab.checks import check_bidisperse, check_number
 from jamlab.cli.interruption import KeptStates
-from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.figures.explorer.states import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, save_png, write_report
@@ -30,7 +30,7 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.rheology.mean_spectrum import Spectra, mean_spectra
-from jamlab.storage.atomic_file import check_targets
+from jamlab.storage.atomic_file import check_targets, make_folder
 from jamlab.storage.verified_file import versions
 
 _ONSET = {"sp": 0.9, "dp": 0.5}  # share of a run to rho = 0.95 until onset; measured with 64 particles
@@ -64,16 +64,10 @@ def run_demo(
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)
     missing = not out.exists()
+    make_folder(out)
     try:
-        out.mkdir(parents=True, exist_ok=True)
         check_targets(out, _FILES, replace=force)
         return _run_into(out, n, seed, to, progress)
-    except FileExistsError:
-        raise InputError(f"{out} is a file: name a folder") from None
-    except JamlabError:
-        raise
-    except OSError as error:
-        raise StorageError(f"cannot write into {out}: {error.strerror or error}; name another folder") from error
     finally:
         if missing and out.is_dir() and not any(out.iterdir()):
             out.rmdir()
@@ -156,19 +150,10 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
         sections.append(Section(heading, save_png(figure, out / name), caption))
     sections.append(Section("Numbers", tables=[_table(sweep) for sweep in sweeps.values()]))
     times = {f"wall time {model.upper()}": f"{sweep.seconds:.1f} s" for model, sweep in sweeps.items()}
-    parameters = {k: v for k, v in sweeps["dp"].packings[-1].params.items() if k != "a0"}
-    write_report(
-        out / "index.html",
-        "Jamming of disks and deformable polygons",
-        _LEAD,
-        sections,
-        facts
-        | {"DP parameters": ", ".join(f"{k} = {v}" for k, v in parameters.items())}
-        | times
-        | versions()
-        | {"Python": platform.python_version()},
-        explorer_assets(),
-    )
+    law = ", ".join(f"{k} = {v}" for k, v in sweeps["dp"].packings[-1].params.items() if k != "a0")
+    facts = facts | {"DP parameters": law} | times | versions() | {"Python": platform.python_version()}
+    heading = "Jamming of disks and deformable polygons"
+    write_report(out / "index.html", heading, _LEAD, sections, facts, explorer_assets())
 
 
 def _table(sweep: ModelSweep) -> TextTable:
@@ -180,28 +165,20 @@ def _table(sweep: ModelSweep) -> TextTable:
 
 def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure, str]]:
     densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
-    titles = {
-        model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
-            label=MODEL_STYLE[model]["label"], rho=sweep.measured["rho"][-1], z=sweep.measured["z"][-1]
-        )
-        for model, sweep in sweeps.items()
-    }
+    titles = {}
+    for model, sweep in sweeps.items():
+        rho, z = (sweep.measured[name][-1] for name in ("rho", "z"))
+        titles[model] = f"{MODEL_STYLE[model]['label']}, ρ = {rho:.3f}, z = {z:.2f}"
     tables = {model: sweep.measured for model, sweep in sweeps.items()}
     unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon/l^2$ (DP)"
     left_out = [f"Not stable: {MODEL_STYLE[m]['label']}, {line}." for m, s in sweeps.items() for line in unstable(s)]
     moduli = " ".join(["Relaxed shear modulus by linear response, mean over directions.", *left_out])
+    z = curve_figure(tables, "z", "contact number $z$")
+    g = curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]")
     pictures = {
         "Densest packings": ("packings.png", packings_figure(densest, titles), _PACKINGS),
-        "Contacts": (
-            "z.png",
-            curve_figure(tables, "z", "contact number $z$"),
-            "Contacts per particle, rattlers left out.",
-        ),
-        "Shear modulus": (
-            "g.png",
-            curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]"),
-            moduli,
-        ),
+        "Contacts": ("z.png", z, "Contacts per particle, rattlers left out."),
+        "Shear modulus": ("g.png", g, moduli),
     }
     if spectrum is not None:
         caption = (

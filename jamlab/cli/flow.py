@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
+from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar, write_rows
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
     from jamlab.flow.creep import CreepRun
@@ -134,7 +134,9 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
     if options.plot is not None:
         _draw(found, options.plot)
     if options.csv is not None:
-        _write_rows(found, options.csv)
+        import pandas as pd
+
+        write_rows(pd.DataFrame(_rows(found)), options.csv)
     if options.as_json:
         print_json(_plain(found) | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
         return
@@ -154,13 +156,6 @@ def _rows(found: "Flow") -> dict[str, Any]:
     arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
     return {name: value for name, value in arrays.items() if len(value) == count}
-
-
-def _write_rows(found: "Flow", path: Path) -> None:
-    import pandas as pd
-
-    with atomic_file(path) as temporary:
-        pd.DataFrame(_rows(found)).to_csv(temporary, index=False)
 
 
 def _draw(found: "Flow", path: Path) -> None:

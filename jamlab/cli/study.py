@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.text import Text
 
-from jamlab.cli.console import err_console, out_console, print_json, print_stage, print_table
+from jamlab.cli.console import err_console, out_console, print_json, print_stage, print_table, write_rows
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json, Seed
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import atomic_file, check_targets, make_folder
+from jamlab.storage.atomic_file import check_targets, make_folder
 
 if TYPE_CHECKING:
     from jamlab.studies.study import Study
@@ -201,8 +201,7 @@ def calibrate(
     expect_output(out)
     study.run(out, tell, workers=workers)
     changes, found = study.fit(out)
-    with atomic_file(out / "sensitivity.csv") as temporary:
-        changes.to_csv(temporary, index=False)
+    write_rows(changes, out / "sensitivity.csv")
     if as_json:
         print_json({"sensitivity": changes.to_dict("records"), **vars(found)})
         return
@@ -366,14 +365,10 @@ def add(
         names = ", ".join(each.name for each in add_studies(source))
         out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
         return
-    from jamlab.studies.ensemble_tables import NAMES
-    from jamlab.studies.reference_data import RECORD, TABLE_FILE, save_reference
+    from jamlab.studies.reference_data import RECORD
 
     expect_output(out)
-    known = (out / RECORD).exists()
-    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=known)
-    written = save_reference(source, out, commit, known, only or [])
-    print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
+    _save_tables(source, out, commit, only or [], keep=(out / RECORD).exists())
 
 
 def _chosen(names: list[str]) -> "list[Study]":
@@ -411,35 +406,30 @@ def figure(
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
+    from jamlab.studies import gallery
+
     expect_output(out)
-    if names == ["list"]:
-        _list_figures(as_json)
+    if names == ["list"] and as_json:
+        print_json(gallery.titles())
+    elif names == ["list"]:
+        print_table("figures", ["name", "shows"], [[name, title] for name, title in gallery.titles().items()])
     elif names == ["reference"]:
-        _write_reference(source, out, commit, add, only or [], force, as_json)
+        if source is None:
+            raise InputError("reference needs a campaign: name its file or folder with --from")
+        _save_tables(source, out, commit, only or [], keep=add, replace=force, as_json=as_json)
     else:
         _draw_figures(names, source, out, force, as_json)
 
 
-def _list_figures(as_json: bool) -> None:
-    from jamlab.studies import gallery
-
-    titles = gallery.titles()
-    if as_json:
-        print_json(titles)
-    else:
-        print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
-
-
-def _write_reference(
-    source: Path | None, out: Path, commit: str, add: bool, only: list[str], force: bool, as_json: bool
+def _save_tables(
+    source: Path, out: Path, commit: str, only: list[str], *, keep: bool, replace: bool = False, as_json: bool = False
 ) -> None:
+    """Reduce the tables of a campaign to what figures are drawn from; with `keep` packings that are there stay."""
     from jamlab.studies.ensemble_tables import NAMES
     from jamlab.studies.reference_data import RECORD, TABLE_FILE, save_reference
 
-    if source is None:
-        raise InputError("reference needs a campaign: name its file or folder with --from")
-    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=force or add)
-    written = save_reference(source, out, commit, add, only)
+    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=replace or keep)
+    written = save_reference(source, out, commit, keep, only)
     if as_json:
         print_json({"out": str(out), "bytes": written})
     else:

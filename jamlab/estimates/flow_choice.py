@@ -195,9 +195,9 @@ def _for_oscillation(
             best = complex(found.storage[0], found.loss[0])
     static = complex(spectrum.g0)
     values: dict[str, complex | None] = {"static modulus": static, "linear spectrum": plain}
-    errors = {
-        name: _apart(value, best, error) for name, value in (("static modulus", static), ("linear spectrum", plain))
-    }
+    errors = {name: np.inf for name in values}
+    for name, value in (("static modulus", static), ("linear spectrum", plain)) if np.isfinite(error) else ():
+        errors[name] = float(abs(value - best) / abs(best) * (1 + error) + error)  # of the best, which itself errs
     if law_number(law) not in (STOKES, 1.0):
         values["equivalent damping"], errors["equivalent damping"] = best, error
     cycles = _cycles(spectrum, omega)
@@ -283,12 +283,6 @@ def _equivalent_law(packing: Packing, law: Damping, omega: float, stress: float)
     """Linear drag that dissipates as much as a power law at a frequency and a stress amplitude."""
     time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=drag_stiffness(packing))[0]
     return replace(law.linear(), tau=law.tau * float(time))
-
-
-def _apart(value: complex, best: complex, error: float) -> float:
-    """Largest error of a value whose distance from another is known, which itself errs by so much."""
-    apart = abs(value - best) / abs(best)
-    return float(apart * (1 + error) + error) if np.isfinite(error) else float("inf")
 
 
 def _cycles(spectrum: ComplexModulus, omega: float) -> int:

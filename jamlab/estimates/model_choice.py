@@ -116,7 +116,10 @@ def choose(
         close = f"; {best['way']} comes nearest with {_words(_errors(best, tolerance))}" if min(shares) < np.inf else ""
         raise InputError(f"nothing in the table meets {asked} at rho = {rho:g} with n = {n}{close}")
     best = rows[row]
-    correction = _corrections(records[row], reference, rho)
+    correction = dict.fromkeys(QUANTITIES, 0.0)  # none of G, whose errors are over a mean that vanishes towards onset
+    for name in ("z", "a", "void_sides") if records[row] is not reference else ():
+        means = [each.mean() if len(each) else np.nan for each in errors_of(records[row], reference, name)]
+        correction[name] = -between(records[row].levels, means, rho)
     return Choice(best["way"], _errors(best, tolerance), correction, best["seconds"], options)
 
 
@@ -182,15 +185,6 @@ def _option(
     seconds = between(record.levels, record.seconds.mean(axis=0), rho) * n / N
     columns = {f"error_{name}": value for name, value in error.items()}
     return {"way": replace(record.way, n=n), **columns, "seconds": seconds, "why": why}
-
-
-def _corrections(record: WayRecord, reference: WayRecord, rho: float) -> dict[str, float]:
-    """What to add to quantities; nothing to G, whose errors are relative to a mean that vanishes towards onset."""
-    found = dict.fromkeys(QUANTITIES, 0.0)
-    for name in ("z", "a", "void_sides") if record is not reference else ():
-        means = [each.mean() if len(each) else np.nan for each in errors_of(record, reference, name)]
-        found[name] = -between(record.levels, means, rho)
-    return found
 
 
 def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:

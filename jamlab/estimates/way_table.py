@@ -108,13 +108,9 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
 
 def _way(start: str, n: int, nv: str | float, contact: str | float, tolerance: float) -> EnsembleWay:
     small, large = (int(count) for count in nv.split("/")) if isinstance(nv, str) else (0, 0)
-    return EnsembleWay(
-        start,
-        int(n),
-        (small, large) if large else None,
-        contact if isinstance(contact, str) else None,
-        None if np.isnan(tolerance) else float(tolerance),
-    )
+    vertices = (small, large) if large else None
+    least = None if np.isnan(tolerance) else float(tolerance)
+    return EnsembleWay(start, int(n), vertices, contact if isinstance(contact, str) else None, least)
 
 
 QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter

@@ -329,8 +329,9 @@ class Packing:
         entries = dict(self.provenance)
         if not _STATE.isdisjoint(changes):
             changes = {"max_force": None, "converged": False, **changes}
-            for name in ("max_force", "converged"):
-                entries.pop(name, None)
+            entries = {name: entry for name, entry in entries.items() if name not in ("max_force", "converged")}
+            if changes["max_force"] is not None:
+                entries |= {name: changes[name] for name in ("max_force", "converged")}
         return changes, entries
 
     @checked

@@ -81,22 +81,23 @@ def table_onset(value: float) -> Published:
 
 
 # [B] fig 4 and eq 11: rho - rho_J = C (dphi - dphi^1.5); shape factors A and areas a
-EQ_11_C = Published(1.21, 0.005, where="[B] fig 4 a, eq 11")
+EQ_11_C = Published(1.21, 0.005, where="[B] caption of fig 11 b")
 EQ_11_C_OF_TEXT = Published(1.2, 0.05, where="[B] appendix")
 RHO_AT_UNIT_PHI = Published(0.95, 0.005, scale=0.04, where="[B] fig 1")
 RHO_AT_DENSEST = Published(1.0, 0.005, scale=0.04, where="[B] sec 3")  # phi = 1.24, eq 12
 RHO_AS_PHI = Published(0.88, 0.01, scale=0.04, where="[B] sec 3, fig 4 a")  # phi up to which rho is about phi
+THREE_OVERLAP = Published(0.0, 0.005, where="[B] sec 3, eq 9")  # of rho: what three disks share up to phi = 1.2
 AREA_FALLS = Published(0.04, 0.005, where="[B] sec 3, fig 4 b")  # drho where <a> begins to leave a_J
 LOST_AREA_EXPONENT = 2.5  # of 1 - <a>/a_J in drho, far from onset; fig 11 again
 SHAPE_EXPONENTS = (0.67, 0.3)  # of drho in A - A_J, small and large A
-LAMBDA_OF_SHAPE = Published(0.67, 0.05, where="[B] fig 4 c")  # of dphi in A - 1
+LAMBDA_OF_SHAPE = Published(0.67, 0.05, where="[B] caption of fig 4 c")  # of dphi in A - 1
 OMEGA_OF_CAPTION = Published(0.5, 0.05, where="[B] caption of fig 4 c")  # of drho in A - 1, small A - 1
 SHAPES = {  # mean A of packings: model, N, rho
     ("sp", 64, 0.92): Published(1.01, 0.005, scale=0.03, where="[B] fig 2"),
     ("dp", 64, 0.92): Published(1.03, 0.005, scale=0.03, where="[B] fig 2"),
     ("dp", 128, 0.9895): Published(1.06, 0.005, scale=0.06, where="[B] fig 3"),  # 0.99 as printed
 }
-SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03, where="[B] fig 1")
+SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03, where="[B] caption of fig 4 c")
 SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">", where="[B] sec 3, fig 4 c")
 SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, scale=0.07, where="[B] sec 3, fig 4 c")
 CONFLUENCE = 0.16  # drho at which droplets are confluent
@@ -106,6 +107,7 @@ AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01, scale=0.04, where="[B] sec 3, fig 
 MODELS_PART = Published(0.88, 0.005, scale=NEAR_ONSET, where="[B] sec 3, fig 5")  # rho
 ALPHA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alpha_0
 BETA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
+ROOT_NEAR_ONSET = Published(0.5, 0.05, where="[B] abstract, sec 4")  # of z - z_J and of G in drho, droplets
 DROPLET_EXPONENT = Published(0.8, 0.05, where="[B] sec 3, fig 6 c, f")  # of z - z_J and of G in drho
 CROSSOVER_EXPONENT = Published(2.0, 0.05, where="[B] sec 3, fig 6")  # a of the crossover at dphi N^a
 REGIME_1 = {  # exponents of z - z_J and of G nearest to onset
@@ -129,10 +131,10 @@ VOID_SHARES = {  # P_l near onset
 }
 TRIANGLES_FROM = 0.97  # rho from which all voids of droplets have three sides
 DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005, where="[B] sec 3, fig 8 a")  # P_3 from there on
-PLATEAU_SHAPE = Published(4.87, 0.05, where="[B] sec 3, fig 8 b")
+PLATEAU_SHAPE = Published(4.87, 0.05, where="[B] sec 3")
 DENSE_DISK_TRIANGLES = Published(1.0, relation="<", where="[B] sec 3, fig 8 a")  # P_3 below rho = 1
 MORE_TRIANGLES = Published(0.88, 0.005, scale=NEAR_ONSET, where="[B] sec 3, fig 8 a")  # rho, P_3 of DP over SP
-DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<", where="[B] sec 3, fig 8 b")
+DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<", where="[B] sec 3")
 
 # [B] fig 10
 THETA = Published(0.55, 0.005, where="[B] appendix, fig 10")  # sigma ~ N^-theta
@@ -143,7 +145,7 @@ SAME_ONSETS = Published(0.0, 0.1, where="[B] sec 4, appendix")  # mean rho_J of 
 # [B] fig 11
 KAPPA = Published(0.75, 0.005, where="[B] appendix, fig 11 a")  # phi - rho ~ (U/N)^kappa
 ZETA = tuple(
-    Published(v, 0.1, where="[B] appendix, fig 11 c") for v in (1.5, LOST_AREA_EXPONENT)
+    Published(v, 0.05, where="[B] appendix, fig 11 c") for v in (1.5, LOST_AREA_EXPONENT)
 )  # 1 - <a>/a_J ~ drho^zeta, small and large drho
 OMEGA = {  # drho ~ (A - A_J)^omega, small and large A
     model: tuple(Published(v, 0.05, where=f"[B] appendix, fig 11 {panel}") for v in (small, 0.3))
@@ -154,8 +156,8 @@ OMEGA = {  # drho ~ (A - A_J)^omega, small and large A
 ONSET_CORRECTION = 0.7
 
 # [T] figs 1, 3 and 6
-KELVIN_VOIGT_SLOPE = Published(1.0, 0.05, where="[T] Balanced damping, fig 1")  # of G'' at both ends of the spectrum
-CRITICAL_SLOPE = Published(0.5, 0.05, where="[T] Balanced damping, fig 1")  # of G' and G'' between them
+KELVIN_VOIGT_SLOPE = Published(1.0, 0.05, where="[T] Introduction, fig 1")  # of G'' at both ends of the spectrum
+CRITICAL_SLOPE = Published(0.5, 0.05, where="[T] Introduction, fig 1")  # of G' and G'' between them
 MU = Published(0.5, 0.05, where="[T] Balanced damping, fig 3")  # G_0 ~ p^mu
 LAMBDA = Published(1.0, 0.05, where="[T] Balanced damping, fig 3")  # tau* ~ p^-lambda
 DELTA = Published(0.5, 0.05, where="[T] Balanced damping, fig 3")  # G* ~ omega^Delta

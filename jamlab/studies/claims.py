@@ -189,7 +189,7 @@ def claim(
     and calibrated, which makes it a fit target, of `Claim`, and where, if another place than that of the number says
     it."""
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
-    kind = Kind.FIT_TARGET if words.get("calibrated") else kind
+    kind = Kind.FIT_TARGET if words.get("calibrated") and kind is Kind.MEASURED else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)
     return Claim(figure, quantity, *number, kind=kind, family=family or {}, **{"where": paper.where} | words)  # type: ignore[arg-type]
 

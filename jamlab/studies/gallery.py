@@ -23,7 +23,7 @@ from jamlab.studies.beyond import droplet_modes, droplet_sizes, droplet_structur
 from jamlab.studies.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
 from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
-from jamlab.studies.dynamics import collapse, flow_curves, oscillation, yielding
+from jamlab.studies.dynamics import collapse, flow_curves, oscillation
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
@@ -54,8 +54,8 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-8": motion.figure_8,
     "dynamics-flow-curves": flow_curves.flow_curves,
     "dynamics-collapse": collapse.flow_collapse,
-    "dynamics-overshoot": yielding.overshoot,
-    "dynamics-yield": yielding.yield_stress,
+    "dynamics-overshoot": flow_curves.overshoot,
+    "dynamics-yield": flow_curves.yield_stress,
     "dynamics-amplitudes": oscillation.amplitude_sweeps,
     "dynamics-power-law": collapse.power_law_collapse,
     "dynamics-equivalent-damping": oscillation.equivalent_damping,

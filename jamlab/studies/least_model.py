@@ -278,10 +278,5 @@ def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[f
     return float(error), float(curve.stress_error[0] / curve.stress[0] * np.sqrt(_STRAIN))
 
 
-_PARTS: dict[str, Callable[[int], tuple[Packing, list[Flow]]]] = {
-    CALIBRATE: _grid,
-    MANY: _small,
-    CHECK: _random,
-    SLIDING: _sliding,
-    SLIDING_CHECK: _sliding,
-}
+_PARTS: dict[str, Callable[[int], tuple[Packing, list[Flow]]]]
+_PARTS = {CALIBRATE: _grid, MANY: _small, CHECK: _random, SLIDING: _sliding, SLIDING_CHECK: _sliding}

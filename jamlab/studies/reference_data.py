@@ -152,7 +152,10 @@ def _read_table(folder: Path, name: str) -> pd.DataFrame:
         path = old
     remedy = f"make it with a campaign that measures {name}"
     try:
-        source = path if path.suffix == ".gz" else io.StringIO(_unpack(path.read_bytes()))
+        source: Path | io.StringIO = path
+        if path.suffix != ".gz":  # columns that stand in lines
+            columns = (line.split(",") for line in lzma.decompress(path.read_bytes()).decode().splitlines())
+            source = io.StringIO("\n".join(map(",".join, zip(*columns, strict=True))))
         table = pd.read_csv(source, low_memory=False)  # in parts, a column with one bad cell would be of two types
     except FileNotFoundError as error:
         raise AbsentTableError(f"{path} cannot be read ({error}): {remedy}") from None
@@ -171,12 +174,6 @@ def _read_table(folder: Path, name: str) -> pd.DataFrame:
     if expected not in (None, len(table)):
         raise StorageError(f"{path} has {len(table)} rows, {expected} expected by {RECORD}: {remedy}")
     return table
-
-
-def _unpack(packed: bytes) -> str:
-    """The CSV text of a table whose columns stand in lines."""
-    columns = [line.split(",") for line in lzma.decompress(packed).decode().splitlines()]
-    return "\n".join(map(",".join, zip(*columns, strict=True)))
 
 
 def pack(csv: str) -> bytes:
@@ -266,25 +263,19 @@ def save_reference(
 ) -> dict[str, int]:
     """Reduce the tables of a campaign to reference data, and record their origin; with `add` packings stay that the
     campaign lacks. Returns bytes by table."""
-    names = _check_tables(only)
+    for name in only:
+        check_choice("only", name, NAMES)
     campaign = open_campaign(source)
     facts = {"campaign": campaign.name, "commit": commit, **versions()}
     tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
     if not add:
-        return save(tables, folder, facts, text, names=names)
+        return save(tables, folder, facts, text, names=only or NAMES)
     names = only or [name for name in NAMES if has_table(folder, name)]
     old = read_folder(folder)
     for name in names:  # all are read before any is replaced
         with suppress(InputError, AbsentTableError):
             getattr(old, name)
     return save(combine(tables, old), folder, facts, text, add=True, names=names)
-
-
-def _check_tables(only: Sequence[str]) -> Sequence[str]:
-    """Names of the tables asked for, all if none is."""
-    for name in only:
-        check_choice("only", name, NAMES)
-    return only or NAMES
 
 
 MODELS = ("sp", "dp")

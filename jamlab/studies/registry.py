@@ -17,14 +17,11 @@ from jamlab.studies.cost import (
     measurements,
     minimisers,
     model_size,
-    peer_descents,
     size_scaling,
-    spectra,
 )
 from jamlab.studies.cost.chart import Chart
 from jamlab.studies.droplet_calibration import DropletCalibration
 from jamlab.studies.failure import disk_minimisers, disk_packings, droplets, dynamics, elastic_moduli
-from jamlab.studies.failure import spectra as failing_spectra
 from jamlab.studies.failure.map import Map
 from jamlab.studies.gallery import FigureStudy
 from jamlab.studies.gallery import studies as figures
@@ -41,11 +38,11 @@ def _by_name(studies: Iterable[S]) -> dict[str, S]:
 CHARTS: Mapping[str, Chart] = _by_name(
     [
         *(minimisers.DISKS, minimisers.DROPLETS, making_packings.ONSET, making_packings.PRESSURE),
-        *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, spectra.DISKS, spectra.DROPLETS, model_size.VERTICES),
-        *(flows.INERTIA, flows.SOLVERS, model_size.MEANS, peer_descents.CHART),
+        *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, measurements.SPECTRUM, measurements.DROPLET_SPECTRUM),
+        *(model_size.VERTICES, flows.INERTIA, flows.SOLVERS, model_size.MEANS, minimisers.CODES),
     ]
 )
-_MAPS = (disk_minimisers, disk_packings, elastic_moduli, failing_spectra, droplets, dynamics)
+_MAPS = (disk_minimisers, disk_packings, elastic_moduli, droplets, dynamics)
 MAPS: Mapping[str, Map] = _by_name(study for room in _MAPS for study in room.MAPS)
 
 

@@ -266,17 +266,11 @@ def file_names(studies: Iterable[str], page: str = "", *, each: bool = True) -> 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:
     columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
-    rows = [
-        (
-            c.quantity,
-            f"{c.value:.4g}" if np.isfinite(c.value) else "–",
-            f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–",
-            c.paper_text,
-            c.text,
-            c.how,
-        )
-        for c in claims
-    ]
+    rows = []
+    for c in claims:
+        value = f"{c.value:.4g}" if np.isfinite(c.value) else "–"
+        ends = f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–"
+        rows.append((c.quantity, value, ends, c.paper_text, c.text, c.how))
     return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
 
 

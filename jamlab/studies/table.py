@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,6 +33,9 @@ from jamlab.storage.verified_file import versions
 SCHEMA = "jamlab-measured"
 _FIRST = ("task", "took")  # columns of every table
 _TEXT = ("task", "setting", "note")  # columns that are words even where all of them look like numbers
+
+_PACK: dict[str, Callable[[bytes], bytes]] = {".gz": partial(gzip.compress, mtime=0), ".xz": lzma.compress}
+_UNPACK: dict[str, Callable[[bytes], bytes]] = {".gz": gzip.decompress, ".xz": lzma.decompress}
 
 Result = TypeVar("Result")
 Row = Mapping[str, Any]
@@ -80,23 +84,7 @@ def shipped_table(name: str) -> MeasuredTable:
 
 def read_table(path: Path) -> MeasuredTable:
     """Read a table."""
-    return _whole(_read(path), str(path))
-
-
-def _read(path: Path) -> MeasuredTable:
-    return _parse(_text_of(path), str(path))
-
-
-def _text_of(path: Path) -> str:
-    unpack = {".gz": gzip.decompress, ".xz": lzma.decompress}.get(path.suffix, bytes)
-    try:
-        return unpack(path.read_bytes()).decode()
-    except (OSError, EOFError, UnicodeDecodeError, zlib.error, lzma.LZMAError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab study run") from error
-
-
-def _whole(table: MeasuredTable, name: str) -> MeasuredTable:
+    table = _read(path)
     found = _count(table.rows)
     for task, count in table.provenance["rows"].items():
         held = found.get(task, 0)
@@ -104,8 +92,20 @@ def _whole(table: MeasuredTable, name: str) -> MeasuredTable:
             what = f"was cut short and holds {held} of {count} rows of task {task!r}"
             if held > count:
                 what = f"holds {held} rows of task {task!r}, {count} expected"
-            raise StorageError(f"{name} {what}: jamlab study run does that again")
+            raise StorageError(f"{path} {what}: jamlab study run does that again")
     return table
+
+
+def _read(path: Path) -> MeasuredTable:
+    return _parse(_text_of(path), str(path))
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return _UNPACK.get(path.suffix, bytes)(path.read_bytes()).decode()
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error, lzma.LZMAError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab study run") from error
 
 
 def measure_table(
@@ -192,13 +192,9 @@ class _Writer:
         if sessions and sessions[-1] | {"tasks": 0} == self._session:
             self._session = sessions.pop()
         sessions = [*sessions, self._session]
-        self._provenance: dict[str, Any] = {
-            "schema": SCHEMA,
-            "version": 1,
-            "facts": facts,
-            "sessions": sessions,
-            "rows": {task: counts[task] for task in counts if task in self.tasks},
-        }
+        held = {task: counts[task] for task in counts if task in self.tasks}
+        self._provenance: dict[str, Any] = {"schema": SCHEMA, "version": 1, "facts": facts, "sessions": sessions}
+        self._provenance["rows"] = held
 
     def add(self, task: str, took: float, rows: Iterable[Row]) -> None:
         lines = csv.writer(self._body, lineterminator="\n")
@@ -220,14 +216,7 @@ class _Writer:
         csv.writer(head, lineterminator="\n").writerow(self._columns)
         text = f"# {json.dumps(self._provenance)}\n{head.getvalue()}{self._body.getvalue()}"
         with atomic_file(self._path) as temporary:
-            temporary.write_bytes(_packed(self._path, text))
-
-
-def _packed(path: Path, text: str) -> bytes:
-    data = text.encode()
-    return {".gz": lambda: gzip.compress(data, mtime=0), ".xz": lambda: lzma.compress(data)}.get(
-        path.suffix, lambda: data
-    )()
+            temporary.write_bytes(_PACK.get(self._path.suffix, bytes)(text.encode()))
 
 
 def commit() -> str:

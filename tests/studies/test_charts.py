@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
 from jamlab.rheology.reduced_model import SETTINGS
-from jamlab.studies.cost import making_packings, model_size, peer_descents
+from jamlab.studies.cost import making_packings, minimisers, model_size
 from jamlab.studies.cost.chart import (
     COLUMNS,
     Point,
@@ -260,8 +260,8 @@ def test_a_slow_code_is_cut_short_and_stands_for_tighter_tolerances(monkeypatch)
 
         return run
 
-    monkeypatch.setattr(peer_descents, "_LIMIT", 0.025)
-    met, cut, same = peer_descents._runs(prepare, start)
+    monkeypatch.setattr(minimisers, "_LIMIT", 0.025)
+    met, cut, same = minimisers._runs(prepare, start)
     assert not (met.note or met.cut) and cut.cut and "0.025 s" in cut.note and same is cut
     assert 0.0125 < cut.seconds < 0.05 and 60 < given[-1] <= 125
     assert np.abs(cut.positions - minimum.positions).max() < np.abs(met.positions - minimum.positions).max()

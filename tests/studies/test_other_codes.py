@@ -5,10 +5,12 @@ import pytest
 from commands import call
 
 import jamlab
-from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analysis
 from jamlab.studies.other_codes.compare import (
+    HERE,
+    AnalysisRow,
     Comparison,
     compare,
+    compare_analysis,
     comparison_tables,
     jolted_minimum,
     summary,

@@ -91,9 +91,13 @@ def _caption(out: Drawing, table: pd.DataFrame) -> str:
     tensions = values_of(here, "gamma")
     if len(tensions) > 2:
         groups = [of_packings(droplets_with(here, gamma=g), "omega", "storage")[1][:, 0] for g in tensions]
-        slope = bootstrap(groups, lambda drawn: _exponent(tensions, [float(np.median(values)) for values in drawn]))
+
+        def exponent(drawn: list[Array]) -> float:
+            medians = [float(np.median(values)) for values in drawn]
+            return float(np.polyfit(np.log(tensions), np.log(medians), 1)[0]) if min(medians) > 0 else float("nan")
+
         name = "exponent of the slow limit of G' in line tension"
-        out.keep(name, slope)
+        out.keep(name, bootstrap(groups, exponent))
         text += (
             f"At rho = {SCANNED:.2f} ({min(map(len, groups))} packings and more of each) its median grows as gamma to "
             f"the power {out.write(name)} from gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l."
@@ -107,10 +111,6 @@ def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
     if part.empty:
         return None
     return mean_over_packings([of_packings(part, "omega", "storage")[1][:, 0]])[0]
-
-
-def _exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0]) if min(y) > 0 else float("nan")
 
 
 SHOWN = (0.86, 0.90, 0.96)  # packing fractions of the spectra drawn
@@ -182,10 +182,8 @@ def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[
 
 def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
     for k, (name, limits) in enumerate(GROUPS[law].items()):
-        found = {
-            rho: group_share(rows[np.isclose(rows["rho"], rho)], limits, ("translation", "rotation"))
-            for rho in FRACTIONS
-        }
+        whole = [(rho, rows[np.isclose(rows["rho"], rho)]) for rho in FRACTIONS]
+        found = {rho: group_share(part, limits, ("translation", "rotation")) for rho, part in whole}
         shares = {rho: share for rho, share in found.items() if share is not None}
         if not shares:
             continue

@@ -216,11 +216,15 @@ BY_VERTICES = {"z": "z", "g": "G", "excess": "A - A_J"}
 
 def droplet_vertices(tables: EnsembleTables) -> Drawing:
     """z, G and A of droplets over the distance to onset for more and more vertices, and their limit of many."""
-    table = _of_smallest_size(tables.droplet_states)
+    table = tables.droplet_states
+    several = table.groupby("n")["nv_small"].nunique()
+    n = int(
+        several.index.to_numpy()[several.to_numpy().argmax()]
+    )  # the smallest of those with the most numbers of vertices
+    table = table[table["n"] == n]
     vertices = values_of(table, "nv_small")
     if len(vertices) < 2:
         raise InputError("the table droplet_states has no two numbers of vertices: run the campaign beyond_the_papers")
-    n = int(table["n"].iloc[0])
     out, axes = drawing("beyond-droplet-vertices", 2, 3, 4.6, 3.7)
     for k, column in enumerate(QUANTITIES):
         groups = []
@@ -235,24 +239,14 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
     ends = f"{vertices[-1]:.0f} less {vertices[0]:.0f} vertices"
     limits = [(word, out.write(f"{word}, limit", 3), out.write(f"{word}, {ends}", 3)) for word in BY_VERTICES.values()]
     said = ", ".join(f"{word} {limit} ({ends}: {change})" for word, limit, change in limits)
-    counts = ", ".join(f"{_packings(table, nv)} with {_name(nv)}" for nv in vertices)
+    made = {nv: droplets_with(table, nv_small=nv)["seed"].nunique() for nv in vertices}
+    counts = ", ".join(f"{packings} with {_name(nv)}" for nv, packings in made.items())
     out.caption = (
         f"{n} droplets with more and more vertices (of small and of large ones), packings: {counts}; 95 % bands and "
         f"bars. Below: the same at a distance of {COMPARED:g} from onset over the inverse number of vertices of small "
         f"droplets, with a line, each mean weighted by its error; limit of many vertices: {said}."
     )
     return out
-
-
-def _of_smallest_size(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the size of which there are droplets with several numbers of vertices."""
-    several = table.groupby("n")["nv_small"].nunique()
-    rows: pd.DataFrame = table.loc[table["n"] == several.index.to_numpy()[several.to_numpy().argmax()]]
-    return rows
-
-
-def _packings(table: pd.DataFrame, nv: float) -> int:
-    return int(droplets_with(table, nv_small=nv)["seed"].nunique())
 
 
 def _name(nv: float) -> str:

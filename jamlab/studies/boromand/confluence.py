@@ -12,6 +12,7 @@ from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, SIZES, fit_exponent, select_below_confluence
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
+    FEWEST,
     Ensemble,
     bootstrap,
     ensemble,
@@ -58,7 +59,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
         label(times_n, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
         sampled = sampled_sizes(states, model)
-        shown = {n: e for n, e in curves.items() if n in sampled}
+        shown = {n: e for n, e in curves.items() if n in sampled and len(e.y) >= FEWEST}
         if model == "sp":
             _claim_disks(out, shown)
         else:
@@ -95,9 +96,9 @@ def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
 
 
 def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> None:
-    """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1. Nearer to
+    """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1. Nearest to
     rho* one contact is missing, which makes it 2 at every N by counting."""
-    n, found, every = sorted(curves), None, {}
+    n, found, every, cause = sorted(curves), None, {}, ""
     if len(n) > 1:
         groups = [curves[m].curves for m in n]
 
@@ -107,9 +108,11 @@ def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> No
             return float(np.polyfit(np.log(n), np.log(values), 1)[0])
 
         found = bootstrap(groups, exponent)
-        every = vary(partial(exponent, groups), {"scaled_distance": 2.0}, {"scaled_distance": 4.0})
-    words = {"how": f"N = {write_list(n)}, (rho* - rho) N = 1", "shown_by": "boromand-7 b and d"}
-    words["cause"] = "far from rho* z is a function of rho* - rho, whatever N: z N rises with N"
+        every = vary(partial(exponent, groups), *({"scaled_distance": x} for x in (0.25, 2.0, 4.0)))
+        each = {m: fit_exponent(*curves[m].between(*CONFLUENT).mean) for m in n}
+        out.keep(f"exponent of z_conf - z, {model}", list(each.values()), N=each)
+        cause = f"6 - z has an exponent of {write_by(each, '.2f')} in rho* - rho, and only 1 scales so"
+    words = {"how": f"N = {write_list(n)}, (rho* - rho) N = 1", "cause": cause, "shown_by": "boromand-7 b and d"}
     text = f"exponent of (z_conf - z) N in N, {model}"
     out.claim(text, found, published.COLLAPSE_OF_SIZES, Kind.MEASURED, every, **words)
 
@@ -134,9 +137,8 @@ def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | 
 
 
 def _explain_exponent(out: Drawing, curves: dict[int, Ensemble]) -> str:
-    """Keep the exponents in each size, and that of the largest where five contacts or more are missing."""
+    """Write the exponents in each size, and keep that of the largest where five contacts or more are missing."""
     each = {n: fit_exponent(*e.between(*CONFLUENT).mean) for n, e in curves.items()}
-    out.keep("exponent of z_conf - z, DP", list(each.values()), N=each)
     x, y = curves[max(curves)].mean
     many = (y * max(curves) > 10) & (x < CONFLUENT[1])
     far = ""

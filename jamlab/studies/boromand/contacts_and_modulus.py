@@ -94,15 +94,10 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
         sp, dp = ([ensemble(states, model, m, "rho", column, FRACTIONS) for m in matched] for model in ("sp", "dp"))
         each = [_find_departure(*pair, share) for pair in zip(sp, dp, strict=True)]
         found = each[-1]
-        how = f"N = {matched[-1]} of both, last crossing of the mean curves"
-        how += (
-            ""
-            if found is None or np.isfinite(found.value)
-            else f", which do not cross: {_say_excess(out, sp[-1], dp[-1])}"
-        )
+        how = f"N = {matched[-1]} of both, last crossing of the mean curves, else the first rho that both have"
         out.keep(text, each, N=matched)
         how += f"; {write_by(dict(zip(matched, each, strict=True)), '.3f')}"
-        every = {f"share = {v:g}": _departure(sp[-1], dp[-1], v) for v in OTHER_SHARES[column]}
+        every = {f"share = {v:g}": _crossing(sp[-1].mean, dp[-1].mean, v) for v in OTHER_SHARES[column]}
         every = {k: v for k, v in every.items() if np.isfinite(v)}
         words = {"cause": f"it is {', '.join(f'{v:.3f} ({k})' for k, v in every.items())}", "shown_by": "boromand-5 a"}
         if column == "g":
@@ -110,7 +105,8 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
                 f"G of DP over that of SP at rho = {part:g}", at(part, *dp[-1].mean) / at(part, *sp[-1].mean)
             )
             tied = "G comes in units of eps and of eps_r, which gamma and delta tie"
-            words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}"}
+            apart = _say_excess(out, sp[-1], dp[-1])
+            words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}; {apart}"}
         out.claim(text, found, published.MODELS_PART, Kind.MEASURED, every, how=how, **words)
 
 
@@ -145,14 +141,11 @@ def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None
     return bootstrap([sp.curves, dp.curves], lambda g: _crossing(mean_curve(g[0]), mean_curve(g[1]), share))
 
 
-def _departure(sp: Ensemble, dp: Ensemble, share: float) -> float:
-    found, (rho, excess) = _crossing(sp.mean, dp.mean, share), _find_excess(sp.mean, dp.mean)
-    return float(rho[0]) if np.isnan(found) and (excess > share).all() else found  # apart from the first place on
-
-
 def _crossing(sp: tuple[Array, Array], dp: tuple[Array, Array], share: float) -> float:
     rho, excess = _find_excess(sp, dp)
     inside = np.flatnonzero(excess <= share)
+    if not len(inside) and len(rho):
+        return float(rho[0])  # apart from the first place on
     if not len(inside) or inside[-1] == len(excess) - 1:
         return float("nan")
     k = inside[-1]
@@ -258,10 +251,7 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
                 words["cause"] = f"it is {write_by(dict(zip(measured, by_size, strict=True)), '.2f')}"
                 words["shown_by"] = "boromand-6 a and d"
         if model == "dp":
-            if column == "g":
-                words["calibrated"] = conventions.TABLE_TARGET
-            else:
-                words["contradiction"] = conventions.contradiction_of_single_exponent()
+            words["contradiction"] = conventions.contradiction_of_single_exponent(2 if column == "g" else 1)
             words["shown_by"] = "boromand-6 c and f, dashed"
         out.claim(text, found, paper, Kind.MEASURED, every, how=how, **words)
     how = f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J"
@@ -269,6 +259,7 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
     found, every = _size_exponent(states)
     out.claim(text, found, published.CROSSOVER_EXPONENT, Kind.MEASURED, every, how=how)
     _claim_regime_1(out, states)
+    _claim_roots(out, states)
     for series in ("SP(ρ)", "DP(ρ)"):
         _claim_crossover(out, states, series)
     curves = {
@@ -278,7 +269,11 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
     }
     n = min(curves, default=0)
     every = {f"N = {m}": conventions.fit_exponent(*e.mean) for m, e in curves.items() if m != n}
-    words = {"how": f"N = {n}, window as of beta_0", "cause": "it falls with N", "shown_by": "boromand-6 d"}
+    words = {
+        "how": f"N = {n}, window as of beta_0; the caption names no N",
+        "cause": "it falls with N",
+        "shown_by": "boromand-6 d",
+    }
     found = curves[n].interval(conventions.fit_exponent) if n else None
     out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, Kind.MEASURED, every, **words)
 
@@ -293,21 +288,24 @@ def _claim_regime_1(out: Drawing, states: pd.DataFrame) -> None:
     for column, series, low, high in (
         ("z", "SP(φ)", 1e-4, 1e-3),
         ("g", "SP(φ)", 1e-6, 1e-4),
-        ("z", "DP(ρ)", 3e-5, 3e-4),
+        ("z", "DP(ρ)", 1e-4, 1e-3),
         ("g", "DP(ρ)", 1e-6, 1e-4),
     ):
         model, by = SERIES[series]
         found, how, every, words = None, f"no {model} packings", {}, {}
         if has(states, model):
             n = nearest_size(states, model, conventions.SIZES[0])
-            e = ensemble(states, model, n, by, "d_z" if column == "z" else "g", log_places(low, high, 10))
+            whole = ensemble(states, model, n, by, "d_z" if column == "z" else "g", log_places(1e-6, high, 10))
+            e = whole.between(0.99 * low, 1.01 * high)
             found, how = e.interval(conventions.fit_exponent), f"N = {n}, {low:g} < d < {high:g}"
             how += (
                 ", own z_J" if column == "z" else "" if model == "sp" else "; of those that have a G, see the caption"
             )
+            earlier = [{"low": 2e-6, "high": 1e-5}] if series == "DP(ρ)" and column == "z" else []
             every = vary(
-                lambda low=low, high=high, e=e: conventions.fit_exponent(*e.between(0.99 * low, 1.01 * high).mean),
+                lambda low=low, high=high, e=whole: conventions.fit_exponent(*e.between(0.99 * low, 1.01 * high).mean),
                 *halves(low, high),
+                *earlier,
             )
             words = {
                 "cause": f"from {e.mean[1][0]:.3g} to {e.mean[1][-1]:.3g} over the window",
@@ -315,6 +313,26 @@ def _claim_regime_1(out: Drawing, states: pd.DataFrame) -> None:
             }
         text = f"exponent of {'z - z_J' if column == 'z' else 'G'} nearest to onset, {series}"
         out.claim(text, found, published.REGIME_1[column], Kind.MEASURED, every, how=how, **words)
+
+
+def _claim_roots(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim that z - z_J and G of large droplet packings go as the root of drho, before the linear terms set in."""
+    low, high = REGIME["sp"][0], DISTANT
+    g_0, g_1 = published.TABLE_2["DP(ρ)"]
+    equal = f"the linear term exceeds the root from drho = {(g_0 / g_1) ** 2:.2g} on"
+    linear = f"{conventions.TABLE_TARGET}, of which {equal}"
+    for column, what, words in (("d_z", "z - z_J", {}), ("g", "G", {"calibrated": linear})):
+        found, how, every = None, "no dp packings", {}
+        if has(states, "dp"):
+            n = nearest_size(states, "dp", conventions.SIZES[-1])
+            e = ensemble(states, "dp", n, "d_rho", column, log_places(low, high, 10))
+            found, how = e.interval(conventions.fit_exponent), f"N = {n}, {low:g} < drho < {high:g}"
+            every = vary(
+                lambda low=0.0, high=np.inf, e=e: conventions.fit_exponent(*e.between(0.99 * low, 1.01 * high).mean),
+                *halves(low, high),
+            )
+        text = f"exponent of {what} near onset, large N, DP"
+        out.claim(text, found, published.ROOT_NEAR_ONSET, Kind.MEASURED, every, how=how, **words, shown_by="boromand-6")
 
 
 def _share_without_modulus(out: Drawing, states: pd.DataFrame) -> str:
@@ -350,7 +368,8 @@ def _claim_crossover(out: Drawing, states: pd.DataFrame, series: str) -> None:
         found = bootstrap(curves, exponent)
         every = vary(lambda contacts: exponent(curves, contacts), {"contacts": 1.0}, {"contacts": 4.0})
     words = {"how": f"N = {write_list(n)}, distance at which two contacts are gained", "shown_by": "boromand-6"}
-    out.claim(f"a of d* ~ N^-a, {series}", found, published.CROSSOVER_EXPONENT, Kind.MEASURED, every, **words)
+    same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # so near to onset rho is phi: that of the collapse
+    out.claim(f"a of d* ~ N^-a, {series}", found, published.CROSSOVER_EXPONENT, same, every, **words)
 
 
 def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:

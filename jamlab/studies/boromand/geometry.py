@@ -35,6 +35,7 @@ from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_sty
 
 DENSEST = 1.24  # phi at which rho -> 1, [B] below eq 12
 NEAREST = 0.01  # dphi up to which C is that of states near onset
+_NAMES = {"d_rho": "drho", "u": "U/N"}
 _STRAIGHT = 0.1  # relative residual up to which bins count as one power law
 
 
@@ -192,36 +193,38 @@ def _claim_fractions(out: Drawing, states: pd.DataFrame, n: int) -> None:
         exact = out.keep(f"rho at phi = {DENSEST}, exact", at(DENSEST - 1e-6, *dense["rho"].mean))
         how = f"N = {n}, eq 12 as printed; exact {exact:.4f}"
     out.claim(f"rho at phi = {DENSEST}, eq 12 as printed, SP", found, published.RHO_AT_DENSEST, how=how)
+    if has_printed(states):  # which counts what three disks share once more
+        shared = states.assign(three=states["rho_printed"] - states["rho"])
+        found = ensemble(shared, "sp", n, "phi", "three", [1.19, 1.2]).interval(partial(at, 1.2))
+        how = f"N = {n}, rho by eq 12 as printed less the exact one"
+    out.claim("area that three disks share at phi = 1.2, SP", found, published.THREE_OVERLAP, how=how)
 
 
 def _claim_mean_shapes(out: Drawing, states: pd.DataFrame) -> None:
     """Claim the mean A of the packings of figs 2 and 3, and exponents of fig 4 c."""
     for (model, wanted, rho), paper in published.SHAPES.items():
-        found, how = None, f"no {model} packings"
+        found, how, every = None, f"no {model} packings", {}
         if has(states, model):
             n = nearest_size(states, model, wanted)
-            found, how = (
-                ensemble(states, model, n, "rho", "shape", [rho - 0.005, rho]).interval(partial(at, rho)),
-                f"N = {n}",
-            )
-        words = {
-            "how": how,
-            "cause": "a mean over packings, where the paper gives that of one",
-            "shown_by": f"boromand-{2 if wanted == 64 else 3}",
-        }
-        out.claim(f"mean A at rho = {rho}, {model.upper()}", found, paper, **words)
+            ends = round(rho, 2) - 0.005, round(rho, 2) + 0.005
+            e = ensemble(states, model, n, "rho", "shape", [ends[0], rho, ends[1]])
+            found, how = e.interval(partial(at, rho)), f"N = {n}; rho is printed with two digits, which are the family"
+            every = vary(lambda rho, e=e: at(rho, *e.mean), *({"rho": end} for end in ends))
+        words = {"how": how, "shown_by": f"boromand-{2 if wanted == 64 else 3}"}
+        out.claim(f"mean A at rho = {rho}, {model.upper()}", found, paper, Kind.MEASURED, every, **words)
     n = nearest_size(states, "sp", 32)
     for text, by, window, paper in (
-        ("lambda: dphi ~ (A - 1)^lambda, SP", "d_phi", (1e-5, 1e-2), published.LAMBDA_OF_SHAPE),
+        ("lambda: dphi ~ (A - 1)^lambda, SP", "d_phi", (1e-2, 0.4), published.LAMBDA_OF_SHAPE),
         ("omega: drho ~ (A - 1)^omega, small A, caption of fig 4", "d_rho", (0.03, 0.1), published.OMEGA_OF_CAPTION),
     ):
         e = ensemble(states, "sp", n, by, "excess", from_onset())
         low, high = window
 
         def exponent(x: Array, y: Array, low: float = low, high: float = high) -> float:
-            return 1 / float(power_law(x, y, low=low, high=high).exponents[0])
+            return 1 / float(power_law(x, y, low=0.999 * low, high=1.001 * high).exponents[0])  # ends are places
 
-        every = vary(lambda e=e, f=exponent, **window: f(*e.mean, **window), *halves(*window))
+        nearer = [] if by == "d_rho" else [{"low": 1e-5, "high": low}]  # left of the panel, whose A - 1 are 1e-3 to 0.1
+        every = vary(lambda e=e, f=exponent, **window: f(*e.mean, **window), *halves(*window), *nearer)
         words = {"how": f"N = {n}, {low:g} < {by} < {high:g}", "shown_by": "boromand-11 f"}
         if by == "d_rho":
             words["contradiction"] = "the text and fig 11 d have 0.66 for the same curve"
@@ -280,12 +283,12 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     out.curve(axes, rf"paper: eq 11, $C$ = {paper.value}", line, paper.value * eq_11(line), **PAPER)
     label(axes, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
     near = curve.interval(lambda x, y: fit_prefactor(x, y, 0.0, NEAREST))
-    contradiction = (
+    cause = (
         f"C = {paper.value} makes rho > phi up to dphi = (1 - 1/C)^2 = {(1 - 1 / paper.value) ** 2:.3f}, "
         "where overlaps can only lower it"
     )
-    words = {"how": f"N = {n}, least squares", "contradiction": contradiction, "shown_by": "boromand-11 b"}
-    out.claim(f"C of eq 11 for dphi < {NEAREST}", near, paper, where="[B] appendix, fig 11 b", **words)
+    words = {"how": f"N = {n}, least squares", "cause": cause, "shown_by": "boromand-11 b"}
+    out.claim(f"C of eq 11 for dphi < {NEAREST}", near, paper, **words)
 
 
 def _draw_lost_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
@@ -391,13 +394,13 @@ def _draw_laws(
             return 1 / found if inverse else found
 
         how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}, the widest straight window, held in all resamples"
-        words = {"how": how, "cause": _local_exponents(out, x, means, law), "shown_by": "boromand-11 f"}
+        words = {"how": how, "cause": _local_exponents(out, x, means, law, _NAMES[column]), "shown_by": "boromand-11 f"}
         every = vary(lambda f=exponent, fit=fit, **part: f(x, means, replace(fit, **part)), *halves(fit.low, fit.high))
         found = out.claim(law.name, e.interval(exponent), law.paper, Kind.MEASURED, every, **words)
         _draw_fit(out, axes, law, fit, found.value, swap)
 
 
-def _local_exponents(out: Drawing, x: Array, y: Array, law: Law) -> str:
+def _local_exponents(out: Drawing, x: Array, y: Array, law: Law, of: str) -> str:
     """Keep how the exponent between neighbouring points changes through the window of a law. That of droplets starts at
     1/2: a regular polygon has the least A of its area, so A - A_J has no linear term."""
     kept = (x >= law.low) & (x <= law.high) & (y > 0)
@@ -406,8 +409,8 @@ def _local_exponents(out: Drawing, x: Array, y: Array, law: Law) -> str:
         return ""
     slope = np.diff(np.log(y)) / np.diff(np.log(x))
     both = (1 / slope if law.inverse else slope)[[0, -1]]
-    first, last = out.keep(f"local exponent, {law.name}", both, drho=x[[0, -1]])
-    ends = f"the local exponent is {first:.2f} at drho = {x[0]:.2g} and {last:.2f} at {x[-1]:.2g}"
+    first, last = out.keep(f"local exponent, {law.name}", both, **{of: x[[0, -1]]})
+    ends = f"the local exponent is {first:.2f} at {of} = {x[0]:.2g} and {last:.2f} at {x[-1]:.2g}"
     return f"{ends}: no single power" if abs(last - first) > 0.1 else ends
 
 

@@ -1,6 +1,7 @@
 """Draw the voids in Boromand et al., fig 8."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -128,9 +129,10 @@ def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array,
     sides = float((cube[:, near, :, 0].sum(axis=0) @ np.arange(8)) / cube[:, near, :, 0].sum())
     out.keep(f"mean number of sides of voids, {big}", [sides], rho=[x[near]])
     for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
+        every = vary(partial(_share_at, side, x, cube), *({"rho": x[near] + step} for step in (-0.005, 0.005)))
         words = {"how": f"{how}, states in the bin of rho around {x[near]:.3f}; {sides:.2f} sides on average"}
         words |= {"cause": _neighbours(out, f"P_{side}, {big}", side, x, cube), "shown_by": "boromand-8 a"}
-        out.claim(f"P_{side} near rho_J, {big}", share[k], paper, **words)
+        out.claim(f"P_{side} near rho_J, {big}", share[k], paper, Kind.MEASURED, every, **words)
     triangles = float("nan")
     if part["onset"].astype(bool).any():
         _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
@@ -140,7 +142,8 @@ def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array,
         triangles = _triangle_shape(first.sum(axis=(0, 1)))
         if model == "sp":
             shape, text = _pool(first, _triangle_shape), "A of 3-sided voids at onset, SP"
-            out.claim(text, shape, published.PLATEAU_SHAPE, how=f"{how}, states at onset")
+            words = {"how": f"{how}, states at onset; between three touching disks of these sizes it is 4.871 to 4.875"}
+            out.claim(text, shape, published.PLATEAU_SHAPE, Kind.IDENTITY, **words)
     if model == "sp":
         words = {"how": f"{how}, rho > 0.98", "shown_by": "boromand-8 a"}
         share_of_three = _pool(cube[:, x > 0.98], _triangle_share)
@@ -175,6 +178,11 @@ def _neighbours(out: Drawing, name: str, side: int, x: Array, cube: Array) -> st
     """Keep a share in the first bins of rho, between which a reading off the figure may lie."""
     shares = out.keep(name, [_share(cube[:, [k]], (side,))[0, 0] for k in range(min(3, len(x)))], rho=x[:3])
     return "it is " + ", ".join(f"{share:.3f} at rho = {rho:.3f}" for share, rho in zip(shares, x[:3], strict=True))
+
+
+def _share_at(side: int, x: Array, cube: Array, rho: float) -> float:
+    """Interpolate P_l between the bins of rho."""
+    return float(np.interp(rho, x, _share(cube, (side,))[:, 0]))
 
 
 def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onset: float, by_law: str) -> None:

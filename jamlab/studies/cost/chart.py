@@ -33,6 +33,7 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _MARKERS = "osD^vP*X"
 _GREY = "#D9D9D9"
 _UNKNOWN: dict[str, Any] = {"facecolor": "#EFEFEF", "edgecolor": "#CCCCCC", "hatch": "///", "linewidth": 0}
+_HALF_MARK: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white", "markersize": 9}
 _COLUMNS = 3  # of panels, four where that fills two rows
 _MOST_TICKS = 6
 _LETTER = (0.0185, 0.04)  # width and height of a letter of a label, parts of the axes
@@ -221,8 +222,8 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
         axes.plot(x, y, "-", color=colour, linewidth=1.4)
         for p, here_x, here_y in zip(curve, x, y, strict=True):
             face = "white" if p.failed else colour
-            more: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white"} if p.cut else {}
-            more |= {"markersize": 9 if p.cut else 7, "alpha": 1.0 if p.ranked else _PALE}
+            more: dict[str, Any] = dict(_HALF_MARK) if p.cut else {"markersize": 7}
+            more["alpha"] = 1.0 if p.ranked else _PALE
             axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, **more)
             if p.default:
                 axes.plot(here_x, here_y, "o", markersize=16, markerfacecolor="none", markeredgecolor="black", zorder=5)
@@ -310,15 +311,10 @@ def _tick(axes: Axes, scale: _Scale) -> None:
         values, names = [exact, *values], ["exact", *names]
         middle = np.sqrt(exact * bottom / 1.5)
         axes.axhspan(exact / 1e3, middle, color=_GREY, alpha=0.45, linewidth=0, zorder=0)
-        slash: dict[str, Any] = {
-            "marker": [(-1, -0.5), (1, 0.5)],
-            "markersize": 9,
-            "linestyle": "",
-            "color": "black",
-            "clip_on": False,
-        }
+        slash: dict[str, Any] = {"marker": [(-1, -0.5), (1, 0.5)], "markersize": 9, "linestyle": "", "color": "black"}
+        slash |= {"transform": axes.get_yaxis_transform(), "clip_on": False, "zorder": 6}
         for height in (middle / 1.15, middle * 1.15):
-            axes.plot([0], [height], transform=axes.get_yaxis_transform(), zorder=6, **slash)
+            axes.plot([0], [height], **slash)
     axes.yaxis.set_major_locator(FixedLocator(values))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.set_yticks(values, names)
@@ -332,15 +328,18 @@ def _handles(style: dict[str, tuple[str, str]], points: Sequence[Point]) -> list
     handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
     if any(p.loose and p.drawn for p in points):
         handles.append(Patch(label="error of the reference itself", **_UNKNOWN))
-    alone: dict[str, Any] = {"marker": "o", "linestyle": ""}
-    if any(p.default for p in points):
-        ring: dict[str, Any] = {"markersize": 13, "markerfacecolor": "none", "color": "black"}
-        handles.append(Line2D([], [], label="jamlab's default", **alone, **ring))
-    if any(p.failed and p.drawn for p in points):
-        handles.append(Line2D([], [], markerfacecolor="white", color="#444444", label="some failed", **alone))
-    if any(p.cut and p.drawn for p in points):
-        half: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white", "markersize": 9}
-        handles.append(Line2D([], [], color="#444444", label="cut short by its limit of time", **half, **alone))
+    marks: tuple[tuple[str, bool, dict[str, Any]], ...] = (
+        (
+            "jamlab's default",
+            any(p.default for p in points),
+            {"markersize": 13, "markerfacecolor": "none", "color": "k"},
+        ),
+        ("some failed", any(p.failed and p.drawn for p in points), {"markerfacecolor": "white"}),
+        ("cut short by its limit of time", any(p.cut and p.drawn for p in points), _HALF_MARK),
+    )
+    for name, shown, look in marks:
+        if shown:
+            handles.append(Line2D([], [], label=name, marker="o", linestyle="", **{"color": "#444444"} | look))
     return handles
 
 

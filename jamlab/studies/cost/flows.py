@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.studies.cost.chart import Chart, Trial
+from jamlab.studies.table import shortest
 
 STEP = 0.02  # over the mass, in units of tau_1: 0.1 diverges
 
@@ -36,22 +38,21 @@ def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: f
         f"region cell prism 0 {lx:.17g} 0 {ly:.17g} -0.5 0.5 {xy:.17g} 0 0",
         f"create_box {len(sizes)} cell",
     ]
-    for line in lines:
-        lmp.command(line)
+    lmp.commands_list(lines)
     inside = packing.positions - np.floor(packing.positions @ np.linalg.inv(packing.box)) @ packing.box
     x = np.column_stack([inside, np.zeros(packing.n)])
     lmp.create_atoms(packing.n, list(range(1, packing.n + 1)), [int(k) + 1 for k in kinds], x.ravel().tolist())
     for k, size in enumerate(sizes):
         lmp.command(f"set type {k + 1} diameter {size:.17g} mass {mass:.17g}")
-    for line in [
+    lines = [
         f"pair_style gran/hooke 1.0 0.0 {gamma:.17g} {beta * gamma:.17g} 1e4 1",
         *["pair_coeff * *", "neighbor 0.1 bin", "neigh_modify every 1 delay 0 check yes"],
         *["fix move all nve/sphere disc", "fix flat all enforce2d", f"timestep {dt:.17g}"],
         f"velocity all ramp vx 0 {rate * ly:.17g} y 0 {ly:.17g}",
         f"fix lean all deform 1 xy erate {rate:.17g} remap v flip no",
         "thermo 1000000",
-    ]:
-        lmp.command(line)
+    ]
+    lmp.commands_list(lines)
     stresses, done, seconds = [], 0, 0.0
     for strain in strains:
         steps = round(strain / rate / dt)
@@ -112,19 +113,14 @@ def measure_inertia(seed: int) -> Iterator[Trial]:
             continue  # drag is singular for this packing without background
         unsure = _distance(check, exact)
         for tolerance in _TOLERANCES:
-            stress, seconds = _massless(packing, rate, tolerance)
-            off = _distance(stress, exact)
+            massless = partial(shear, packing, rate, _STRAIN, rows=_ROWS, tolerance=tolerance, background=0.0)
+            seconds, run = shortest(massless, runs=1)
+            off = _distance(run.stress[1:], exact)
             yield Trial(panel, "massless", f"tolerance {tolerance:g}", seconds, off, unsure, tolerance == TOLERANCE)
         strains = _STRAIN * np.arange(1, _ROWS + 1) / _ROWS
         for mass in _MASSES[rate]:
             stress, seconds = start_up(packing, rate, strains, mass)
             yield Trial(panel, "small inertia", f"mass {mass:g}", seconds, _distance(stress, exact), unsure)
-
-
-def _massless(packing: Packing, rate: float, tolerance: float) -> tuple[Array, float]:
-    began = time.process_time()
-    run = shear(packing, rate, _STRAIN, rows=_ROWS, tolerance=tolerance, background=0.0)
-    return run.stress[1:], time.process_time() - began
 
 
 def _in_short_steps(packing: Packing, rate: float, longest: float) -> Array:

@@ -1,19 +1,27 @@
-"""Charts of minimisers of disks and of droplets, LAMMPS' own and jamlab's, by the force that is left."""
+"""Charts of minimisers of disks and droplets, LAMMPS' own, jamlab's and those of other codes, by the force left."""
 
+import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from jamlab.engine.session import Session
-from jamlab.errors import EngineError
+from jamlab.arrays import Array
+from jamlab.engine.session import Session, evaluate
+from jamlab.errors import EngineError, InputError
 from jamlab.estimates.ensemble_way import bring_on, default_way
+from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
+from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.studies.cost.chart import Chart, Trial
+from jamlab.studies.other_codes.compare import PEERS, jamlab_descent, jolted_minimum
+from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer
 from jamlab.studies.table import shortest
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
@@ -141,4 +149,123 @@ DROPLETS = Chart(
     "by 0.003 diameters. What ends above its tolerance, after 20 000 steps or where its line search finds no way down, "
     "counts as failed",
     measure_droplets,
+)
+
+
+# Codes on jax compile for ten seconds before every packing; with JAX_COMPILATION_CACHE_DIR set to a folder and
+# JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS to 0, most of it is done once for all packings of a size.
+
+
+class Run(NamedTuple):
+    """One minimisation: CPU seconds, positions reached (n, 2), what a reader must know, whether it was cut short."""
+
+    seconds: float
+    positions: Array
+    note: str
+    cut: bool = False
+
+
+_PHI = 0.88
+_PACKINGS = {64: 20, 1024: 5, 8192: 3}  # N -> how many of the seeds
+_JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
+_CODE_TOLERANCES = (1e-4, 1e-8, 1e-12)
+_REFERENCE = (1e-14, 1e-13)  # forces left in the reference, and in another one that tells how well it is known
+_ELSEWHERE = 1e-5  # distance at the tightest tolerance beyond which the minimum is another one
+_COMPILING = 0.5  # s of set-up and a first step that a note tells
+_LIMIT = 10.0  # CPU s of a run
+_TRIED = 30  # steps by which the cost of a step is known
+_REPEATS = 0.2  # s after which a run is not repeated
+
+
+def measure_codes(seed: int) -> Iterator[Trial]:
+    """Measure every code at every tolerance, from a minimum whose disks were moved a little."""
+    for peer in PEERS:
+        if peer.version is None:
+            raise InputError(f"{peer.name} is not installed: {peer.install}")
+    for n in [n for n, packings in _PACKINGS.items() if seed <= packings]:
+        start, minimum = jolted_minimum(n, seed, _PHI, _JOLT[n])
+        bearing = ~contacts(minimum).rattlers
+        descend = jamlab_descent(start)
+        exact, nearly = (descend(force, MOST_STEPS) for force in _REFERENCE)
+        known = _distance(nearly, exact, start, bearing)
+        for name, runs in _runs_of_all(start).items():
+            trials = []
+            for tolerance, run in zip(_CODE_TOLERANCES, runs, strict=True):
+                error = _distance(run.positions, exact, start, bearing)
+                default = name == "jamlab" and tolerance == force_tolerance("sp")
+                numbers = (run.seconds, error, known, default, run.note, run.cut)
+                trials.append(Trial(f"N = {n}", name, f"{tolerance:g}", *numbers))
+            if trials[-1].error > _ELSEWHERE and not trials[-1].cut:
+                trials = [replace(trial, error=float("nan"), note="ends in another minimum") for trial in trials]
+            yield from trials
+
+
+def _runs_of_all(start: Packing) -> dict[str, list[Run]]:
+    apart = [peer for peer in PEERS if peer.apart]
+    found = {"jamlab": _runs(jamlab_descent, start)}
+    found |= {peer.name: _runs(peer.descent, start) for peer in PEERS if not peer.apart}
+    theirs = run_side_by_side(_runs_apart, [(peer, start) for peer in apart], 1)
+    return found | {peer.name: runs for peer, runs in zip(apart, theirs, strict=True)}
+
+
+def _runs_apart(item: tuple[Peer, Packing], _: Any) -> list[Run]:
+    return _runs(item[0].descent, item[1])
+
+
+def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:
+    """One run for each tolerance. One that its limit cuts short stands for tighter ones too."""
+    began = time.process_time()
+    run = prepare(start)
+    run(_CODE_TOLERANCES[0], 1)
+    first = time.process_time() - began
+    began = time.process_time()
+    run(_CODE_TOLERANCES[-1], _TRIED)
+    steps = min(MOST_STEPS, int(_LIMIT / (time.process_time() - began) * _TRIED))
+    note = f"set-up {first:.1f} s more" if first > _COMPILING else ""
+    found: list[Run] = []
+    for tolerance in _CODE_TOLERANCES:
+        if found and found[-1].cut:
+            found.append(found[-1])
+        else:
+            seconds, positions = shortest(partial(run, tolerance, steps), budget=_REPEATS)
+            left = _force_left(start, positions)
+            if left > 2 * tolerance and seconds < 0.5 * _LIMIT and steps < MOST_STEPS:  # later steps may be cheaper
+                longer = partial(run, tolerance, min(MOST_STEPS, int(steps * _LIMIT / seconds)))
+                seconds, positions = shortest(longer, budget=_REPEATS)
+                left = _force_left(start, positions)
+            missed = left > 2 * tolerance
+            cut = missed and seconds > 0.5 * _LIMIT
+            if missed:
+                note = f"{f'cut short after {_LIMIT:g} s' if cut else 'stalls'} at a largest force of {left:.0e}"
+            found.append(Run(seconds, positions, note, cut))
+        note = ""
+    return found
+
+
+def _force_left(start: Packing, positions: Array) -> float:
+    return evaluate(start.with_state(positions=positions)).max_force
+
+
+def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[np.bool_]) -> float:
+    """Root mean square distance of the disks that bear force, in mean diameters, without the motion of all of them."""
+    moved = (positions - exact)[bearing]
+    sides = np.diag(start.box)
+    moved -= sides * np.round(moved / sides)
+    return float(np.sqrt(((moved - moved.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+CODES = Chart(
+    "other-codes",
+    "One minimum in other codes",
+    "distance from the minimum, mean diameters",
+    "force tolerance",
+    "jamlab relaxed to a largest force of 1e-14, known to its distance from the state at 1e-13. φ = 0.88; disks moved "
+    f"out of it by {', '.join(f'{jolt:g} (N = {n})' for n, jolt in _JOLT.items())} mean diameters. Packings: "
+    f"{', '.join(f'{m} of N = {n}' for n, m in _PACKINGS.items())}. Times are of a run after the first: compiling and "
+    f"set-up are not counted, notes tell them. A run has {_LIMIT:g} s of CPU time, in steps by the cost of the first "
+    f"{_TRIED}; where it ends then is drawn, for tighter tolerances too",
+    measure_codes,
+    reason="LAMMPS' conjugate gradients are what jamlab starts with; with LAMMPS' own line search they miss the "
+    "tolerance on other starts",
+    seeds=range(20, 0, -1),  # from those of 64 disks alone, since the first one is measured twice
 )

@@ -121,12 +121,8 @@ def _draw(
         if not len(ends):
             continue
         far = side * np.geomspace(ends.min(), ends.max(), 100)
-        out.curve(
-            branches,
-            f"fit {'above' if side > 0 else 'below'}",
-            *(np.abs(far) ** (-1 / best.w), best.function(far) * np.abs(far) ** -best.above),
-            **FIT,
-        )
+        scaled_rate, scaled_stress = np.abs(far) ** (-1 / best.w), best.function(far) * np.abs(far) ** -best.above
+        out.curve(branches, f"fit {'above' if side > 0 else 'below'}", scaled_rate, scaled_stress, **FIT)
 
 
 def _numbers(found: CriticalCollapse) -> Array:

@@ -22,7 +22,9 @@ SOFT, YIELDED = 0.7, 0.1  # of the storage modulus at small amplitude that is le
 
 def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
     """G' and G'' against the amplitude at three frequencies, with softening and yielding against pressure."""
-    table = _sweeps(tables.oscillation)
+    table = select_usual(select_usual(balanced_disks(tables.oscillation), ["n"], None), ["background"], None)
+    if table["amplitude"].nunique() < 3:
+        raise InputError("the table oscillation has no three amplitudes of disks: run a campaign with some")
     frequencies, pressures = (sorted(table[name].unique()) for name in ("omega", "target_pressure"))
     out, axes = drawing("dynamics-amplitudes", 1, len(frequencies) + 1, 4.3, 3.9)
     for part, omega in zip(axes, frequencies, strict=False):
@@ -43,13 +45,6 @@ def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
         f"{100 * YIELDED:.0f} % are (yielding), at the lowest frequency; dashed, in proportion to pressure."
     )
     return out
-
-
-def _sweeps(table: pd.DataFrame) -> pd.DataFrame:
-    rows = select_usual(select_usual(balanced_disks(table), ["n"], None), ["background"], None)
-    if rows["amplitude"].nunique() < 3:
-        raise InputError("the table oscillation has no three amplitudes of disks: run a campaign with some")
-    return rows
 
 
 def _draw_limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]) -> None:

@@ -14,8 +14,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.solver_settings import SOLVERS
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
-from jamlab.studies.failure.verdict import Trial, balanced, judge_descent
+from jamlab.studies.failure.map import Axis, Map, Trial, balanced, judge_descent, linear_axis, log_axis
 
 _JOLT = 0.02  # small diameters: meant to leave the minimum, not its basin
 _STEPS = 10_000  # after which a method counts as stalled
@@ -57,16 +56,17 @@ def try_fire(jolted: Jolted, timestep: float, dmax: float) -> Trial:
     tolerance = force_tolerance("sp")
     lines = (f"timestep {timestep}", "min_style fire", f"min_modify norm max dmax {dmax} tmax {_FIRE_GROWTH:g}")
     ask = f"minimize 0.0 {0.5 * tolerance:g} {_STEPS} {10 * _STEPS}"
-    return _try_lammps(jolted, tolerance, lambda session: _commands(session, (*lines, ask)))
+
+    def descend(session: Session) -> Evaluation:
+        for line in (*lines, ask):
+            session.command(line)
+        return session.evaluate()
+
+    return try_descent(jolted, tolerance, descend)
 
 
-def _commands(session: Session, lines: tuple[str, ...]) -> Evaluation:
-    for line in lines:
-        session.command(line)
-    return session.evaluate()
-
-
-def _try_lammps(jolted: Jolted, tolerance: float, descend: Callable[[Session], Evaluation]) -> Trial:
+def try_descent(jolted: Jolted, tolerance: float, descend: Callable[[Session], Evaluation]) -> Trial:
+    """Descend from the start in some way, down to a tolerance."""
     with Session(jolted.start) as session:
         before = session.evaluate().energy
         try:
@@ -101,7 +101,7 @@ def try_overdamped_steps(jolted: Jolted, timestep: float, steps: int = _STEPS) -
 def try_gradients(jolted: Jolted, steps: float) -> Trial:
     """Conjugate gradients alone, so many steps at most."""
     tolerance = force_tolerance("sp")
-    return _try_lammps(jolted, tolerance, lambda s: s.minimize(tolerance, style="cg", steps=int(steps)))
+    return try_descent(jolted, tolerance, lambda s: s.minimize(tolerance, style="cg", steps=int(steps)))
 
 
 def try_tolerance(jolted: Jolted, tolerance: float) -> Trial:
@@ -152,8 +152,7 @@ MAPS = (
         "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
         "farther on it blows up.",
         _CHECK,
-        lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
-        "$2/\\omega_{\\max}$",
+        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "fire-dmax",
@@ -165,8 +164,7 @@ MAPS = (
         lambda jolted, x: try_fire(jolted, 0.1, x),
         "Short moves end before the minimum is met; long ones are cut by the time step before they do harm.",
         _CHECK,
-        way_over_steps,
-        "way to the minimum over 10 000 steps",
+        (way_over_steps, "way to the minimum over 10 000 steps"),
     ),
     Map(
         "overdamped",
@@ -178,8 +176,7 @@ MAPS = (
         lambda jolted, x: try_overdamped_steps(jolted, x, 3000),
         "Explicit steps are stable below 2 over the largest eigenvalue of the Hessian.",
         _CHECK,
-        lambda jolted: float(2 / jolted.stiffnesses[-1]),
-        "$2/\\lambda_{\\max}$",
+        (lambda jolted: float(2 / jolted.stiffnesses[-1]), "$2/\\lambda_{\\max}$"),
     ),
     Map(
         "gradients-rattlers",
@@ -191,8 +188,7 @@ MAPS = (
         try_gradients,
         "Rattlers that just touch and soft modes cost steps; `relax` lets FIRE and Newton steps follow.",
         _CHECK,
-        steps_of_gradients,
-        "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
+        (steps_of_gradients, "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$"),
     ),
     Map(
         "large-n",
@@ -204,7 +200,6 @@ MAPS = (
         try_tolerance,
         "The floor is the rounding of positions and of sums of forces; `converged` is False below it.",
         _CHECK,
-        lambda jolted: float(np.spacing(jolted.minimum.box.max())),
-        "last digit of a position",
+        (lambda jolted: float(np.spacing(jolted.minimum.box.max())), "last digit of a position"),
     ),
 )

@@ -13,14 +13,13 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance
 from jamlab.protocols.size_distributions import LARGEST_RATIO
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
+from jamlab.studies.failure.map import Axis, Map, Trial, balanced, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import (
     plain_forces,
     plain_packing_fraction,
     plain_pressure,
     plain_shear_modulus,
 )
-from jamlab.studies.failure.verdict import Trial, balanced, worst_of
 
 _SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction to 1e-6 only
 _SAME_MODULUS = 1e-6  # of the affine modulus: two ways to sum the same second derivatives
@@ -102,8 +101,7 @@ MAPS = (
         "Refused: pressures out of reach of the force tolerance, unstable packings in a box that cannot shear, and "
         "searches that end in a basin without the pressure.",
         _CHECK,
-        lambda start: force_tolerance("sp") / LEAST_NOISE,
-        "force tolerance over $10^{-4}$",
+        (lambda start: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
     ),
     Map(
         "pressure-sheared",
@@ -115,8 +113,7 @@ MAPS = (
         lambda start, pressure: try_pressure(start[0], pressure, start[1], ensemble="shear-stabilized"),
         "Refused besides: searches of few disks near onset that end without the pressure; another seed may meet it.",
         _CHECK,
-        lambda start: force_tolerance("sp") / LEAST_NOISE,
-        "force tolerance over $10^{-4}$",
+        (lambda start: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
     ),
     Map(
         "polydisperse",
@@ -128,8 +125,7 @@ MAPS = (
         lambda start, ratio: try_pressure(24, 1e-2, start[1], ratio=ratio, large=start[0]),
         "Few large disks among many small ones leave most of them rattling; beyond a ratio of 10 jamlab refuses.",
         _CHECK,
-        lambda start: LARGEST_RATIO,
-        "largest ratio that is taken",
+        (lambda start: LARGEST_RATIO, "largest ratio that is taken"),
     ),
     Map(
         "onset",
@@ -142,8 +138,10 @@ MAPS = (
         "Contacts at onset press with 1e-8 and more; a force left must stay far below, so jamlab refuses above "
         "1e-9, and below what rounding leaves.",
         "Forces and contact energy anew, over all pairs and images; the energy must lie in its window.",
-        lambda start: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
-        "contact force at onset, $\\sqrt{2u}$",
+        (
+            lambda start: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
+            "contact force at onset, $\\sqrt{2u}$",
+        ),
     ),
     Map(
         "sweep-step",

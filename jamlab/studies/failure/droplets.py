@@ -1,12 +1,13 @@
 """Maps where droplets fail: parameters, wide rims, few vertices, packing fraction, time steps, broken shapes."""
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.session import Session
+from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import EngineError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
@@ -14,10 +15,9 @@ from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.studies.failure.disk_minimisers import Jolted, jolt
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
+from jamlab.studies.failure.disk_minimisers import Jolted, jolt, try_descent
+from jamlab.studies.failure.map import Axis, Map, Trial, balanced, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import plain_packing_fraction
-from jamlab.studies.failure.verdict import Trial, balanced, judge_descent, worst_of
 
 _N = 4
 _LAW = defaults("dp")
@@ -64,21 +64,17 @@ def jolt_droplets(ka: float, seed: int) -> Jolted:
 def try_fire(jolted: Jolted, timestep: float) -> Trial:
     """FIRE of plain LAMMPS decks with another time step, to the force that it can reach."""
     loose = 1e-4  # kinks keep FIRE above the tolerance of a minimum
-    with Session(jolted.start) as session:
-        before = session.evaluate().energy
-        try:
-            session.include("minimize.fire")
-            session.command(f"timestep {timestep}")
-            session.command(f"minimize 0.0 {0.5 * loose:g} {_FIRE_STEPS} {10 * _FIRE_STEPS}")
-            end = session.evaluate()
-        except EngineError as error:
-            return Trial("blew up", str(error).splitlines()[0])
+
+    def descend(session: Session) -> Evaluation:
+        session.include("minimize.fire")
+        session.command(f"timestep {timestep}")
+        session.command(f"minimize 0.0 {0.5 * loose:g} {_FIRE_STEPS} {10 * _FIRE_STEPS}")
         if len(session.self_crossings()):
-            return Trial("blew up", "a droplet folds over itself")
-        verdict = judge_descent(end.max_force, loose, end.energy, before, jolted.energy)
-        if verdict == "blew up":
-            return Trial(verdict, f"energy {end.energy:.1g}")
-        return balanced("converged" if verdict == "another basin" else verdict, session.packing(), loose)
+            raise EngineError("a droplet folds over itself")
+        return session.evaluate()
+
+    trial = try_descent(jolted, loose, descend)
+    return replace(trial, verdict="converged") if trial.verdict == "another basin" else trial
 
 
 def place_pair(shape: np.ndarray, second: np.ndarray, gap: float, **parameters: Any) -> Packing:
@@ -156,8 +152,7 @@ MAPS = (
         lambda start, gamma: try_hand_over(start[0], gamma=gamma, ka=start[1]),
         "Handed over from disks. Where line tension squeezes soft areas to half their size, jamlab refuses.",
         _CHECK,
-        lambda start: collapse(start[1]),
-        "a free droplet collapses",
+        (lambda start: collapse(start[1]), "a free droplet collapses"),
         elsewhere="contacts change in the hand-over",
     ),
     Map(
@@ -170,8 +165,7 @@ MAPS = (
         lambda start, delta: try_hand_over(start[0], delta=delta, nv_small=start[1], nv_large=large_count(start[1])),
         "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",
         _CHECK,
-        lambda start: edge_at_rest(start[1]),
-        "edge at rest",
+        (lambda start: edge_at_rest(start[1]), "edge at rest"),
         elsewhere="contacts change in the hand-over",
     ),
     Map(
@@ -196,8 +190,7 @@ MAPS = (
         try_fire,
         "Converged: forces below 1e-4, since kinks of the contact energy keep FIRE from less.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",
-        lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
-        "$2/\\omega_{\\max}$",
+        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "droplet-shapes",

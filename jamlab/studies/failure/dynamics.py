@@ -1,6 +1,6 @@
 """Maps where flow in time fails: steps, rates, drag laws, oscillation beyond the linear range, quasi-static steps."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
 from jamlab.studies.failure.droplets import jammed_disks
 from jamlab.studies.failure.elastic_moduli import opening_strain
-from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
+from jamlab.studies.failure.map import Axis, Map, Trial, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import (
     plain_complex_modulus,
     plain_drag,
@@ -27,7 +27,6 @@ from jamlab.studies.failure.plain_physics import (
     plain_max_force,
     plain_stress,
 )
-from jamlab.studies.failure.verdict import Trial, worst_of
 
 _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
 _SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one
@@ -147,16 +146,13 @@ def try_quasistatic(packing: Packing, step: float) -> Trial:
     return _as(verdict, worst_of(balance, elastic_trial(run)), f"energy {change:.1g} from that of the finest steps")
 
 
+@cache
 def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
-    key = packing.positions.tobytes(), step
-    if key not in _SHEARED:
-        found = shear(packing, 0.0, _STRAIN, step=step)
-        assert isinstance(found, QuasistaticShear)
-        _SHEARED[key] = found
-    return _SHEARED[key]
+    found = shear(packing, 0.0, _STRAIN, step=step)
+    assert isinstance(found, QuasistaticShear)
+    return found
 
 
-_SHEARED: dict[tuple[bytes, float], QuasistaticShear] = {}
 _STEPS = log_axis("step of strain", 1e-3, _STRAIN)
 _RATES = log_axis("rate, 1/τ₁", 1e-3, 2e3)
 _CHECK = (
@@ -177,8 +173,7 @@ MAPS = (
         f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
         "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
         _CHECK,
-        lambda start: LARGEST_TOLERANCE,
-        "largest tolerance that is taken",
+        (lambda start: LARGEST_TOLERANCE, "largest tolerance that is taken"),
         elsewhere="another path",
     ),
     Map(
@@ -202,8 +197,7 @@ MAPS = (
         lambda start, alpha: try_shear(start[0], start[1], alpha=alpha),
         "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
         _CHECK,
-        lambda start: LEAST_ALPHA,
-        "least power that is taken",
+        (lambda start: LEAST_ALPHA, "least power that is taken"),
     ),
     Map(
         "flow-droplets",
@@ -227,8 +221,7 @@ MAPS = (
         f"Not linear: the first harmonic is more than {100 * _NOT_LINEAR:g} % off G*, since contacts open.",
         "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
         "stress at the end.",
-        lambda start: opening_strain(start[0], affine=True),
-        "linear response opens a contact",
+        (lambda start: opening_strain(start[0], affine=True), "linear response opens a contact"),
         elsewhere="not linear",
     ),
     Map(
@@ -242,7 +235,6 @@ MAPS = (
         f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
         f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
         "Forces and elastic stress at the end, anew from the positions.",
-        opening_strain,
-        "linear response opens a contact",
+        (opening_strain, "linear response opens a contact"),
     ),
 )

@@ -1,6 +1,8 @@
-"""Maps where moduli fail: finite strains beyond the linear range, states that are not at their minimum."""
+"""Maps where moduli fail: finite strains, states off their minimum; G* at extreme frequencies and damping."""
 
 from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,10 +16,12 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
+from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.studies.failure.disk_packings import modulus_trial
-from jamlab.studies.failure.map import Axis, Map, log_axis
-from jamlab.studies.failure.plain_physics import plain_shear_modulus
-from jamlab.studies.failure.verdict import Trial
+from jamlab.studies.failure.map import Axis, Map, Trial, log_axis
+from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
 
 _FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot
 _NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
@@ -98,6 +102,47 @@ _CHECK = (
     "G anew, from a dense Hessian by complex steps of the force law; an error above 1 % of the affine modulus fails."
 )
 
+
+_GOOD = 1e-4  # relative error of G' or G'' beyond which a result counts as failed: it would show in a plot or a fit
+_ESTIMATE = 10.0  # by which an error may exceed the estimate of the solver
+_METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
+_N = 12
+
+
+class Spectrum(NamedTuple):
+    """A packing, and how its G* is found."""
+
+    packing: Packing
+    method: str
+    omega: float | None = None  # None where it is the condition x
+
+
+def prepare(seed: int, pressure: float = 1e-3, omega: float | None = None) -> Spectrum:
+    """The packing of a seed, with one of the methods."""
+    return Spectrum(_packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)], omega)
+
+
+@lru_cache(maxsize=16)
+def _packing(pressure: float, index: int) -> Packing:
+    return pack(_N, pressure, index + 1)
+
+
+_plain = cache(plain_complex_modulus)
+
+
+def try_spectrum(start: Spectrum, omega: float, beta: float) -> Trial:
+    """One solver at one frequency, judged by its own estimate."""
+    s = complex_modulus(start.packing, [omega], ContactDamping(beta=beta), method=start.method)
+    estimate = float(s.error[0])
+    if not estimate < _GOOD:
+        return Trial("stalled", f"{start.method}: says that its error is {estimate:.1g}")
+    plain = _plain(start.packing, omega, beta)
+    error = max(abs(s.storage[0] / plain.real - 1), abs(s.loss[0] / plain.imag - 1))
+    return Trial("converged", f"{start.method}: error {error:.1g}", error, max(_GOOD, _ESTIMATE * estimate))
+
+
+_DENSE_CHECK = "G* anew: dense matrices by complex steps and plain loops, eliminated in extended precision."
+
 MAPS = (
     Map(
         "strain",
@@ -110,8 +155,8 @@ MAPS = (
         "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
         "those of rattlers that barely touch do.",
         _CHECK,
-        lambda packing: 2 * opening_strain(packing),  # half of the strain goes either way
-        "linear response opens a contact",
+        # half of the strain goes either way
+        (lambda packing: 2 * opening_strain(packing), "linear response opens a contact"),
         elsewhere="contacts change",
     ),
     Map(
@@ -124,7 +169,30 @@ MAPS = (
         try_moved,
         "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
         _CHECK,
-        refused_beyond,
-        "1 % of the overlap",
+        (refused_beyond, "1 % of the overlap"),
+    ),
+    Map(
+        "spectrum-frequency",
+        f"G*: frequency against pressure, three solvers, N = {_N}",
+        Axis("ω, 1/τ₁", tuple(float(f"{w:.3g}") for w in np.geomspace(1e-30, 1e30, 16))),
+        Axis("pressure, k", (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)),
+        6,
+        lambda p, seed: prepare(seed, p),
+        lambda start, omega: try_spectrum(start, omega, 1.0),
+        "Stalled would be: the solver says that the error of G' or of G'' is above 1e-4.",
+        _DENSE_CHECK,
+    ),
+    Map(
+        "spectrum-sliding",
+        f"G*: sliding damping against frequency, three solvers, N = {_N}, p = 10⁻³ k",
+        log_axis("β", 1e-16, 1e12, 1.0, count=15),
+        log_axis("ω, 1/τ₁", 1e-8, 1e8),
+        6,
+        lambda omega, seed: prepare(seed, omega=omega),
+        lambda start, beta: try_spectrum(start, start.omega, beta),
+        "Without damping of sliding rotations carry no drag, and with much of it both dampings share 16 digits. "
+        "Stalled: the solver says that the error of G' or of G'' is above 1e-4.",
+        _DENSE_CHECK,
+        (lambda start: _GOOD / ROUNDING, "rounding leaves 4 digits of drag"),
     ),
 )

@@ -16,12 +16,82 @@ from matplotlib.patheffects import withStroke
 
 from jamlab.errors import JamlabError
 from jamlab.figures.html_page import TextTable
+from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.studies.failure.verdict import SILENT, VERDICTS, Trial, attempt
+from jamlab.studies.failure.plain_physics import plain_max_force
 from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
 from jamlab.studies.table import MeasuredTable, Task
+
+_RUNAWAY = 10.0  # times the energy at the start: a descent loses energy, rounding gains far less than this
+_SAME_BASIN = 1e-6  # relative difference of energies: far above what a force within tolerance leaves of them
+_ROUNDING = 30 * np.finfo(np.float64).eps  # of forces of order 1, summed in another order
+
+SILENT = "silent"
+VERDICTS = ("converged", "another basin", "stalled", "blew up", "refused", SILENT)
+_CLAIMS = ("converged", "another basin")  # give a number as if it were right
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run."""
+
+    # one of `VERDICTS`. "converged": met its tolerance where it should. "another basin": met it in another minimum.
+    # "stalled": said that it ended above its tolerance. "blew up": positions or energies ran away, for all to see.
+    # "refused": jamlab raised an error instead of giving a number. "silent": gave a number as if it were right, and the
+    # check says that it is wrong.
+    verdict: str
+    note: str = ""  # what the run reached, or the message of the error
+    error: float = 0.0  # of what is claimed, by the independent check; 0 where nothing is
+    allowed: float = np.inf  # the largest error that the claim leaves room for
+
+    @property
+    def excess(self) -> float:
+        """Error over the allowed one, of claims; not finite where the check found no number."""
+        return self.error / self.allowed if self.verdict in (*_CLAIMS, SILENT) else 0.0
+
+
+def judged(trial: Trial) -> Trial:
+    """Give the verdict "silent" to a claim that the check refutes."""
+    if trial.verdict in _CLAIMS and not trial.error <= trial.allowed:
+        note = f"{trial.note}; error {trial.error:.2g}, allowed {trial.allowed:.2g}"
+        return Trial(SILENT, note, trial.error, trial.allowed)
+    return trial
+
+
+def attempt(run: Callable[[], Trial]) -> Trial:
+    """Make a run and judge it; an error of jamlab counts as "refused", any other passes through."""
+    try:
+        trial = run()
+    except JamlabError as error:
+        return Trial("refused", str(error).splitlines()[0])
+    return judged(trial)
+
+
+def judge_descent(left: float, tolerance: float, energy: float, start: float, minimum: float) -> str:
+    """Judge a minimisation by the largest force left, and by energies at its end, its start and the minimum beside."""
+    if not (np.isfinite(left) and np.isfinite(energy)) or energy > _RUNAWAY * start:
+        return "blew up"
+    if left > tolerance:
+        return "stalled"
+    return "converged" if abs(energy - minimum) <= _SAME_BASIN * minimum else "another basin"
+
+
+def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:
+    """Check the claim that no force above a tolerance is left, by forces computed anew. Rounding of positions is
+    multiplied with a stiffness, force over length."""
+    left = plain_max_force(packing)
+    size = float(np.abs(packing.box).max())
+    return Trial(verdict, note or f"max force {left:.1g}", left, tolerance + _ROUNDING * max(1.0, stiffness * size))
+
+
+def worst_of(*trials: Trial) -> Trial:
+    """Of several checks of one run, which has one verdict, the one that it fails by most."""
+    if len({trial.verdict for trial in trials}) > 1:
+        raise ValueError(f"checks of one run with several verdicts: {[trial.verdict for trial in trials]}")
+    return max(trials, key=lambda trial: trial.excess if np.isfinite(trial.excess) else np.inf)
+
 
 COLUMNS = ("x", "y", "runs", *VERDICTS, "worst", "limit", "note")
 COUNTED = ("map", "conditions", "runs", *VERDICTS, "default")
@@ -88,8 +158,8 @@ class Map(TableStudy):
     attempt: Callable[[Any, Any], Trial]  # function of what is prepared and x: one run
     meaning: str  # what the map shows
     check: str  # what the independent check of every run is
-    limit: Callable[[Any], float] | None = None  # function of what is prepared: x where theory puts the boundary
-    limit_label: str = ""  # what that is
+    # function of what is prepared: x where theory puts the boundary; and what that is
+    limit: tuple[Callable[[Any], float], str] | None = None
     elsewhere: str = "another basin"  # what "another basin" is in this map
     kind: ClassVar[str] = "map"
     columns: ClassVar[Sequence[str]] = COLUMNS
@@ -121,15 +191,11 @@ class Map(TableStudy):
                 refusals.append(Trial("refused", str(error).splitlines()[0]))
                 continue
             if self.limit is not None:
-                limits.append(self.limit(starts[-1]))
+                limits.append(self.limit[0](starts[-1]))
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
             trials = [attempt(partial(self.attempt, start, x)) for start in starts] + refusals
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
-
-    def try_once(self, x: float | str, y: float | str, seed: int = 1) -> Trial:
-        """Make the run of one seed at one pair of conditions."""
-        return attempt(lambda: self.attempt(self.prepare(y, seed), x))
 
 
 def summary(trials: list[Trial]) -> dict[str, Any]:
@@ -197,13 +263,9 @@ class Distance:
         if np.isfinite(self.far):
             nearest = f"{self._side(self.boundary)} the boundary {self.boundary:.3g} ({self.where})"
         limit = "" if np.isnan(self.limit) else f", {self._side(self.limit)} the limit drawn, {self.limit:.3g}"
-        return f"{self.default:g}: {nearest}{limit}{self._apart()}"
-
-    def _apart(self) -> str:
-        if self.scattered == 0:
-            return ""
         cells, them = ("1 cell fails", "it") if self.scattered == 1 else (f"{self.scattered} cells fail", "them")
-        return f"; {cells} although values beyond {them} work"
+        apart = f"; {cells} although values beyond {them} work" if self.scattered else ""
+        return f"{self.default:g}: {nearest}{limit}{apart}"
 
 
 def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
@@ -364,16 +426,9 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
         share = np.nan_to_num(shares(chart, table, verdict)).ravel()
         some = share > 0
         hatch = "xxx" if verdict == SILENT else None
-        axes.bar(
-            columns[some],
-            _FILLED * share[some],
-            _FILLED,
-            floor[some],
-            facecolor=COLOURS[verdict],
-            edgecolor="black" if hatch else "none",
-            hatch=hatch,
-            linewidth=0,
-        )
+        look: dict[str, Any] = {"facecolor": COLOURS[verdict], "hatch": hatch, "linewidth": 0}
+        look["edgecolor"] = "black" if hatch else "none"
+        axes.bar(columns[some], _FILLED * share[some], _FILLED, floor[some], **look)
         floor = floor + _FILLED * share
         count = int(table[verdict].sum())
         if count or verdict == SILENT:
@@ -393,24 +448,15 @@ def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
     if len(rows) == 1:
         places, rows = np.repeat(places, 2), np.array([rows[0] - 0.5, rows[0] + 0.5])
     line = axes.plot(places, rows, color="black", linewidth=2.2, path_effects=[withStroke(linewidth=5, foreground="w")])
-    line[0].set_label(chart.limit_label)
+    line[0].set_label(chart.limit[1])
     return line
 
 
 def _draw_defaults(axes: Axes, chart: Map) -> list[Line2D]:
-    drawn = []
-    for axis, draw in ((chart.x, axes.axvline), (chart.y, axes.axhline)):
-        if axis.default is not None:
-            halo = [withStroke(linewidth=4, foreground="w")]
-            drawn.append(
-                draw(
-                    float(axis.places(axis.default)),
-                    color="black",
-                    linewidth=1.6,
-                    linestyle=(0, (4, 2)),
-                    path_effects=halo,
-                )
-            )
+    halo = [withStroke(linewidth=4, foreground="w")]
+    look: dict[str, Any] = {"color": "black", "linewidth": 1.6, "linestyle": (0, (4, 2)), "path_effects": halo}
+    ways = ((chart.x, axes.axvline), (chart.y, axes.axhline))
+    drawn = [draw(float(axis.places(axis.default)), **look) for axis, draw in ways if axis.default is not None]
     if drawn:
         drawn[0].set_label("default of jamlab")
     return drawn[:1]

@@ -1,4 +1,4 @@
-"""Compare jamlab with its peers in one run on one core: one point, one minimum, and the time it takes."""
+"""Compare jamlab with other codes on one core: a point, a minimum, its time; and with libraries that measure."""
 
 import json
 import platform
@@ -18,18 +18,18 @@ from jamlab.checks import check_choice
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
 from jamlab.figures.html_page import TextTable, write_csv
-from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.contact_network import contacts, without_rattlers
+from jamlab.geometry.orientational_order import orientational_order
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.storage.atomic_file import atomic_file, make_folder
-from jamlab.studies.other_codes.analysis import AnalysisRow, compare_analysis
-from jamlab.studies.other_codes.jax_peers import JaxDEM, JaxMD
-from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters, plain_point
-from jamlab.studies.other_codes.peers import ASE, Lammps, OpenMM
+from jamlab.studies.other_codes.peer import MOST_STEPS, Analyst, Descent, Peer, Point, mean_diameters, plain_point
+from jamlab.studies.other_codes.peers import ASE, JaxDEM, JaxMD, Lammps, Matscipy, OpenMM
 from jamlab.studies.study import Page, Shown, TableStudy, write_page
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
@@ -70,6 +70,73 @@ class Row:
     note: str = ""  # what a reader must know
 
 
+class Freud(Analyst):
+    """Centres of disks in a two-dimensional box, in a process of its own. Both freud and liblammps bring voro++; where
+    LAMMPS was opened first, freud would call LAMMPS' and crash."""
+
+    name = "freud"
+    package = "freud-analysis"
+
+    def measure(self, packing: Packing) -> dict[str, Any]:
+        """Number of contacts, and |psi_6| of every disk."""
+        return run_side_by_side(_measure, [packing], 1)[0]
+
+
+def _measure(packing: Packing, _: Any) -> dict[str, Any]:
+    import freud
+
+    lattice = np.zeros((3, 3))
+    lattice[:2, :2] = packing.box.T  # columns are lattice vectors
+    box = freud.box.Box.from_matrix(lattice, dimensions=2)
+    points = box.wrap(np.column_stack([packing.positions, np.zeros(packing.n)]))
+    assert packing.diameters is not None
+    query = {"r_max": float(packing.diameters.max()), "exclude_ii": True}
+    near = freud.locality.AABBQuery(box, points).query(points, query).toNeighborList()
+    i, j = np.asarray(near.point_indices), np.asarray(near.query_point_indices)
+    touch = np.asarray(near.distances) < 0.5 * (packing.diameters[i] + packing.diameters[j])
+    cells = freud.locality.Voronoi().compute((box, points))
+    order = freud.order.Hexatic(k=6).compute((box, points), neighbors=cells.nlist)
+    return {"contacts": int(touch[i < j].sum()), "|psi_6|": np.abs(order.particle_order)}
+
+
+ANALYSTS: tuple[Analyst, ...] = (Matscipy(), Freud())
+HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the names that analysts use
+    "energy": lambda p: evaluate(p).energy,
+    "pressure": lambda p: evaluate(p).pressure,
+    "shear modulus": shear_modulus,
+    "contacts": lambda p: len(contacts(p).pairs),
+    "|psi_6|": lambda p: np.abs(orientational_order(p).local),
+}
+
+
+@dataclass(frozen=True)
+class AnalysisRow:
+    """One quantity of one library, and its largest difference from jamlab, over the largest value. Of a library that is
+    not installed version and difference are None, and the note says what to install."""
+
+    name: str
+    version: str | None = None
+    quantity: str = ""
+    difference: float | None = None
+    note: str = ""
+
+
+def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[AnalysisRow]:
+    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps". A row for each
+    quantity of each library; one that is not installed is a row that says so."""
+    backbone = without_rattlers(minimum)
+    rows = []
+    for analyst in analysts:
+        if analyst.version is None:
+            rows.append(AnalysisRow(analyst.name, note=f"not installed: {analyst.install}"))
+            continue
+        for quantity, there in analyst.measure(backbone).items():
+            here = np.asarray(HERE[quantity](backbone))
+            difference = float(np.abs(np.asarray(there) - here).max() / np.abs(here).max())
+            rows.append(AnalysisRow(analyst.name, analyst.version, quantity, difference))
+    return rows
+
+
 def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
@@ -90,22 +157,11 @@ def compare(
 
 def _jamlab_row(start: Packing) -> Row:
     """jamlab itself: its point beside all pairs in numpy, its time."""
-    cold, warm, positions = _time_descent(partial(jamlab_descent, start))
-    return Row(
-        "jamlab",
-        "relax",
-        metadata.version("jamlab"),
-        **_differences(plain_point(start), _jamlab_point(start)),
-        minimum=0.0,
-        z=0.0,
-        g=0.0,
-        max_force=_largest_force(plain_point(start.with_state(positions=positions))),
-        cold=cold,
-        warm=warm,
-        cold_ratio=1.0,
-        warm_ratio=1.0,
-        note="its point beside all pairs in numpy",
-    )
+    *took, positions = _time_descent(partial(jamlab_descent, start))
+    differences = _differences(plain_point(start), _jamlab_point(start)) | {"minimum": 0.0, "z": 0.0, "g": 0.0}
+    left = _largest_force(plain_point(start.with_state(positions=positions)))
+    said = ("jamlab", "relax", metadata.version("jamlab"))
+    return _row(said, differences, left, took, took, "its point beside all pairs in numpy")
 
 
 def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) -> Row:
@@ -114,31 +170,27 @@ def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) 
     if peer.version is None:
         return Row(peer.name, peer.method, note=f"not installed: {peer.install}")
     assert jamlab.cold is not None and jamlab.warm is not None
-    tolerance = force_tolerance("sp")
     differences = _differences(peer.evaluate(start), _jamlab_point(start))
-    cold, warm, positions = _time_descent(partial(peer.descent, start))
-    point = plain_point(start.with_state(positions=positions))
-    left, end = _largest_force(point), measure(start.with_state(positions=positions))
-    notes = []
+    *took, positions = _time_descent(partial(peer.descent, start))
+    end = start.with_state(positions=positions)
+    point, found = plain_point(end), measure(end)
+    differences |= {name: found[name] - target[name] for name in ("z", "g")}
+    differences["minimum"] = abs(point.energy / target["energy"] - 1)
+    notes, left, tolerance = [], _largest_force(point), force_tolerance("sp")
     if left > tolerance:
         notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
-    if warm < jamlab.warm:
+    if took[1] < jamlab.warm:
         notes.append(_FASTER if peer.name == "LAMMPS cg" else "faster here")
-    return Row(
-        peer.name,
-        peer.method,
-        peer.version,
-        **differences,
-        minimum=abs(point.energy / target["energy"] - 1),
-        z=end["z"] - target["z"],
-        g=end["g"] - target["g"],
-        max_force=left,
-        cold=cold,
-        warm=warm,
-        cold_ratio=cold / jamlab.cold,
-        warm_ratio=warm / jamlab.warm,
-        note="; ".join(notes),
-    )
+    said = (peer.name, peer.method, peer.version)
+    return _row(said, differences, left, took, [jamlab.cold, jamlab.warm], "; ".join(notes))
+
+
+def _row(
+    said: tuple[str, str, str], differences: dict[str, Any], left: float, took: list[Any], jamlab: list[Any], note: str
+) -> Row:
+    (name, method, version), (cold, warm) = said, took
+    ratios = {"cold_ratio": cold / jamlab[0], "warm_ratio": warm / jamlab[1]}
+    return Row(name, method, version, **differences, max_force=left, cold=cold, warm=warm, **ratios, note=note)
 
 
 def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, Any]:
@@ -218,31 +270,34 @@ _LEAD = (
 def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> list[TextTable]:
     """Tables for the reader: same coordinates, same basin, speed, analysis."""
 
-    def table(heading: str, columns: dict[str, str], of: Sequence[Row | AnalysisRow] = rows) -> TextTable:
-        """Columns of the rows, each with its format."""
-        lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in of]
-        return TextTable([name.replace("_", " ") for name in columns], lines, heading)
-
     small = ".1e"
-    return [
-        table(
+    tables: list[tuple[str, Sequence[Row | AnalysisRow], dict[str, str]]] = [
+        (
             f"Same coordinates, {n} disks, phi = {phi:g}: largest difference from jamlab, relative",
+            rows,
             {"name": "", "version": "", "energy": small, "forces": small, "stress": small, "pressure": small},
         ),
-        table(
+        (
             "Same basin: relative difference of the minimum, difference of z and of G, largest force left",
+            rows,
             {"name": "", "method": "", "minimum": small, "z": "g", "g": small, "max_force": small},
         ),
-        table(
+        (
             "One minimisation, one core: seconds, and ratio to jamlab",
+            rows,
             {"name": "", "cold": ".4f", "cold_ratio": ".2f", "warm": ".5f", "warm_ratio": ".2f"},
         ),
-        table(
+        (
             "Analysis of the minimum without rattlers: largest difference from jamlab, over the largest value",
-            {"name": "", "version": "", "quantity": "", "difference": small},
             analysis,
+            {"name": "", "version": "", "quantity": "", "difference": small},
         ),
     ]
+    found = []
+    for heading, of, columns in tables:
+        lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in of]
+        found.append(TextTable([name.replace("_", " ") for name in columns], lines, heading))
+    return found
 
 
 @dataclass(frozen=True)
@@ -332,17 +387,14 @@ def write_recipe(name: str, folder: Path, packing: Packing) -> str:
     here = evaluate(packing)
     make_folder(folder)
     with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
-        np.savez(
-            file,
-            positions=packing.positions,
-            species=species,
-            s=s,
-            sides=np.diag(packing.box),
-            eps=float(packing.params["eps"]),
-            energy=here.energy,
-            forces=here.forces,
-            stress=here.stress,
-        )
+        known: dict[str, Any] = {
+            "positions": packing.positions,
+            "species": species,
+            "s": s,
+            "sides": np.diag(packing.box),
+        }
+        found: dict[str, Any] = {"energy": here.energy, "forces": here.forces, "stress": here.stress}
+        np.savez(file, **known, eps=float(packing.params["eps"]), **found)
     script = f"{name}_check.py"
     text = resources.files("jamlab.studies.other_codes").joinpath(f"{script}.txt").read_text(encoding="utf-8")
     with atomic_file(folder / script) as temporary:
