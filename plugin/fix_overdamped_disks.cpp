@@ -35,6 +35,7 @@ static constexpr double SLACK = 0.05;       // part of the error of a whole step
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
+static constexpr std::size_t FEW = 4;          // pairs with a gap of zero whose states are all tried
 static constexpr int PIVOTS = 12;               // at most, for every pair with a gap of zero
 
 /* ----------------------------------------------------------------------
@@ -90,17 +91,35 @@ void FixOverdamped::start_disks()
 }
 
 /* ----------------------------------------------------------------------
-   of several pairs with a gap of zero, each of which decides on the others: those states that fit best
+   one of all the states of a few pairs, as digits to base 3
+------------------------------------------------------------------------- */
+
+static std::vector<int> combination(int number, std::size_t pairs)
+{
+  std::vector<int> states(pairs);
+  for (int &one : states) {
+    one = number % 3;
+    number /= 3;
+  }
+  return states;
+}
+
+/* ----------------------------------------------------------------------
+   of several pairs with a gap of zero, each of which decides on the others: those states that fit best of all, or
+   of many pairs, where all are too many, the first that fit to a part of the tolerance
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::find_states(double least_speed)
 {
   std::vector<int> best = disks->edge_states();
-  const int rounds = PIVOTS * (1 + static_cast<int>(best.size()));
-  const double enough = tolerance / SPREAD;
+  const std::size_t count = best.size();
+  const bool all = count <= FEW;
+  const int rounds = all ? static_cast<int>(std::lround(std::pow(3.0, count))) : PIVOTS * (1 + static_cast<int>(count));
+  const double enough = all ? 0.0 : tolerance / SPREAD;
   double least = HUGE_VAL;
   unsigned choice = 0;
   for (int n = 0; n < rounds && least > enough; n++) {
+    if (all) disks->set_edge_states(combination(n, count));
     std::fill(now.begin(), now.end(), Motion());    // states that fit badly may have left velocities without bound
     const bool converged = find_velocities().converged;
     const double misfit = converged ? disks->misfit(now, state.rate, least_speed) : HUGE_VAL;
@@ -108,6 +127,7 @@ void FixOverdamped::find_states(double least_speed)
       least = misfit;
       best = disks->edge_states();
     }
+    if (all) continue;
     if (misfit <= enough) return;
     if (!converged && disks->close_rubbing()) continue;
     choice = 1664525u * choice + 1013904223u;
