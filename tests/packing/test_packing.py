@@ -204,11 +204,11 @@ def test_with_state_merges_provenance():
 
 def test_a_copy_that_states_its_force_records_it(tmp_path):
     """Files keep the record: an onset in other units was once read as a state of no known minimum."""
-    q = disks(provenance={"seed": 1})._trusted(params={"k": 2.0}, max_force=1e-13, converged=True)
+    q = disks(provenance={"seed": 1})._trusted(params={"eps": 2.0}, max_force=1e-13, converged=True)
     assert q.provenance == {"seed": 1, "max_force": 1e-13, "converged": True}
     q.write(tmp_path / "q.h5")
     assert jamlab.read(tmp_path / "q.h5").converged and jamlab.read(tmp_path / "q.h5").max_force == 1e-13
-    assert q.with_state(params={"k": 3.0}).provenance == {"seed": 1}
+    assert q.with_state(params={"eps": 3.0}).provenance == {"seed": 1}
 
 
 @pytest.mark.parametrize("packing", [disks(), polygons()], ids=["sp", "dp"])

@@ -100,12 +100,12 @@ def test_one_seed_gives_one_packing_bit_for_bit(model, n):
 
 
 def test_progress_is_told():
-    """One call per minimum, with the share of the work, which never falls, and the packing fraction."""
+    """One call per minimum, with the share of the work, which rises, and the packing fraction."""
     calls = []
     p = jamlab.jam(model="sp", n=16, seed=1, progress=lambda share, text: calls.append((share, text)))
     assert calls[-1][1] == f"onset {p.phi:.4f}" and calls[0][1] == "onset 0.2100"
     shares = [share for share, _ in calls]
-    assert shares == sorted(shares) and 0 <= shares[0] < 0.05 and 0.3 < shares[-1] < 1
+    assert np.diff(shares).min() > 0 and 0 <= shares[0] < 0.05 and 0.2 < shares[-1] < 1  # rounding decides how many
 
 
 # above onset ----------------------------------------------------------------------------------------------------------
