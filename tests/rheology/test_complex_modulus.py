@@ -166,7 +166,7 @@ def test_limits(packing, law, prestress):
     static = elastic_tensor(packing, prestress=prestress).relaxed[0, 1, 0, 1]
     assert s.storage[0] == pytest.approx(static, rel=1e-8) == s.g0
     assert s.loss[0] == pytest.approx(s.eta0 * 1e-12, rel=1e-8)
-    assert s.eta_inf <= s.eta0
+    assert s.eta_inf <= s.eta0 * (1 + 1e-8)  # equal, but for rounding, in some small packings
     assert s.spectrum.eta0 == pytest.approx(s.eta0, rel=1e-8)
     if isinstance(law, StokesDrag):  # affine
         assert s.eta_inf == pytest.approx(law.eta_f, rel=1e-12, abs=1e-20)
