@@ -149,3 +149,18 @@ def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Pack
     moved, rotation = deformed(packing, shear_gradient(strain))
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     return moved.with_state(positions=moved.positions + response @ rotation.T)
+
+
+def unstable_direction(packing: Packing) -> tuple[Array, float] | None:
+    """Displacements (n_sites, 2), the largest 1, along a mode that gives way, and its eigenvalue, 0 where rounding
+    hides it; None for a minimum, and for forces so large beside the pressure that no Hessian tells."""
+    network = force_network(packing)
+    try:
+        elastic_tensor(packing, network=network)
+    except UnstableError as error:
+        direction = np.zeros_like(packing.positions)
+        direction[network.held] = error.mode.reshape(-1, 2) / np.abs(error.mode).max()
+        return direction, error.eigenvalue
+    except ConvergenceError:
+        return None
+    return None

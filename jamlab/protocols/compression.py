@@ -19,9 +19,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
-from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.static_response import UnstableError
+from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow, unstable_direction
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import natural_scales
@@ -228,19 +226,10 @@ def _leave_saddles(session: Session, found: Relaxed, settings: SolverSettings) -
         packing = session.packing()
         if packing.model == "sp" or not found.converged:
             return found
-        try:
-            network = force_network(packing)
-            elastic_tensor(packing, network=network)
+        unstable = unstable_direction(packing)
+        if unstable is None or unstable[1] == 0:  # floppy: no way down
             return found
-        except UnstableError as error:
-            mode = error.mode.reshape(-1, 2)
-            if error.eigenvalue == 0:  # floppy: no way down
-                return found
-        except ConvergenceError:  # not jammed
-            return found
-        away = packing.positions.copy()
-        away[network.held] += settings.sweep.slide * mode / np.abs(mode).max()
-        session.set_positions(away)
+        session.set_positions(packing.positions + settings.sweep.slide * unstable[0])
         found = minimizer(packing.ensemble)(session, found.tolerance, settings=settings)
     return replace(found, converged=False)
 

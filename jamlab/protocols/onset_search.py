@@ -8,9 +8,7 @@ from jamlab.arrays import Array
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import elastic_tensor, follow
-from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.static_response import UnstableError
+from jamlab.mechanics.elasticity import follow, unstable_direction
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.natural_units import mean_size
@@ -166,16 +164,9 @@ class OnsetSearch:
         for _ in range(numbers.slides):
             if not self._at_onset(state):
                 return state
-            network = force_network(state.packing)
-            try:
-                elastic_tensor(state.packing, network=network)
+            if (unstable := unstable_direction(state.packing)) is None:
                 return state
-            except UnstableError as error:
-                direction = np.zeros_like(state.packing.positions)
-                direction[network.held] = error.mode.reshape(-1, 2)
-            except ConvergenceError:  # a tolerance so loose that forces hide what a saddle is
-                return state
-            self._slide(state.packing, direction / np.abs(direction).max())
+            self._slide(state.packing, unstable[0])
             descend_by_newton(self.session, min(numbers.finest, self.tolerance), settings=self.settings.newton)
             state = self._relax(state.packing, near=True)
         return replace(state, found=replace(state.found, converged=False))
