@@ -1,5 +1,7 @@
 """Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from jamlab.measure import why_no_modulus
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import FLOPPY
 from jamlab.mechanics.stiffness import stiffness
+from jamlab.protocols.onset_search import OnsetSearch
 
 WINDOW = (1e-16, 1e-13)  # contact energy per disk or vertex that defines onset, Boromand et al. 2.3
 
@@ -284,3 +287,23 @@ def test_droplets_at_onset_slide_off_a_saddle():
 def test_every_onset_of_droplets_is_a_minimum(n):
     for seed in range(1, 21):
         _assert_stable(jamlab.jam("dp", n=n, seed=seed))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_slide_goes_downhill_until_a_contact_bears_as_much_as_others(sign):
+    """Whichever way a mode points: energy -x^2/2 of one disk, and a wall at x = 0.03."""
+    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
+
+    def forces_at(positions):
+        x = positions[0, 0] + 0.001  # already off the saddle, to the right
+        forces = np.zeros((2, 2))
+        forces[0, 0] = 1e-9 * x - max(0.0, x - 0.03)
+        return 0.0, forces
+
+    found = []
+    session = SimpleNamespace(
+        evaluate=lambda: SimpleNamespace(pressure=1e-3), forces_at=forces_at, set_positions=found.append
+    )
+    search = SimpleNamespace(session=session, settings=jamlab.SolverSettings())
+    OnsetSearch._slide(search, start, sign * np.array([[1.0, 0], [0, 0]]))
+    assert found[0][0, 0] == pytest.approx(0.03, abs=1e-6) and found[0][1].tolist() == [1, 1]
