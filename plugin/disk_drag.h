@@ -95,11 +95,11 @@ class DiskDrag : public DragSolver {
   int rubbing = 0;
   Motions blocks[2], rest;
   BlockCholesky<3> factors;
-  bool factored = false;
+  bool factored = false, patterned = false;
   std::vector<tagint> factored_tags;    // of atoms and ghosts when the order of elimination was found
   std::vector<int> owners;              // of atoms and ghosts, -1: of another rank
   double spent = 0.0;      // on conjugate gradients since the last factors or neighbor lists
-  int age = 0, serves = 1;    // solutions with these factors, and with how many they become too old
+  int age = 0, serves = 0;    // solutions with these factors, and with how many they become too old
   double amplified = 1.0;  // by the factors: the norm of rounding, compared with that of each disk's own block
   std::vector<double> column;
   std::vector<Motions> answers;    // of all velocities to a unit force along the slip of a rubbing pair
@@ -121,6 +121,7 @@ class DiskDrag : public DragSolver {
   double precondition(double r_flow, double &z_flow) override;
   void choose_factors();
   bool find_owners();
+  void set_factor_pattern();
   void factorise();
   double find_amplified();
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;

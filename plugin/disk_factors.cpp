@@ -18,9 +18,11 @@ static constexpr double UPDATE = 1.2, NEW_CONTACT = 17.0, NEW_DISK = 6.0;    // 
 static constexpr double ORDER = 300.0;    // of each disk's place in the order of elimination
 static constexpr double FRESH = 2.0;      // iterations with new factors, that no newer ones would save
 static constexpr double NORMS = 3.0;      // solutions with factors beside iterations
-static constexpr double SERVED = 2.0;     // velocities for which factors serve, to begin with
-// Motions without drag, such as gears that turn each other, get some: over the background, or over the mean block
-static constexpr double SHIFT = 1e-3, SHIFT_ALONE = 1e-5;
+static constexpr int UNKNOWN = 1 << 30;    // velocities, with which factors become too old
+static constexpr double SERVED = 4.0;     // velocities for which factors serve, to begin with
+static constexpr double WORTH = 1.5;      // cost without factors over that with them, from which on they are tried
+// Drag over the background that motions without any get, such as gears that turn each other
+static constexpr double SHIFT = 1e-3;
 
 /* ----------------------------------------------------------------------
    Factors, once iterations without have cost more. New ones, once iterations with old ones have cost more than that,
@@ -29,7 +31,8 @@ static constexpr double SHIFT = 1e-3, SHIFT_ALONE = 1e-5;
 
 void DiskDrag::choose_factors()
 {
-  if (law.alpha != 1.0) return;    // drag changes in every round of a power law
+  // drag changes in every round of a power law, and without background factors amplify what rounding leaves
+  if (law.alpha != 1.0 || settings.background == 0.0) return;
   double costs[4] = {find_owners() ? 1.0 : 0.0, contacts.size() + PER_DISK * nlocal,
                      SOLVED_DISK * nlocal + SOLVED_BLOCK * factors.blocks_below(),
                      UPDATE * factors.updates() + NEW_CONTACT * contacts.size() + NEW_DISK * nlocal};
@@ -37,6 +40,7 @@ void DiskDrag::choose_factors()
   const double iteration = costs[1], solution = costs[2], anew = costs[3];
   if (costs[0] > 0.0) {
     factored = false;
+    serves = UNKNOWN;
     amplified = 1.0;
     spent = 0.0;
     factors.forget_order();
@@ -45,7 +49,11 @@ void DiskDrag::choose_factors()
   if (!factored) {
     const double last = last_iterations * iteration;
     spent += last;
-    if (spent > ORDER * nlocal + anew && last > FRESH * iteration + (FRESH + NORMS) * solution + anew / SERVED) factorise();
+    if (spent < ORDER * nlocal) return;
+    if (!patterned)    // tells the costs
+      set_factor_pattern();
+    else if (spent > anew && last > WORTH * (FRESH * iteration + (FRESH + NORMS) * solution + anew / SERVED))
+      factorise();
     return;
   }
   age++;
@@ -76,16 +84,24 @@ bool DiskDrag::find_owners()
   return true;
 }
 
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::set_factor_pattern()
+{
+  std::vector<std::pair<int, int>> pairs;
+  for (const DiskContact &c : contacts)
+    if (owners[c.i] >= 0 && owners[c.j] >= 0) pairs.emplace_back(owners[c.i], owners[c.j]);
+  factors.set_pattern(nlocal, pairs);
+  patterned = true;
+}
+
 /* ----------------------------------------------------------------------
    blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of
 ------------------------------------------------------------------------- */
 
 void DiskDrag::factorise()
 {
-  std::vector<std::pair<int, int>> pairs;
-  for (const DiskContact &c : contacts)
-    if (owners[c.i] >= 0 && owners[c.j] >= 0) pairs.emplace_back(owners[c.i], owners[c.j]);
-  factors.set_pattern(nlocal, pairs);
+  set_factor_pattern();
   factors.clear();
   for (std::size_t k = 0; k < contacts.size(); k++) {
     const DiskContact &c = contacts[k];
@@ -106,16 +122,12 @@ void DiskDrag::factorise()
       for (int b = 0; b < 3; b++) both[3 * a + b] = block[3 * a + b] + block[3 * b + a];
     factors.add(i, i, both);
   }
-  double trace[2] = {0.0, static_cast<double>(nlocal)};
-  for (int i = 0; i < nlocal; i++) trace[0] += blocks[0][i].x + blocks[0][i].spin;
-  MPI_Allreduce(MPI_IN_PLACE, trace, 2, MPI_DOUBLE, MPI_SUM, world);
-  const double shift = settings.background > 0.0 ? SHIFT * settings.background : SHIFT_ALONE * trace[0] / trace[1];
   for (int i = 0; i < nlocal; i++) {
     const Motion &f = blocks[0][i], &s = blocks[1][i];
     const double x = f.x + settings.background, y = f.spin + settings.background;
     factors.add(i, i, {x, f.y, s.x, f.y, y, s.y, s.x, s.y, s.spin});
   }
-  factored = factors.factorise(shift > 0.0 ? shift : 1.0);
+  factored = factors.factorise(SHIFT * settings.background);
   int all = factored;
   MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, world);
   factored = all;
