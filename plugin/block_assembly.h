@@ -16,7 +16,7 @@ namespace LAMMPS_NS {
 
 class BlockAssembly {
  public:
-  using Block = BlockCholesky::Block;
+  using Block = BlockCholesky<2>::Block;
 
   explicit BlockAssembly(class Atom *atom) : atom(atom) {}
 
@@ -32,18 +32,16 @@ class BlockAssembly {
     const int own_i = owner(i), own_j = owner(j);
     if (own_i < 0 || own_j < 0) return;
     if (i != j && own_i == own_j)
-      entries.push_back({own_i, own_i, {2.0 * b.xx, b.xy + b.yx, b.xy + b.yx, 2.0 * b.yy}});
+      entries.push_back({own_i, own_i, {2.0 * b[0], b[1] + b[2], b[1] + b[2], 2.0 * b[3]}});
     else
       entries.push_back({own_i, own_j, b});
   }
 
-  void fill(BlockCholesky &matrix, bool new_pattern) const
+  void fill(BlockCholesky<2> &matrix) const
   {
-    if (new_pattern) {
-      std::vector<std::pair<int, int>> pairs;
-      for (const Entry &e : entries) pairs.emplace_back(e.i, e.j);
-      matrix.set_pattern(atom->nlocal, pairs);
-    }
+    std::vector<std::pair<int, int>> pairs;
+    for (const Entry &e : entries) pairs.emplace_back(e.i, e.j);
+    matrix.set_pattern(atom->nlocal, pairs);
     matrix.clear();
     for (const Entry &e : entries) matrix.add(e.i, e.j, e.block);
   }

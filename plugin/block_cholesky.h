@@ -4,29 +4,32 @@
 #ifndef JAMLAB_BLOCK_CHOLESKY_H
 #define JAMLAB_BLOCK_CHOLESKY_H
 
+#include <array>
 #include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Cholesky factors of a sparse symmetric matrix of 2 x 2 blocks, one row of blocks for each point of the
-   plane. Rows are eliminated in the order of least degree: the one with the fewest neighbors first, whose
-   neighbors then are neighbors of each other. */
+/* Cholesky factors of a sparse symmetric matrix of D x D blocks, one row of blocks for each vertex or disk.
+   Rows are eliminated in the order of least degree: the one with the fewest neighbors first, whose
+   neighbors then are neighbors of each other. The order serves other patterns of the same rows too, until
+   their factors have grown by too much. */
 
-class BlockCholesky {
+template <int D> class BlockCholesky {
  public:
-  struct Block {
-    double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0;
-  };
+  using Block = std::array<double, D * D>;    // row by row
 
   // which blocks may be other than zero, (i, j) or (j, i), in any order, repeated or not
   void set_pattern(int size, const std::vector<std::pair<int, int>> &pairs);
+  void forget_order() { rank.clear(); }          // rows are other ones from now on
   void clear();                                  // all blocks zero
   void add(int i, int j, const Block &block);    // to row i, column j; give one of (i, j) and (j, i)
   bool factorise(double shift);                  // shift: added to the diagonal; false: not positive definite
-  void solve(std::vector<double> &r) const;      // x, y of each row: right-hand side in, solution out
+  void solve(std::vector<double> &r);            // D numbers of each row: right-hand side in, solution out
   int size() const { return static_cast<int>(columns.size()); }
   double mean_diagonal() const;
+  double blocks_below() const { return filled; }
+  double updates() const { return updated; }    // products of two blocks in a factorisation
   double memory_usage() const;
 
  private:
@@ -38,7 +41,11 @@ class BlockCholesky {
   };
   std::vector<Column> columns;    // in the order of elimination
   std::vector<int> rank;          // of each row
+  std::vector<std::array<double, D>> solved;
+  double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
 
+  void find_order(std::vector<std::vector<int>> near);
+  void find_fill(const std::vector<std::vector<int>> &near);
   bool eliminate(Column &, std::vector<int> &place);
 };
 

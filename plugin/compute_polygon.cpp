@@ -75,16 +75,16 @@ void ComputePolygon::compute_array()
   comm->forward_comm();    // fix deform moves atoms at the end of a step, ghosts not
   sums.refresh(groupbit);
   resize();
-  sums.areas_and_centers(shape);
 
   const auto &polygons = sums.polygons();
   const double *const *x = atom->x;
   perimeter.assign(polygons.size(), 0.0);
-  for (const auto &run : sums.runs())
+  sums.areas_and_centers(shape, [&](const PolygonSums::Run &run) {
     for (int n = run.begin; n < run.end; n++) {
       const PolygonSums::Vertex &vertex = sums.vertices()[n];
       perimeter[run.polygon] += std::hypot(x[vertex.next][0] - x[vertex.i][0], x[vertex.next][1] - x[vertex.i][1]);
     }
+  });
   sums.sum(perimeter, 1);
 
   double *const all = size_array_rows ? array[0] : nullptr;

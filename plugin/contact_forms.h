@@ -22,25 +22,21 @@ struct Contact {
 
    outline: every vertex meets every other outline once, at its closest point. */
 
-inline std::size_t outline_contacts(const PolygonFacings &facings, const Position *x, const PairLaws &laws,
+inline std::size_t outline_contacts(const PolygonFacings &facings, PolygonFacings::Block block,
+                                    const Position *x, const PairLaws &laws,
                                     Contact *contacts)
 {
-  const EdgeFrame *frames = facings.frames().data();
-  const PolygonFacings::Edge *edges = facings.edges().data();
+  const EdgeFrame *frames = facings.frames();
+  const PolygonFacings::Edge *edges = facings.edges(block);
   const int *near = facings.near();
   std::size_t count = 0;
-  for (const auto &facing : facings) {
-    const double px = x[facing.i][0], py = x[facing.i][1];
-    const double reachsq = laws[facing.law].widthsq;
-    double nearest = reachsq;
-    int found = near[facing.begin];
-    for (int n = facing.begin; n < facing.end; n++) {
-      const double rsq = foot_on_edge(px, py, frames[near[n]]).rsq;
-      found = rsq < nearest ? near[n] : found;
-      nearest = std::min(nearest, rsq);
-    }
-    contacts[count] = {facing.i, edges[found].tail, edges[found].head, facing.law, foot_on_edge(px, py, frames[found])};
-    count += nearest < reachsq;
+  for (int k = block.begin; k < block.end; k++) {
+    const PolygonFacings::Facing &facing = facings.facings()[k];
+    NearestEdge nearest(x[facing.i], laws[facing.law].widthsq);
+    for (int n = facing.begin; n < facing.end; n++) nearest.meet(frames[near[n]], near[n]);
+    const PolygonFacings::Edge edge = edges[nearest.number()];
+    contacts[count] = {facing.i, edge.tail, edge.head, facing.law, nearest.foot()};
+    count += nearest.touches();
   }
   return count;
 }
@@ -49,14 +45,16 @@ inline std::size_t outline_contacts(const PolygonFacings &facings, const Positio
    distances from an end of one to the other. A vertex ends two edges, so it meets
    every edge of other outlines once, with its full energy. */
 
-inline std::size_t smooth_segment_contacts(const PolygonFacings &facings, const Position *x, const PairLaws &laws,
+inline std::size_t smooth_segment_contacts(const PolygonFacings &facings, PolygonFacings::Block block,
+                                    const Position *x, const PairLaws &laws,
                                            Contact *contacts)
 {
-  const EdgeFrame *frames = facings.frames().data();
-  const PolygonFacings::Edge *edges = facings.edges().data();
+  const EdgeFrame *frames = facings.frames();
+  const PolygonFacings::Edge *edges = facings.edges(block);
   const int *near = facings.near();
   std::size_t count = 0;
-  for (const auto &facing : facings) {
+  for (int k = block.begin; k < block.end; k++) {
+    const PolygonFacings::Facing &facing = facings.facings()[k];
     const double px = x[facing.i][0], py = x[facing.i][1];
     const double reachsq = laws[facing.law].widthsq;
     for (int n = facing.begin; n < facing.end; n++) {
@@ -72,25 +70,27 @@ inline std::size_t smooth_segment_contacts(const PolygonFacings &facings, const 
    its smallest distance. That is one of the four distances of an end to the other
    edge, or 0 if they cross. */
 
-inline std::size_t segment_contacts(const PolygonFacings &facings, const Position *x, const PairLaws &laws,
+inline std::size_t segment_contacts(const PolygonFacings &facings, PolygonFacings::Block block,
+                                    const Position *x, const PairLaws &laws,
                                     Contact *contacts)
 {
   using Edge = PolygonFacings::Edge;
   std::size_t count = 0;
-  for (const auto &facing : facings) {
+  for (int k = block.begin; k < block.end; k++) {
+    const PolygonFacings::Facing &facing = facings.facings()[k];
     const Edge a = {facing.i, facing.j};
     for (int n = facing.begin; n < facing.end; n++) {
-      const Edge b = facings.edges()[facings.near()[n]];
+      const Edge b = facings.edges(block)[facings.near()[n]];
       const int vertex[4] = {a.tail, a.head, b.tail, b.head};
       const Edge edge[4] = {b, b, a, a};
 
       Foot nearest = {0.0, 0.0, laws[facing.law].widthsq, 0.0};
       int found = -1;
-      for (int k = 0; k < 4; k++) {
-        const Foot foot = foot_on_edge(x[vertex[k]], x[edge[k].tail], x[edge[k].head]);
+      for (int m = 0; m < 4; m++) {
+        const Foot foot = foot_on_edge(x[vertex[m]], x[edge[m].tail], x[edge[m].head]);
         if (foot.rsq < nearest.rsq) {
           nearest = foot;
-          found = k;
+          found = m;
         }
       }
       if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head]))
@@ -102,16 +102,16 @@ inline std::size_t segment_contacts(const PolygonFacings &facings, const Positio
   return count;
 }
 
-inline std::size_t find_contacts(ContactForm form, const PolygonFacings &facings, const Position *x,
-                                 const PairLaws &laws, Contact *contacts)
+inline std::size_t find_contacts(ContactForm form, const PolygonFacings &facings, PolygonFacings::Block block,
+                                 const Position *x, const PairLaws &laws, Contact *contacts)
 {
   switch (form) {
     case SEGMENT:
-      return segment_contacts(facings, x, laws, contacts);
+      return segment_contacts(facings, block, x, laws, contacts);
     case OUTLINE:
-      return outline_contacts(facings, x, laws, contacts);
+      return outline_contacts(facings, block, x, laws, contacts);
     case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(facings, x, laws, contacts);
+      return smooth_segment_contacts(facings, block, x, laws, contacts);
   }
   return 0;
 }

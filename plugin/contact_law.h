@@ -43,7 +43,7 @@ struct ContactLaws {
   double **eps = nullptr, **width = nullptr, **start = nullptr;
   int **form = nullptr;
   double longest_edge = 0.0;    // no edge may outgrow this
-  double listed_edge = 0.0;     // neighbor lists hold an end of edges up to this
+  double listed_edge[NUMBER_OF_CONTACT_FORMS] = {};    // neighbor lists hold an end of edges up to this
   std::vector<Role> role;
 
   bool disk(int type) const { return role[type] == DISK; }
@@ -53,7 +53,7 @@ struct ContactLaws {
      form segment looks from tail to tail */
   double cutoff(int i, int j) const
   {
-    const double edge = disk(i) && disk(j) ? 0.0 : listed_edge;
+    const double edge = disk(i) && disk(j) ? 0.0 : listed_edge[form[i][j]];
     return form[i][j] == SEGMENT ? start[i][j] + 2.0 * edge : std::hypot(start[i][j], 0.5 * edge);
   }
 };

@@ -273,6 +273,7 @@ void DiskDrag::find_preconditioner(bool free_rate)
   flow[0] += settings.fluid;
   inverse_flow = free_rate && flow[0] > 0.0 ? 1.0 / flow[0] : 0.0;
   flow_relaxation = free_rate && flow[1] > 0.0 ? flow[0] / flow[1] : HUGE_VAL;
+  choose_factors();
 }
 
 /* ----------------------------------------------------------------------
@@ -286,7 +287,7 @@ double DiskDrag::rounding() const
     const DiskContact &c = contacts[k];
     total += c.share * c.force * c.force / (weights[k] + settings.background);
   }
-  return ROUNDING * ROUNDING * sum(total);
+  return ROUNDING * ROUNDING * amplified * sum(total);
 }
 
 /* ----------------------------------------------------------------------

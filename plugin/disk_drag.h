@@ -4,6 +4,7 @@
 #ifndef JAMLAB_DISK_DRAG_H
 #define JAMLAB_DISK_DRAG_H
 
+#include "block_cholesky.h"
 #include "disk_contact.h"
 #include "drag_solver.h"
 #include "lmptype.h"
@@ -17,7 +18,11 @@ namespace LAMMPS_NS {
 
    Drag that sets in where a gap closes may push the two apart that would meet without it. They neither
    part nor meet then, but rub: the gap stays zero, and a part theta of the drag acts, whose approach is
-   none and whose slip keeps the gap as it is. */
+   none and whose slip keeps the gap as it is.
+
+   The preconditioner is each disk's own block of B, or, where conjugate gradients with it cost more than that, the
+   Cholesky factor of B, of what each rank owns: drag at contacts alone hardly resists some motions of many disks,
+   the more so with little background drag and below jamming. */
 
 class DiskDrag : public DragSolver {
  public:
@@ -89,6 +94,14 @@ class DiskDrag : public DragSolver {
   double closing = 0.0;
   int rubbing = 0;
   Motions blocks[2], rest;
+  BlockCholesky<3> factors;
+  bool factored = false, patterned = false;
+  std::vector<tagint> factored_tags;    // of atoms and ghosts when the order of elimination was found
+  std::vector<int> owners;              // of atoms and ghosts, -1: of another rank
+  double spent = 0.0;      // on conjugate gradients since the last factors or neighbor lists
+  int age = 0, serves = 0;    // solutions with these factors, and with how many they become too old
+  double amplified = 1.0;  // by the factors: the norm of rounding, compared with that of each disk's own block
+  std::vector<double> column;
   std::vector<Motions> answers;    // of all velocities to a unit force along the slip of a rubbing pair
   std::vector<double> rate_answers;
 
@@ -105,6 +118,12 @@ class DiskDrag : public DragSolver {
   DiskContact contact_of(const DiskPair &, double x, double y) const;
   void find_weights(const Motions &u, double rate) override;
   void find_preconditioner(bool free_rate) override;
+  double precondition(double r_flow, double &z_flow) override;
+  void choose_factors();
+  bool find_owners();
+  void set_factor_pattern();
+  void factorise();
+  double find_amplified();
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   bool hold(Motions &force, Motions &u, Load &, Result &) override;
   double push_along_slip(std::size_t edge, Motions &force) const;

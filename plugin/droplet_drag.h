@@ -43,7 +43,7 @@ class DropletDrag : public DragSolver {
   std::vector<DropletMeeting> meetings;
   std::vector<double> weights;    // drag over velocity of approach
   Motions work, still;
-  BlockCholesky factors;
+  BlockCholesky<2> factors;
   bool stale = true, atoms_moved_between_ranks = true;
   double factors_ahead = -1.0, mean_diagonal = 0.0;
   std::vector<double> column;
@@ -55,7 +55,7 @@ class DropletDrag : public DragSolver {
 
   void read_outlines();
   void remove_mean(Motions &) const;
-  void factorise(bool new_pattern);
+  void factorise();
   void assemble_drag(class BlockAssembly &) const;
   void find_weights(const Motions &u, double rate) override;
   void find_preconditioner(bool free_rate) override;

@@ -22,7 +22,7 @@ void DropletDrag::find_preconditioner(bool free_rate)
 {
   int anew = stale || atoms_moved_between_ranks;
   MPI_Allreduce(MPI_IN_PLACE, &anew, 1, MPI_INT, MPI_MAX, world);
-  if (anew) factorise(true);
+  if (anew) factorise();
   stale = law.alpha != 1.0;
   inverse_flow = 0.0;
   if (!free_rate) return;
@@ -38,15 +38,16 @@ void DropletDrag::find_preconditioner(bool free_rate)
    with less of K, if what can be negative in it makes the whole so
 ------------------------------------------------------------------------- */
 
-void DropletDrag::factorise(bool new_pattern)
+void DropletDrag::factorise()
 {
   factors_ahead = ahead;
+  if (atoms_moved_between_ranks) factors.forget_order();
   atoms_moved_between_ranks = false;
   for (const bool whole : {true, false}) {
     BlockAssembly matrix(lmp->atom);
     assemble_drag(matrix);
     if (ahead > 0.0) stiffness.assemble(ahead, whole, matrix);
-    matrix.fill(factors, new_pattern);
+    matrix.fill(factors);
     mean_diagonal = factors.mean_diagonal();
     if (factors.factorise(mean_diagonal > 0.0 ? SHIFT * mean_diagonal : 1.0)) return;
   }

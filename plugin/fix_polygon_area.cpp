@@ -141,25 +141,27 @@ void FixPolygonArea::post_force(int vflag)
   ev_init(eflag_caller, vflag);
   sums.refresh(groupbit);
   find_parameters();
-  sums.areas_and_centers(shape);
-
   energy = 0.0;
-  if (sums.vertices().empty()) return;
+  sums.areas_and_centers(shape, [this](const PolygonSums::Run &run) { push(run); });
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::push(const PolygonSums::Run &run)
+{
   const PolygonSums::Vertex *const vertices = sums.vertices().data();
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
-  for (const auto &run : sums.runs()) {
-    const double excess = shape[3 * run.polygon] - a0[run.polygon];
-    const double half_pressure = -0.5 * ka[run.polygon] * excess;
-    const double per_vertex = -half_pressure * excess / sums.polygons()[run.polygon].size;
-    energy += per_vertex * (run.end - run.begin);
-    for (int n = run.begin; n < run.end; n++) {
-      const double *prev = x[vertices[n].prev], *next = x[vertices[n].next];
-      const double fx = half_pressure * (next[1] - prev[1]), fy = half_pressure * (prev[0] - next[0]);
-      f[vertices[n].i][0] += fx;
-      f[vertices[n].i][1] += fy;
-      if (evflag) tally(run.polygon, vertices[n], per_vertex, fx, fy);
-    }
+  const double excess = shape[3 * run.polygon] - a0[run.polygon];
+  const double half_pressure = -0.5 * ka[run.polygon] * excess;
+  const double per_vertex = -half_pressure * excess / sums.polygons()[run.polygon].size;
+  energy += per_vertex * (run.end - run.begin);
+  for (int n = run.begin; n < run.end; n++) {
+    const double *prev = x[vertices[n].prev], *next = x[vertices[n].next];
+    const double fx = half_pressure * (next[1] - prev[1]), fy = half_pressure * (prev[0] - next[0]);
+    f[vertices[n].i][0] += fx;
+    f[vertices[n].i][1] += fy;
+    if (evflag) tally(run.polygon, vertices[n], per_vertex, fx, fy);
   }
 }
 

@@ -48,6 +48,7 @@ class FixPolygonArea : public Fix {
   bigint parameters_of;                 // refresh for which ka and a0 were found
 
   void find_parameters();
+  void push(const PolygonSums::Run &);
   void tally(int polygon, const PolygonSums::Vertex &, double share, double fx, double fy);
   void check_rest_areas() const;
 };

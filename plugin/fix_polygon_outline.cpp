@@ -25,7 +25,7 @@ static constexpr int PER_GHOST = 5;
 ------------------------------------------------------------------------- */
 
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), unread(true), stale(true), longest(0.0), built_at(-1), refreshed(0), nlocal(0), nghost(0)
+    Fix(lmp, narg, arg), unread(true), stale(true), longest(0.0), mean(0.0), built_at(-1), refreshed(0), nlocal(0), nghost(0)
 {
   if (narg != 3) error->all(FLERR, "Fix polygon/outline takes no arguments");
   if (domain->dimension != 2) error->all(FLERR, "Polygons require a 2d simulation");
@@ -211,7 +211,7 @@ void FixPolygonOutline::read_bonds()
 
   std::vector<OutlineAtom> atoms;
   std::vector<OutlineBond> bonds;
-  longest = 0.0;
+  EdgeLengths lengths;
   for (std::size_t begin = 0, end = 0; begin < places.size(); begin = end) {
     atoms.clear();
     bonds.clear();
@@ -223,14 +223,17 @@ void FixPolygonOutline::read_bonds()
         atoms.push_back({record.tag, record.x, record.y});
     }
     const auto found = outline_links(atoms, bonds);
-    longest = std::max(longest, longest_edge_of(atoms, found));
+    lengths.add(atoms, found);
     for (std::size_t k = 0; k < found.size(); k++) answers[places[begin + k].rank][places[begin + k].number] = found[k];
   }
 
   const auto answered = exchange_records(answers, world);
   for (int rank = 0; rank < nprocs; rank++)
     for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
-  MPI_Allreduce(MPI_IN_PLACE, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+  double sums[2] = {lengths.sum, lengths.count};
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(&lengths.longest, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+  mean = sums[1] > 0.0 ? sums[0] / sums[1] : 0.0;
   for (int i = 0; i < atom->nlocal; i++) links[i].bonds = atom->num_bond[i];
   unread = false;
 }

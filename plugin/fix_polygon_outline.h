@@ -43,6 +43,7 @@ class FixPolygonOutline : public Fix {
 
   void read_bonds();    // collective: needs no ghosts and no neighbor list
   double longest_edge() const { return longest; }    // of all ranks, when the bonds were read
+  double mean_edge() const { return mean; }
   bigint refresh();     // collective, before the first use after a neighbor build; number of the refresh
 
   struct Copy {    // lattice vectors to add to get the unwrapped position
@@ -63,7 +64,7 @@ class FixPolygonOutline : public Fix {
   std::vector<Copy> copies;
   std::vector<int> successor, predecessor;
   bool unread, stale;
-  double longest;
+  double longest, mean;
   bigint built_at, refreshed;
   int nlocal, nghost;
 

@@ -75,15 +75,16 @@ double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> 
 
 /* ---------------------------------------------------------------------- */
 
-double LAMMPS_NS::longest_edge_of(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links)
+void EdgeLengths::add(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links)
 {
-  double longest = 0.0;
   for (std::size_t k = 0; k < atoms.size(); k++) {
     if (!links[k].next) continue;
     const OutlineAtom &head = atoms[place_of(atoms, links[k].next)];
-    longest = std::max(longest, std::hypot(head.x - atoms[k].x, head.y - atoms[k].y));
+    const double length = std::hypot(head.x - atoms[k].x, head.y - atoms[k].y);
+    longest = std::max(longest, length);
+    sum += length;
+    count++;
   }
-  return longest;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -45,9 +45,10 @@ struct OutlineBond {
 
 std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds);
 
-// longest edge of the rings and chains among atoms with these links
-
-double longest_edge_of(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links);
+struct EdgeLengths {    // of rings and chains
+  double longest = 0.0, sum = 0.0, count = 0.0;
+  void add(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links);
+};
 
 // pairs of edges of the closed polygon x0 y0 x1 y1 ... that pass through each other
 

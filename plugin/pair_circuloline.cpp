@@ -23,7 +23,8 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
 
-// edges may grow that much in a run before they cost more: see PolygonFacings::find_long_edges
+// longer edges, over the mean or, of form segment, over the longest at the start of a run, cost more: see
+// PolygonFacings::find_long_edges
 static constexpr double ROOM = 1.5;
 
 /* ---------------------------------------------------------------------- */
@@ -84,10 +85,9 @@ void PairCirculoline::compute(int eflag, int vflag)
 
 template <bool OWN, bool TALLY> void PairCirculoline::push()
 {
-  if (atom->nlocal == 0) return;
-  const auto f = reinterpret_cast<Position *>(atom->f[0]);
+  const auto f = reinterpret_cast<Position *>(atom->nlocal ? atom->f[0] : nullptr);
   Returned *const returned = ghosts.data();
-  for (const Contact &contact : find_contacts()) {
+  visit_contacts([=](const Contact &contact) {
     const Push push = push_on_vertex(contact);
     const double hx = contact.foot.t * push.fx, hy = contact.foot.t * push.fy;
     const int atoms[3] = {contact.vertex, contact.tail, contact.head};
@@ -99,26 +99,37 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
       sum_y += fy[k];
     }
     if (TALLY) tally(contact, push, OWN);
+  });
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <class Act> void PairCirculoline::visit_contacts(Act act)
+{
+  refuse_stale_facings();
+  if (atom->nlocal == 0) return;
+  pair_laws.set(laws, atom->ntypes, force->special_lj);
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
+    if (!in_use[k]) continue;
+    for (const auto &block : facings[k].blocks()) {
+      facings[k].measure_edges(block);
+      const std::size_t room = facings[k].most_contacts(block) + 1;    // one is written beyond the last
+      if (found.size() < room) found.resize(room);
+      const auto form = static_cast<ContactForm>(k);
+      const Contact *const last = &found[LAMMPS_NS::find_contacts(form, facings[k], block, x, pair_laws, found.data())];
+      for (const Contact *contact = found.data(); contact < last; contact++) act(*contact);
+    }
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
-PairCirculoline::Contacts PairCirculoline::find_contacts()
+const std::vector<Contact> &PairCirculoline::find_contacts()
 {
-  refuse_stale_facings();
-  if (atom->nlocal == 0) return {nullptr, nullptr};
-  pair_laws.set(laws, atom->ntypes, force->special_lj);
-  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  std::size_t count = 0;
-  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
-    if (!in_use[k]) continue;
-    facings[k].measure_edges();
-    const std::size_t room = count + facings[k].most_contacts() + 1;    // one is written beyond the last
-    if (found.size() < room) found.resize(room);
-    count += LAMMPS_NS::find_contacts(static_cast<ContactForm>(k), facings[k], x, pair_laws, &found[count]);
-  }
-  return {found.data(), found.data() + count};
+  all_found.clear();
+  visit_contacts([this](const Contact &contact) { all_found.push_back(contact); });
+  return all_found;
 }
 
 /* ----------------------------------------------------------------------
@@ -192,7 +203,7 @@ PairCirculoline::Push PairCirculoline::push_on_vertex(const Contact &contact) co
    for computes: ghosts lag where fix deform or a flow has moved atoms since the forces
 ------------------------------------------------------------------------- */
 
-PairCirculoline::Contacts PairCirculoline::present_contacts()
+const std::vector<Contact> &PairCirculoline::present_contacts()
 {
   comm->forward_comm();
   return find_contacts();
@@ -216,8 +227,10 @@ void PairCirculoline::init_style()
   refuse_computes();
   outline = FixPolygonOutline::shared(lmp, WHO);
   outline->read_bonds();
-  const double longest = outline->longest_edge();
-  laws.listed_edge = longest > 0.0 ? std::min(laws.longest_edge, ROOM * longest) : laws.longest_edge;
+  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
+    const double edge = k == SEGMENT ? outline->longest_edge() : outline->mean_edge();
+    laws.listed_edge[k] = edge > 0.0 ? std::min(laws.longest_edge, ROOM * edge) : laws.longest_edge;
+  }
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
       error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "

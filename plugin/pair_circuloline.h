@@ -52,13 +52,8 @@ class PairCirculoline : public Pair {
     return law.eps * law.per_width * law.per_width;
   }
 
-  struct Contacts {
-    const Contact *first, *last;
-    const Contact *begin() const { return first; }
-    const Contact *end() const { return last; }
-  };
-  Contacts find_contacts();       // of this rank, where ghosts are up to date; good until the next call
-  Contacts present_contacts();    // the same, collective: brings ghosts up to date
+  const std::vector<Contact> &find_contacts();       // of this rank, where ghosts are up to date; good until the next call
+  const std::vector<Contact> &present_contacts();    // the same, collective: brings ghosts up to date
 
  protected:
   double delta;         // width of the outlines of types that pair_coeff gives none
@@ -73,7 +68,7 @@ class PairCirculoline : public Pair {
 
   class FixPolygonOutline *outline;
   std::vector<PolygonFacings> facings;    // one for each contact form
-  std::vector<Contact> found;    // room for contacts
+  std::vector<Contact> found, all_found;    // room for contacts, of one block and of all
   struct Returned {                       // to the owner of a ghost, where LAMMPS does not
     double fx, fy, energy, virial[3];
   };
@@ -90,6 +85,7 @@ class PairCirculoline : public Pair {
   void find_facings();
   void refuse_stale_facings() const;
   void refuse_computes() const;
+  template <class Act> void visit_contacts(Act);
   template <bool OWN, bool TALLY> void push();
   void tally(const Contact &, const Push &, bool own);
   void return_from_ghosts();

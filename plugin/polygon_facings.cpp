@@ -12,6 +12,8 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr int BLOCK = 512;    // facings: some 40 kB with their edges and contacts
+
 /* ----------------------------------------------------------------------
    what can come within the width of a contact before the next build. Ends move by
    less than half the skin, so nothing farther than width + skin now can touch
@@ -25,9 +27,10 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
   facing_list.clear();
   near_list.clear();
   edge_list.clear();
+  block_list.clear();
   edge_from.assign(atom->nlocal + atom->nghost, -1);
   find_reaches(laws);
-  find_edges(laws);
+  find_edges(laws, form);
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
@@ -40,7 +43,22 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
     else if (head >= 0)
       find_near_edge(i, head, neighbors, laws);
     if (!candidates.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
+    if (static_cast<int>(facing_list.size()) >= (block_list.empty() ? 0 : block_list.back().end) + BLOCK) end_block();
   }
+  end_block();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonFacings::end_block()
+{
+  const Block last = block_list.empty() ? Block{0, 0, 0, 0} : block_list.back();
+  const int end = static_cast<int>(facing_list.size());
+  if (end == last.end) return;
+  const Block block = {last.end, end, last.edge_end, static_cast<int>(edge_list.size())};
+  for (int n = block.edge_begin; n < block.edge_end; n++) edge_from[edge_list[n].tail] = -1;
+  frame_list.resize(std::max<std::size_t>(frame_list.size(), block.edge_end - block.edge_begin));
+  block_list.push_back(block);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -59,25 +77,26 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
 }
 
 /* ----------------------------------------------------------------------
-   Once edges have outgrown the neighbor lists of this run, cells tell what is near
-   them, until the next run makes longer lists. Disks know each other by the lists.
+   Where edges are longer than the neighbor lists of this run are made for, cells tell what is
+   near them. Disks know each other by the lists.
 ------------------------------------------------------------------------- */
 
-void PolygonFacings::find_edges(const ContactLaws &laws)
+void PolygonFacings::find_edges(const ContactLaws &laws, ContactForm form)
 {
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
   outgrown = false;
   if (nall == 0) return;
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  const double listedsq = laws.listed_edge * laws.listed_edge;
+  const double listedsq = laws.listed_edge[form] * laws.listed_edge[form];
   std::vector<int> tails;
   for (int i = 0; i < nall; i++) {
     const int head = laws.disk(atom->type[i]) ? i : outline->next(i);
     if (head < 0) continue;
     EdgeFrame &frame = all_frames[i] = edge_frame(x[i], x[head]);
-    tails.push_back(i);
-    outgrown = outgrown || frame.ex * frame.ex + frame.ey * frame.ey > listedsq;
+    const bool long_edge = frame.ex * frame.ex + frame.ey * frame.ey > listedsq;
+    outgrown = outgrown || long_edge;
+    if (long_edge || form == SEGMENT) tails.push_back(i);
   }
   if (!outgrown) return;
 
@@ -96,11 +115,12 @@ void PolygonFacings::find_edges(const ContactLaws &laws)
 void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLaws &laws, ContactForm form)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  const int *type = atom->type;
-  const int itype = type[i];
-  const bool idisk = laws.disk(itype);
+  const int *const type = atom->type, *const forms = laws.form[type[i]];
+  const tagint *const molecule = atom->molecule;
+  const bool idisk = laws.disk(type[i]);
+  const tagint own = idisk ? 0 : molecule[i];
   const double px = x[i][0], py = x[i][1];
-  const Reach *const reach = &reaches[itype * (atom->ntypes + 1)];
+  const Reach *const reach = &reaches[type[i] * (atom->ntypes + 1)];
   auto try_edge = [&](int tail, double touching, int special = 0) {
     if (foot_on_edge(px, py, all_frames[tail]).rsq < touching)
       add(i, tail | special << SBBITS, {tail, laws.disk(type[tail]) ? tail : outline->next(tail)});
@@ -108,14 +128,14 @@ void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLa
 
   for (const int listed : neighbors) {
     const int j = listed & NEIGHMASK;
+    if (molecule[j] == own && one_outline(i, j, laws)) continue;
     const int jtype = type[j];
-    if (laws.form[itype][jtype] != form || one_outline(i, j, laws)) continue;
+    if (forms[jtype] != form) continue;
     const Reach &one = reach[jtype];
     if (laws.disk(jtype)) {
       if (idisk && !earlier(j, i)) try_edge(j, one.touching, listed >> SBBITS & 3);
       continue;
     }
-    if (outgrown) continue;
     const int jprev = outline->prev(j);
     if (outline->next(j) >= 0) try_edge(j, one.touching);
     if (jprev < 0) continue;
@@ -126,7 +146,7 @@ void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLa
   if (!outgrown) return;
   cells.near({{px, py}, {px, py}}, [&](int tail) {
     const int jtype = type[tail];
-    if (laws.disk(jtype) || laws.form[itype][jtype] != form || one_outline(i, tail, laws)) return;
+    if (laws.disk(jtype) || forms[jtype] != form || one_outline(i, tail, laws)) return;
     if (!excluded(i, tail) || !excluded(i, outline->next(tail))) try_edge(tail, reach[jtype].touching);
   });
 }
@@ -216,7 +236,7 @@ void PolygonFacings::keep(int i, int j, bool by_outline)
     if (n > 0 && candidate.edge.tail == candidates[n - 1].edge.tail) continue;    // found from both ends
     int &number = edge_from[candidate.edge.tail];
     if (number < 0) {
-      number = static_cast<int>(edge_list.size());
+      number = static_cast<int>(edge_list.size()) - (block_list.empty() ? 0 : block_list.back().edge_end);
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
@@ -248,13 +268,11 @@ bool PolygonFacings::earlier(int i, int j) const
 
 /* ---------------------------------------------------------------------- */
 
-void PolygonFacings::measure_edges()
+void PolygonFacings::measure_edges(const Block &block)
 {
-  frame_list.resize(edge_list.size());
-  if (edge_list.empty()) return;
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  for (std::size_t n = 0; n < edge_list.size(); n++)
-    frame_list[n] = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
+  EdgeFrame *frame = frame_list.data();
+  for (int n = block.edge_begin; n < block.edge_end; n++) *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
 }
 
 /* ---------------------------------------------------------------------- */

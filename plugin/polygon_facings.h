@@ -35,15 +35,24 @@ class PolygonFacings : protected Pointers {
   // after each neighbor build
   void build(const FixPolygonOutline *, const class NeighList *, const ContactLaws &, ContactForm);
 
-  // lengths and directions of the edges at present positions, before contacts are sought
-  void measure_edges();
+  // Facings in parts that stay in the cache from the measuring of their edges until their contacts are pushed apart
+  struct Block {
+    int begin, end;             // facings
+    int edge_begin, edge_end;   // edges near them, which near() counts from edge_begin
+  };
+  const std::vector<Block> &blocks() const { return block_list; }
 
-  std::vector<Facing>::const_iterator begin() const { return facing_list.begin(); }
-  std::vector<Facing>::const_iterator end() const { return facing_list.end(); }
+  // lengths and directions of the edges of a block at present positions, before its contacts are sought
+  void measure_edges(const Block &);
+
+  const Facing *facings() const { return facing_list.data(); }
   const int *near() const { return near_list.data(); }    // numbers of edges
-  std::size_t most_contacts() const { return near_list.size(); }
-  const std::vector<Edge> &edges() const { return edge_list; }
-  const std::vector<EdgeFrame> &frames() const { return frame_list; }
+  std::size_t most_contacts(const Block &block) const
+  {
+    return facing_list[block.end - 1].end - facing_list[block.begin].begin;
+  }
+  const Edge *edges(const Block &block) const { return &edge_list[block.edge_begin]; }
+  const EdgeFrame *frames() const { return frame_list.data(); }    // of the block that was measured last
   double memory_usage() const;
 
  private:
@@ -75,20 +84,22 @@ class PolygonFacings : protected Pointers {
   std::vector<Reach> reaches;
   std::vector<Facing> facing_list;
   std::vector<int> near_list;
+  std::vector<Block> block_list;
   std::vector<Edge> edge_list;
   std::vector<EdgeFrame> frame_list;
-  std::vector<int> edge_from;          // number of the edge that starts at each atom, -1 if none is near anything
+  std::vector<int> edge_from;           // number of the edge that starts at each atom, -1 if this block has none
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
   bool outgrown = false;                // some edge is longer than the neighbor lists are made for
-  EdgeCells cells;                      // then: tails of all edges, and disks
+  EdgeCells cells;                      // then: tails of long edges; form segment: of all, and disks
   std::vector<Candidate> candidates;    // of one point
 
   void find_reaches(const ContactLaws &);
-  void find_edges(const ContactLaws &);
+  void find_edges(const ContactLaws &, ContactForm);
   void find_near_point(int, Neighbors, const ContactLaws &, ContactForm);
   void find_near_edge(int, int, Neighbors, const ContactLaws &);
   void try_edge_with_edge(int, int, int, const ContactLaws &);
   void add(int, int, Edge);
+  void end_block();
   void keep(int, int, bool);
   bool excluded(int, int) const;
   bool earlier(int, int) const;

@@ -251,30 +251,24 @@ void PolygonSums::sum(std::vector<double> &values, int width) const
    sum; one near the polygon keeps its digits.
 ------------------------------------------------------------------------- */
 
-void PolygonSums::areas_and_centers(std::vector<double> &values) const
+void PolygonSums::add_area_and_center(const Run &run, double *value) const
 {
-  values.assign(3 * polygon_list.size(), 0.0);
-  if (vertex_list.empty()) return sum(values, 3);
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const double xprd = domain->xprd, yprd = domain->yprd, xy = domain->xy;
-  for (const auto &run : run_list) {
-    const double *const origin = polygon_list[run.polygon].origin;
-    double twice_area = 0.0, sum_x = 0.0, sum_y = 0.0;
-    for (int n = run.begin; n < run.end; n++) {
-      const Vertex &vertex = vertex_list[n];
-      const double *here = x[vertex.i], *next = x[vertex.next];
-      const double rx = here[0] + vertex.a * xprd + vertex.b * xy - origin[0];
-      const double ry = here[1] + vertex.b * yprd - origin[1];
-      twice_area += rx * (next[1] - here[1]) - ry * (next[0] - here[0]);
-      sum_x += rx;
-      sum_y += ry;
-    }
-    double *const value = &values[3 * run.polygon];
-    value[0] += 0.5 * twice_area;
-    value[1] += sum_x;
-    value[2] += sum_y;
+  const double *const origin = polygon_list[run.polygon].origin;
+  double twice_area = 0.0, sum_x = 0.0, sum_y = 0.0;
+  for (int n = run.begin; n < run.end; n++) {
+    const Vertex &vertex = vertex_list[n];
+    const double *here = x[vertex.i], *next = x[vertex.next];
+    const double rx = here[0] + vertex.a * xprd + vertex.b * xy - origin[0];
+    const double ry = here[1] + vertex.b * yprd - origin[1];
+    twice_area += rx * (next[1] - here[1]) - ry * (next[0] - here[0]);
+    sum_x += rx;
+    sum_y += ry;
   }
-  sum(values, 3);
+  value[0] += 0.5 * twice_area;
+  value[1] += sum_x;
+  value[2] += sum_y;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -46,8 +46,19 @@ class PolygonSums : protected Pointers {
   // collective: values[width * polygon + k] of every rank becomes the sum over the ranks that share the polygon
   void sum(std::vector<double> &values, int width) const;
 
-  // collective: area, then the sum of x and of y from the origin, three values for each polygon
-  void areas_and_centers(std::vector<double> &) const;
+  // collective: area, then the sum of x and of y from the origin, three values for each polygon.
+  // act(run) is called when they are known, at once where this rank owns the whole polygon.
+  template <class Act> void areas_and_centers(std::vector<double> &values, Act act) const
+  {
+    values.assign(3 * polygon_list.size(), 0.0);
+    for (const Run &run : run_list) {
+      add_area_and_center(run, &values[3 * run.polygon]);
+      if (whole(run)) act(run);
+    }
+    sum(values, 3);
+    for (const Run &run : run_list)
+      if (!whole(run)) act(run);
+  }
 
   // from the origin of its polygon, unwrapped
   void position(const Vertex &, const Polygon &, double *) const;
@@ -69,6 +80,8 @@ class PolygonSums : protected Pointers {
   std::vector<Vertex> vertex_list;
   std::vector<Partner> partners;    // in the order of their ranks
 
+  bool whole(const Run &run) const { return run.end - run.begin == polygon_list[run.polygon].size; }
+  void add_area_and_center(const Run &, double *) const;
   bool takes_part(int i, int groupbit) const;
   void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
   void find_partners();
