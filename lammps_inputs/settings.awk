@@ -101,13 +101,36 @@ function differ(a, b) {   # texts as they are, numbers but for the digits that L
   return (a - b) ^ 2 > (1e-12 * a) ^ 2
 }
 
+function own_sizes(file,    line, word, section, class, diameter, id, k, largest, text, classes, squares) {
+  close(file)   # types are classes of size: the largest disk of each says how far it may reach
+  while ((getline line < file) > 0) {
+    if (line ~ /^[A-Za-z]/) { section = line; sub(/ .*/, "", section) }
+    else if (split(line, word) < 2) continue
+    else if (section == "Atoms") class[word[1]] = word[2]
+    else if (section == "d_diameter") diameter[word[1]] = word[2]
+  }
+  for (id in diameter) {
+    k = class[id]; squares += diameter[id] ^ 2
+    if (k > classes) classes = k
+    if (diameter[id] + 0 > largest[k]) { largest[k] = diameter[id] + 0; text[k] = diameter[id] }
+  }
+  for (k = 1; k <= classes; k++) {
+    carried["d" k] = text[k]
+    print "variable d" k " index " text[k]
+  }
+  carried["ntypes"] = classes
+  for (k in given) if (k ~ /^(ratio|ntypes|d[1-9][0-9]*)$/) refuse(k " = " given[k] ": each disk of " file " has its own diameter")
+  if (!plugin) refuse(file " has a diameter for each disk, which takes pair style disk/drag of the plugin of jamlab")
+  printf "variable ntypes index %d\nvariable squares index %.17g\n", classes, squares
+}
+
 function data_file(file,    atoms, line, status, found, own, word, n, k, at, name, value, sizes, list) {
   while ((status = (getline line < file)) > 0) {
     if (line ~ /^# jamlab /) found = line
     if (line ~ /^d_diameter/) own = 1
     if (line ~ /^ *[0-9]+ +atoms/) atoms = 1
   }
-  if (own) refuse(file " has a diameter for each disk, as there are more than 64: decks take one for each type; use jamlab")
+  if (own) own_sizes(file)
   if (status < 0) { refuse("data = " file ": there is no such file"); return }
   if (!found && !atoms && file !~ /[.](gz|bz2|zst|xz|lzma|lz4)$/) {
     refuse("data = " file ": is no data file of LAMMPS (no line `N atoms`): give one of jamlab.write_data or of another deck")

@@ -35,6 +35,9 @@ class PairDiskDrag : public Pair {
   void write_data_all(FILE *) override;
   double single(int, int, int, int, double, double, double, double &) override;
   void *extract(const char *, int &) override;
+  void *extract_peratom(const char *, int &) override;
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
 
   const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
@@ -50,12 +53,15 @@ class PairDiskDrag : public Pair {
   std::string sizes;       // per-atom property with the diameters; empty: those of the types
   double power = 0.0;      // of s in K, with diameters of the atoms' own
   const double *own = nullptr;    // their diameters, of ghosts too, at this force evaluation
+  bool counting = false;          // whether fix pair has asked for the contacts of each disk
+  std::vector<double> degree;     // their numbers, of ghosts too
 
   void find_sizes();
   double diameter(int i, int type) const { return own ? own[i] : reach[type][type]; }
   double stiffness(int itype, int jtype, double s) const;
   void allocate();
   void remember(int i, int j, double x, double y, double s, double strength);
+  void count_contacts();
 };
 
 }    // namespace LAMMPS_NS

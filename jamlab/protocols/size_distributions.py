@@ -2,9 +2,10 @@
 
 A distribution is named by text, such as "lognormal:0.3" or "power-law:-3,0.5,2". By default its diameters are drawn by
 strata: the law is cut into n parts of equal probability, each disk has the mean diameter of its part, and a growing
-parabola through them sets mean, width and skewness to those of the law, which n parts alone miss by a little; a few
-disks, of which no parabola meets the skewness, have mean and width. So no two seeds differ in them. ",random" draws
-independent diameters instead.
+parabola through them, or an exponential where none does, sets mean, width and skewness to those of the law, which n
+parts alone miss by a little. No n numbers have a skewness above (n - 2)/sqrt(n - 1): laws beyond have mean and width
+alone, and `sizes` of a packing's provenance names the skewness of the law and that drawn. So no two seeds differ in
+them. ",random" draws independent diameters instead.
 
 Widths are standard deviations over the mean, and the mean diameter of every named distribution is 1.
 """
@@ -192,6 +193,9 @@ class SizeDistribution:
         """Third central moment over the cube of the standard deviation."""
         if self.name == "lognormal":
             return self.width**3 + 3 * self.width
+        if self.name == "bidisperse":
+            share = self.numbers[1]
+            return float((1 - 2 * share) / np.sqrt(share * (1 - share)))
         if self.name != "power-law":
             return 0.0
         first, second, third = self._power_law_moments
@@ -221,13 +225,21 @@ class SizeDistribution:
         means = self.quantiles(shares.ravel()).reshape(n, _FINE) @ (0.5 * weights)
         straight = _standard(means)
 
-        def skewness(bend: float) -> float:
-            return float((_standard(straight + bend * straight**2) ** 3).mean())
+        def parabola(bend: float) -> Array:
+            return _standard(straight + bend * straight**2)
 
-        least, most = -0.5 / straight[-1], -0.5 / straight[0]  # where the parabola begins to fall at an end
-        met = n > 2 and skewness(least) < self.skewness < skewness(most)
-        bend = brentq(lambda b: skewness(b) - self.skewness, least, most, xtol=1e-15) if met else 0.0
-        return np.asarray(1 + self.width * _standard(straight + bend * straight**2))
+        def exponential(bend: float) -> Array:
+            return _standard(np.exp(bend * (straight - straight[-1])))
+
+        # a parabola up to where it begins to fall at an end, an exponential up to where one disk alone is large
+        for curve, least, most in (
+            (parabola, -0.5 / straight[-1], -0.5 / straight[0]),
+            (exponential, 1e-3, 40 / (straight[-1] - straight[-2])),
+        ):
+            if n > 2 and _skewness(curve(least)) < self.skewness < _skewness(curve(most)):
+                bend = brentq(lambda b, of=curve: _skewness(of(b)) - self.skewness, least, most, xtol=1e-15)
+                return np.asarray(1 + self.width * curve(bend))
+        return np.asarray(1 + self.width * straight)
 
     def _two_sizes(self, n: int) -> Array:
         ratio, share = self.numbers
@@ -239,6 +251,10 @@ class SizeDistribution:
 
 def _standard(values: Array) -> Array:
     return np.asarray((values - values.mean()) / values.std())
+
+
+def _skewness(values: Array) -> float:
+    return float((_standard(values) ** 3).mean()) if np.ptp(values) else 0.0
 
 
 def disk_diameters(
@@ -269,7 +285,10 @@ def sizes_record(sizes: Sizes | None, diameters: Array) -> dict[str, Any]:
     if sizes is None:
         return {}
     mean = float(diameters.mean())
-    drawn = {"mean": mean, "width": float(diameters.std()) / mean}
+    drawn = {"mean": mean, "width": float(diameters.std()) / mean, "skewness": _skewness(diameters)}
+    if isinstance(sizes, str) and not sizes.startswith(FROM_FILE):
+        law = SizeDistribution.of(sizes)
+        drawn |= {"law_width": law.width, "law_skewness": law.skewness}
     ends = {"smallest": float(diameters.min()), "largest": float(diameters.max())}
     return {"sizes": {"law": sizes if isinstance(sizes, str) else "given", **drawn, **ends}}
 

@@ -12,6 +12,8 @@ from jamlab.geometry.contact_network import LEAST_CONTACTS
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
+from jamlab.protocols.random_start import random_disks
+from tests.support.reference import evaluate as plain_sums
 
 
 def shear_stress(packing: jamlab.Packing) -> float:
@@ -213,13 +215,42 @@ def test_sp_dump_has_radii(tmp_path, dense):
     assert 2 * np.array(frame(tmp_path / "sp.dump")["radius"]) == pytest.approx(dense.diameters, rel=1e-14)
 
 
-def test_decks_take_up_to_64_sizes_and_say_what_they_refuse(tmp_path):
-    p = jamlab.pack(n=40, pressure=1e-2, seed=1, sizes=np.geomspace(0.5, 1.5, 40))
+@pytest.mark.parametrize("n", [40, 90], ids=["a type for each size", "diameters by disk"])
+def test_decks_open_any_number_of_sizes(tmp_path, n):
+    p = jamlab.pack(n=n, pressure=1e-2, seed=3, sizes="lognormal:0.4")
     jamlab.write_data(tmp_path / "p.data", p)
-    text = run("in.sp.minimize", tmp_path, data="p.data", force=1e-13)
-    assert number("energy", text) == pytest.approx(jamlab.evaluate(p).energy, rel=1e-12)
-    assert jamlab.read(tmp_path / "sp.minimum.data").diameters == pytest.approx(p.diameters, rel=1e-14)
-    assert f"z = {jamlab.contacts(p).z:g}" in run("in.sp.contacts", tmp_path, data="p.data")
-    jamlab.write_data(tmp_path / "many.data", jamlab.pack(n=65, pressure=1e-2, seed=1, sizes="lognormal:0.3"))
-    text = run("in.sp.minimize", tmp_path, code=1, data="many.data")
-    assert "REFUSED: many.data has a diameter for each disk, as there are more than 64" in text
+    energy = number("energy", run("in.sp.minimize", tmp_path, data="p.data", force=1e-12))
+    written = jamlab.read(tmp_path / "sp.minimum.data")
+    assert energy == pytest.approx(plain_sums(written).energy, rel=1e-12)
+    assert np.array_equal(written.diameters, p.diameters) and (written.units, written.phi) == (p.units, p.phi)
+    network = jamlab.contacts(p)
+    text = run("in.sp.contacts", tmp_path, data="p.data")
+    assert number("N_c", text) == network.count and number("rattlers", text) == network.rattlers.sum() > 0
+    assert frame(tmp_path / "sp.contacts.dump")["radius"] == pytest.approx(p.diameters / 2, rel=1e-15)
+    degree = np.bincount(network.pairs[network.bearing].ravel(), minlength=p.n)[~network.rattlers]
+    assert np.array_equal(np.array(frame(tmp_path / "sp.contacts.dump")["v_degree"])[~network.rattlers], degree)
+
+
+def test_decks_say_what_a_file_of_many_sizes_rules_out(tmp_path):
+    jamlab.write_data(tmp_path / "p.data", random_disks(65, 1, phi=0.5, sizes="lognormal:0.3"))
+    text = run("in.sp.minimize", tmp_path, code=1, data="p.data", ratio=1.4)
+    assert "REFUSED: ratio = 1.4: each disk of p.data has its own diameter" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("units", ["eps", "k"])
+def test_decks_of_moduli_and_flow_and_ranks_know_disks_of_90_sizes(tmp_path, units):
+    p = jamlab.pack(n=90, pressure=1e-2, seed=3, sizes="lognormal:0.4")
+    if units == "eps":
+        *_, p = jamlab.compress(jamlab.jam("sp", 90, 3, sizes="lognormal:0.4"), p.phi, 0.05, by="phi")
+    jamlab.write_data(tmp_path / "p.data", p)
+    text = run("in.sp.shear", tmp_path, data="p.data", phi_target=0, strain=1e-7)
+    assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(p), rel=0.01)
+    text = run("in.sp.bulk", tmp_path, data="p.data", strain=1e-6)
+    assert number("modulus B", text) == pytest.approx(jamlab.bulk_modulus(p), rel=0.01)
+    text = run("in.sp.startup", tmp_path, data="p.data", rate=1e-3, strain=0.01)
+    last = text.partition("\nwork =")[0].splitlines()[-1].split()
+    assert float(last[3]) == pytest.approx(jamlab.shear(p, 1e-3, 0.01).stress[-1], rel=1e-4)
+    assert number("N_c", run("in.sp.contacts", tmp_path, ranks=3, data="p.data")) == jamlab.contacts(p).count
+    energy = number("energy", run("in.sp.minimize", tmp_path, ranks=2, data="sp.startup.data", force=1e-3))
+    assert energy == pytest.approx(plain_sums(jamlab.read(tmp_path / "sp.minimum.data")).energy, rel=1e-12)

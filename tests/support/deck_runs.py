@@ -13,11 +13,12 @@ from jamlab.kernels.installed_files import installed
 LMP = Path(sys.executable).parent / "lmp"
 
 
-def run(deck: str, folder: Path, code: int = 0, inputs: Path | None = None, **variables: object) -> str:
+def run(deck: str, folder: Path, code: int = 0, inputs: Path | None = None, ranks: int = 1, **variables: object) -> str:
     """What a deck prints; it runs in `folder`, where none of its parts are, and must end with the exit code."""
     decks = inputs or installed("lammps_inputs")
     settings = [word for name, value in {"dir": decks, **variables}.items() for word in ("-var", name, str(value))]
-    command = [str(LMP), "-in", str(decks / deck), *settings, "-log", "none"]
+    several = [str(LMP.parent / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
+    command = [*several, str(LMP), "-in", str(decks / deck), *settings, "-log", "none"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == code, done.stdout[-2000:]
     assert (code == 0) == ("Total wall time" in done.stdout)

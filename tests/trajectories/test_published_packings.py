@@ -16,6 +16,7 @@ from jamlab.protocols.work_done import OnsetWork
 
 PUBLISHED = Path(__file__).parents[1] / "states" / "published"
 LEIDEN, SHEAR = PUBLISHED / "N16~P1e-3~0001.txt", PUBLISHED / "particlesN16~P1e-3~SR003~step007~0001.txt"
+DATA = PUBLISHED / "dataN16~P1e-3~SR003~step007~0001.txt"
 GOODRICH = sorted(PUBLISHED.glob("2d_*.nc"))
 
 
@@ -29,16 +30,38 @@ def test_leiden_packing_is_the_minimum_that_its_log_describes():
     assert e.stress == pytest.approx(1e-3 * np.eye(2), abs=1e-14)
 
 
-def test_leiden_shear_through_a_contact_change():
-    states = jamlab.read_all(SHEAR)
-    lines = (PUBLISHED / "dataN16~P1e-3~SR003~step007~0001.txt").read_text().splitlines()
-    rows = [line.split() for line in lines if not line.startswith(("#", "gamma"))]
-    assert len(states) == len(rows) == 7
-    for p, row in zip(states, rows, strict=True):
-        e = jamlab.evaluate(p)  # a pressure is positive here, their s_xy is that of the pull
-        assert -e.stress[0, 1] == pytest.approx(float(row[1]), abs=1e-9 * 1e-3)
-        assert len(jamlab.contacts(p).pairs) == int(row[2]) and e.pressure == pytest.approx(float(row[6]), rel=1e-11)
-    assert {int(row[2]) for row in rows} == {32, 33}
+@pytest.fixture(scope="module")
+def sheared():
+    """Their seven states, and the rows of their log by column; a pressure is positive here, their s is a pull."""
+    lines = (PUBLISHED / "logN16~P1e-3~SR003~step007~0001.txt").read_text().splitlines()
+    heading, *rows = [line.split() for line in lines if line[0] != "#"]
+    columns = np.array([row[:17] for row in rows], dtype=float).T
+    return jamlab.read_all(SHEAR), dict(zip(heading, columns, strict=False))
+
+
+def test_all_leiden_states_of_a_shear_through_a_contact_change(sheared):
+    states, log = sheared
+    contacts = [int(line.split()[2]) for line in DATA.read_text().splitlines() if line[0] not in "#g"]
+    assert len(states) == len(log["U"]) == len(contacts) == 7 and set(contacts) == {32, 33}
+    for k, p in enumerate(states):
+        e, network = jamlab.evaluate(p), jamlab.contacts(p)
+        assert e.energy == pytest.approx(log["U"][k], rel=1e-11)
+        assert p.phi == pytest.approx(log["phi"][k], rel=1e-14)
+        found = [e.pressure, -e.stress[0, 0], -e.stress[1, 1], -e.stress[0, 1]]
+        assert found == pytest.approx([log[name][k] for name in ("P", "s_xx", "s_yy", "s_xy")], abs=1e-14)
+        assert (network.z, network.rattlers.sum()) == (log["Z"][k], log["#rattler"][k])
+        assert len(network.pairs) == contacts[k]
+
+
+def test_elastic_tensors_are_the_slopes_of_the_leiden_stress(sheared):
+    states, log = sheared
+    strain = log["alpha"] * log["L"] / states[0].box[1, 1]  # tilt over height
+    tensors = [jamlab.elastic_tensor(p).relaxed for p in states]
+    for k in range(5):  # then a contact goes
+        c = 0.5 * (tensors[k] + tensors[k + 1])[..., 0, 1]
+        slopes = [np.diff(log[name])[k] / np.diff(strain)[k] for name in ("s_xx", "s_yy", "s_xy")]
+        turned = log["s_xy"][k : k + 2].mean()  # sheared rows carry their tension along
+        assert slopes == pytest.approx([c[0, 0] + turned, c[1, 1], c[0, 1]], abs=1e-8)
 
 
 @pytest.mark.parametrize("path", GOODRICH, ids=lambda path: path.stem)
