@@ -19,6 +19,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.packing.natural_units import unit_scales
+from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -82,6 +83,8 @@ class OverdampedSession:
         residual: float | None = None,
     ) -> None:
         check_flowing(damping, tolerance, background)
+        if packing.model == "dp":
+            refuse_crossings(packing)
         self._given, self._damping, self._tolerance = packing, damping, tolerance
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
