@@ -2,7 +2,7 @@
 
 A droplet between two opposite flats slides along them at next to no cost, with a curvature of -1e-13 beside 300 at
 onset; one that is balanced on a vertex tips over, with -1e-3 in dense packings. Forces hide either below any tolerance,
-the Hessian shows it. Disks are left alone: none of 800 states of `pack` and `compress` was on a saddle.
+the Hessian shows it. Disks are left alone: none of 484 states of `pack` and `compress` was on one.
 """
 
 from collections.abc import Callable
