@@ -112,7 +112,9 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
             "longer strain"
         )
     if best[1] * np.ptp(x ** best[2]) < error.min():
-        raise ConvergenceError(f"stress is {y.mean():.6g} at every rate, within its errors: such a curve has no exponent")
+        raise ConvergenceError(
+            f"stress is {y.mean():.6g} at every rate, within its errors: such a curve has no exponent"
+        )
     freedom = len(x) - 3
     misfit = float(np.sqrt(np.sum(((_law(x, *best) - y) / error) ** 2) / freedom)) if freedom else np.nan
     errors = np.sqrt(np.diag(covariance)) * max(1.0, misfit if freedom else 1.0)
