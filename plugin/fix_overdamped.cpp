@@ -36,6 +36,15 @@ static constexpr double DROPLET_STILL = 1e-11;    // over tau: a velocity whose 
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
 static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
 
+/* ----------------------------------------------------------------------
+   lattice vectors from the box to the unwrapped place of an atom
+------------------------------------------------------------------------- */
+
+static std::array<int, 2> boxes(imageint image)
+{
+  return {static_cast<int>(image & IMGMASK) - IMGMAX, static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX};
+}
+
 /* ---------------------------------------------------------------------- */
 
 double FixOverdamped::area() const
@@ -146,18 +155,31 @@ void FixOverdamped::lean(double strain)
 }
 
 /* ----------------------------------------------------------------------
-   image flags of LAMMPS begin anew after IMGMAX boxes, and positions without them would jump
+   image flags of LAMMPS begin anew after IMGMAX boxes: half way there, whole particles go back to the box
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::check_images() const
+void FixOverdamped::move_back()
 {
+  const tagint *const particle = droplets ? atom->molecule : atom->tag;
+  tagint most[2] = {0, 0};    // boxes, particles
   for (int i = 0; i < atom->nlocal; i++) {
-    const imageint image = atom->image[i];
-    const int x = (image & IMGMASK) - IMGMAX, y = (image >> IMGBITS & IMGMASK) - IMGMAX;
-    if (std::max(std::abs(x), std::abs(y)) < IMGMAX - 2) continue;
-    error->one(FLERR, "{}: at strain {:.6g} atom {} has moved on by {} boxes, and LAMMPS counts no more than {}: end the "
-               "run before, and start another from its last packing with particles moved back by whole lattice vectors",
-               WHO, state.strain, atom->tag[i], std::max(std::abs(x), std::abs(y)), IMGMAX - 1);
+    const auto [x, y] = boxes(atom->image[i]);
+    most[0] = std::max<tagint>(most[0], std::max(std::abs(x), std::abs(y)));
+    most[1] = std::max(most[1], particle[i]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_LMP_TAGINT, MPI_MAX, world);
+  if (most[0] < IMGMAX / 2) return;
+  std::vector<std::array<int, 2>> least(most[1] + 1, {IMGMAX, IMGMAX});
+  for (int i = 0; i < atom->nlocal; i++) {
+    auto &[x, y] = least[particle[i]];
+    const auto own = boxes(atom->image[i]);
+    x = std::min(x, own[0]);
+    y = std::min(y, own[1]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, least.data(), static_cast<int>(2 * least.size()), MPI_INT, MPI_MIN, world);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const auto [x, y] = least[particle[i]];
+    atom->image[i] -= static_cast<imageint>(x) + static_cast<imageint>(y) * (static_cast<imageint>(1) << IMGBITS);
   }
 }
 
@@ -167,7 +189,7 @@ void FixOverdamped::check_images() const
 
 void FixOverdamped::pre_exchange()
 {
-  check_images();
+  move_back();
   if (!flip) return;
   domain->xy += flip * domain->xprd;
   domain->set_global_box();

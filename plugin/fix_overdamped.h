@@ -146,7 +146,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void add_up();
   void lean(double strain);
   double driven_rate() const;
-  void check_images() const;
+  void move_back();
   double typical_rate() const;
   double time_unit() const;    // of droplets
   double next_strain_step(double dt) const;

@@ -32,7 +32,7 @@ from jamlab.errors import EngineError, InputError
 from jamlab.packing.force_laws import disk_law, has_springs, lammps_variables
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.natural_units import Scales, natural_scales
-from jamlab.packing.outlines import self_crossings
+from jamlab.packing.outlines import refuse_crossings, self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 
@@ -399,10 +399,8 @@ class Session:
 def evaluate(packing: Packing) -> Evaluation:
     """LAMMPS single point of a packing: energy, forces, stress, pressure.
 
-    LAMMPS knows droplets by vertices and edges near them: an energy of outlines that cross far from any vertex is that
-    of no packing, and `jamlab.contacts` refuses them.
-
     Raises:
+        InputError: outlines of two droplets cross: contact energies are of distances between outlines that do not.
         EngineError: LAMMPS cannot take the packing, or two disks lie in one place.
 
     Example:
@@ -411,6 +409,8 @@ def evaluate(packing: Packing) -> Evaluation:
         >>> round(e.pressure, 8), e.forces.shape, e.max_force < 1e-11
         (0.01, (32, 2), True)
     """
+    if packing.model == "dp":
+        refuse_crossings(packing)
     with Session(packing) as session:
         found = session.evaluate()
     if not np.isfinite(found.pressure + found.max_force):

@@ -19,6 +19,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.packing.natural_units import unit_scales
+from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -82,7 +83,9 @@ class OverdampedSession:
         residual: float | None = None,
     ) -> None:
         check_flowing(damping, tolerance, background)
-        self._given, self._damping, self._tolerance = packing, damping, tolerance
+        if packing.model == "dp":
+            refuse_crossings(packing)
+        self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
         self._driven = False
@@ -168,9 +171,10 @@ class OverdampedSession:
         if state.rate:
             smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
         if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
+            more = f"background = {max(1e-2, 10 * self._background):.1g}, or " if self._damping.at_contacts else ""
             raise ConvergenceError(
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
-                f"drag, and steps of {step:.1g} lead nowhere: give background = 1e-2, or a lower rate"
+                f"drag, and steps of {step:.1g} lead nowhere: give {more}a lower rate"
             )
 
     def state(self) -> FlowState:

@@ -95,8 +95,8 @@ class ShearRun(FlowRun):
     @property
     def drops(self) -> StressDrops:
         """Falls of the elastic stress along the flow, by more than 1 % of its range."""
-        along = np.sign(np.append(np.diff(self.strain)[:1], np.diff(self.strain))) if len(self.strain) > 1 else 1.0
-        return stress_drops(self.strain, along * self.elastic_stress, LEAST_DROP * float(np.ptp(self.elastic_stress)))
+        along = np.cumsum(np.sign(np.diff(self.strain)) * np.diff(self.elastic_stress))
+        return stress_drops(self.strain, np.append(0.0, along), LEAST_DROP * float(np.ptp(self.elastic_stress)))
 
     @property
     def plastic_events(self) -> int:

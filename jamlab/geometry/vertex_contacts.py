@@ -19,13 +19,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
+from jamlab.packing.outlines import crossing_error, refuse_crossings
 from jamlab.packing.packing import Packing
 
 
@@ -80,14 +80,10 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
             vertex, tail, place, separation, shift, crossing, search,
         )  # fmt: skip
         if count == _OUTLINES_CROSS:
-            raise _crossing(*crossing)
+            raise crossing_error(*crossing)
         return count, (vertex, tail, place, separation, shift)
 
     return VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
-
-
-def _crossing(m: int, n: int) -> InputError:
-    return InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
 
 
 def _check_apart(packing: Packing) -> None:
@@ -95,20 +91,9 @@ def _check_apart(packing: Packing) -> None:
     for vertices near edges sees neither. They need edges longer than 2 delta, or a polygon that holds another and a
     strip of width delta around it, of area (sqrt(a) + sqrt(pi) delta)^2 at least (Brunn and Minkowski)."""
     delta, areas = packing.params["delta"], packing.polygon_areas
-    holds_another = areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2
-    if not holds_another and np.hypot(*packing.edges.T).max() <= 2 * delta:
-        return
-    starts, shapes = np.asarray(packing.offsets)[:-1], packing.outlines()
-    low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
-    middle, size = 0.5 * (low + high), high - low
-    near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))
-    suspect = np.ones(len(near.i), dtype=bool)
-    if np.hypot(*packing.edges.T).max() <= 2 * delta:  # only one that lies within the frame of another
-        suspect = np.all(np.abs(near.r) <= 0.5 * np.abs(size[near.i] - size[near.j]), axis=1)
-    for i, j, r in zip(near.i[suspect], near.j[suspect], near.r[suspect], strict=True):
-        other = shapely.transform(shapes[j], lambda x, by=r - (middle[j] - middle[i]): x + by)
-        if shapely.intersects(shapes[i], other) and not shapely.touches(shapes[i], other):
-            raise _crossing(int(i), int(j))
+    long_edges = bool(np.hypot(*packing.edges.T).max() > 2 * delta)
+    if long_edges or areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2:
+        refuse_crossings(packing, within=not long_edges)
 
 
 def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:

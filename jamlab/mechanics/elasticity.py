@@ -153,9 +153,10 @@ def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Pack
 
 def unstable_direction(packing: Packing) -> tuple[Array, float] | None:
     """Displacements (n_sites, 2), the largest 1, along a mode that gives way, and its eigenvalue, 0 where rounding
-    hides it; None for a minimum, and for forces so large beside the pressure that no Hessian tells."""
-    network = force_network(packing)
+    hides it; None for a minimum, for a loose packing, and for forces so large beside the pressure that no Hessian
+    tells."""
     try:
+        network = force_network(packing)
         elastic_tensor(packing, network=network)
     except UnstableError as error:
         direction = np.zeros_like(packing.positions)

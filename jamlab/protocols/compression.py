@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,15 +18,15 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow, unstable_direction
+from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
-from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, first_order_method, force_tolerance
+from jamlab.protocols.saddles import relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
@@ -180,7 +179,6 @@ def _sweep(
     numbers, scales = settings.sweep, natural_scales(packing)
     packing = scales.to_natural(packing)
     value, slope = measure(packing), 1.0
-    relax_state = minimizer(packing.ensemble)
     before, work = value, SweepWork(value, float(targets[-1]), progress)
     with Session(packing, ranks=ranks) as session:
         for target in targets:
@@ -192,7 +190,7 @@ def _sweep(
                 phi = packing.phi + (target - value) / slope
                 if error is None:
                     session.load(at_phi(packing, phi))
-                    found = _leave_saddles(session, relax_state(session, force, settings=settings), settings)
+                    found = relax_off_saddles(session, force, settings=settings)
                 else:
                     found, missed = _follow(session, packing, phi, error, force, settings)
                     step_error = max(step_error, missed)
@@ -219,26 +217,11 @@ def _sweep(
             yield scales.from_natural(packing)
 
 
-def _leave_saddles(session: Session, found: Relaxed, settings: SolverSettings) -> Relaxed:
-    """The minimum beside a state of droplets, which does not count as converged where none is found: small forces alone
-    do not tell a saddle, a droplet balanced on a vertex, from a minimum."""
-    for _ in range(settings.onset.slides):
-        packing = session.packing()
-        if packing.model == "sp" or not found.converged:
-            return found
-        unstable = unstable_direction(packing)
-        if unstable is None or unstable[1] == 0:  # floppy: no way down
-            return found
-        session.set_positions(packing.positions + settings.sweep.slide * unstable[0])
-        found = minimizer(packing.ensemble)(session, found.tolerance, settings=settings)
-    return replace(found, converged=False)
-
-
 def _follow(
     session: Session, packing: Packing, phi: float, error: float, force: float, settings: SolverSettings
 ) -> tuple[Relaxed, float]:
     """Go to phi by steps in which linear response predicts the pressure to a relative error; also returns that."""
-    numbers, relax_state = settings.sweep, minimizer(packing.ensemble)
+    numbers = settings.sweep
     largest, length = 0.0, abs(phi - packing.phi)
     while True:
         pressure = 0.5 * float(np.trace(stress(packing)))
@@ -246,7 +229,7 @@ def _follow(
         following = packing.phi + np.sign(phi - packing.phi) * length
         predicted = _predict_pressure(packing, pressure, following)
         session.load(follow(packing, following))
-        found = relax_state(session, force, near=True, settings=settings)
+        found = relax_off_saddles(session, force, near=True, settings=settings)
         met = found.evaluation.pressure
         missed = abs(met - predicted) / max(abs(met), abs(predicted), numbers.loose * force)
         if (missed > error or not found.converged) and length > numbers.shortest:

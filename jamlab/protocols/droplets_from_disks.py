@@ -29,7 +29,8 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import droplet_params
-from jamlab.protocols.relaxation import check_tolerance, relax
+from jamlab.protocols.relaxation import check_tolerance
+from jamlab.protocols.saddles import relax_off_saddles
 from jamlab.storage.verified_file import versions
 
 _RHO_TOLERANCE = 1e-6  # as the last state of a sweep
@@ -80,7 +81,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     reached = float("nan")
     with Session(start) as session:
         for _ in range(_STEPS):
-            found = relax(session, tolerance)
+            found = relax_off_saddles(session, tolerance)
             state = session.packing()
             reached = packing_fraction(state)
             if abs(reached - rho) <= _RHO_TOLERANCE:

@@ -1,20 +1,19 @@
 """Search for jamming onset in one LAMMPS session, by the steps of Boromand et al. or by bisection."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.arrays import Array
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import follow, unstable_direction
+from jamlab.mechanics.elasticity import follow
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax, settle
+from jamlab.protocols.saddles import leave_saddles
 from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 
@@ -116,7 +115,7 @@ class OnsetSearch:
         step = 0.5 * self.protocol["step_fine"]
         while not self._jammed(state) and state.phi < 1.0 and self.relax_state is not relax:
             self.session.load(at_phi(state.packing, state.phi + step))
-            state = self._relax(state.packing)
+            state = self._measure(self._relax())
             step = min(2 * step, self.protocol["step_near"])
         return state
 
@@ -157,37 +156,10 @@ class OnsetSearch:
         )
 
     def _leave_saddles(self, state: SearchState) -> SearchState:
-        """The minimum beside a state at onset, which does not count as converged where none is found. A droplet between
-        two opposite flats slides along them at next to no cost: forces hide it below the tolerance, the Hessian shows
-        it. It slides until a third contact holds it, whose force is as small."""
-        numbers = self.settings.onset
-        for _ in range(numbers.slides):
-            if not self._at_onset(state):
-                return state
-            if (unstable := unstable_direction(state.packing)) is None:
-                return state
-            self._slide(state.packing, unstable[0])
-            descend_by_newton(self.session, min(numbers.finest, self.tolerance), settings=self.settings.newton)
-            state = self._relax(state.packing, near=True)
-        return replace(state, found=replace(state.found, converged=False))
-
-    def _slide(self, packing: Packing, direction: Array) -> None:
-        """Move a packing downhill along a mode until the next contact bears as much as others, found by bisection."""
-        start, usual = packing.positions, self.session.evaluate().pressure * mean_size(packing)
-        forces = self.session.forces_at(start)[1]
-        if np.vdot(forces, direction) < 0:
-            direction = -direction
-
-        def excess(length: float) -> float:
-            largest = np.hypot(*self.session.forces_at(start + length * direction)[1].T).max()
-            return float(largest - usual)
-
-        length = self.settings.onset.slide
-        if excess(length) > 0:
-            from scipy.optimize import bisect  # loaded by onsets on a saddle alone
-
-            length = bisect(excess, 0.0, length, xtol=1e-9)
-        self.session.set_positions(start + length * direction)
+        """The minimum beside a state at onset, see `jamlab.protocols.saddles`."""
+        if not self._at_onset(state):
+            return state
+        return self._measure(leave_saddles(self.session, state.found, lambda: self._relax(near=True), self.settings))
 
     def _settle(self, start: Packing, phi: float) -> SearchState:
         self.session.load(at_phi(start, phi))
@@ -206,15 +178,14 @@ class OnsetSearch:
             found = settle(self.session, self.settings.onset.loose_tolerance, settings=self.settings)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self._measure(Relaxed(found, self.settings.onset.loose_tolerance, False, 0))
-        return self._relax(start, near=True)
+        return self._measure(self._relax(near=True))
 
-    def _relax(self, start: Packing, near: bool = False) -> SearchState:
+    def _relax(self, near: bool = False) -> Relaxed:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
+        start = self.session.packing()
         sheared = start.model == "dp" and self.relax_state is not relax
         least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else 0.0
-        return self._measure(
-            self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
-        )
+        return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
 
     def _measure(self, found: Relaxed) -> SearchState:
         reached = self.session.packing()

@@ -169,8 +169,15 @@ class OnsetSettings:
     stride: float = 0.7  # factor of a decompression that did not converge: come from elsewhere
     # jammed states at most that come loose on the way down; a box that shears may repeat itself for ever
     falls: int = 8
+
+
+@dataclass(frozen=True)
+class SaddleSettings:
+    """Numbers of the way off a saddle, `leave_saddles`."""
+
     slides: int = 20  # along unstable modes at most, until none is left: one or two do, four were seen in 30 onsets
     slide: float = 0.05  # longest, mean particle size
+    held: float = 1e-3  # force uphill, over pressure times particle size, at which a slide ends
     finest: float = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
 
 
@@ -184,7 +191,6 @@ class SweepSettings:
     least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
     shortest: float = 1e-7  # step in phi, when following a basin
     loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
-    slide: float = 1e-3  # along an unstable mode of droplets, in lengths of the packing: it is followed down from there
     easy: float = 0.3  # part of the error allowed below which the next step may be twice as long
 
 
@@ -213,6 +219,7 @@ class SolverSettings:
         box_relaxation: disks relaxed with their box.
         box_shear: droplets relaxed with the shear of their box.
         onset: search for jamming onset, `jam`.
+        saddles: the way off a saddle, droplets.
         sweep: states at packing fractions, `compress`.
         pressure: search for a pressure, `pack`.
 
@@ -231,6 +238,7 @@ class SolverSettings:
     box_relaxation: BoxRelaxationSettings = BoxRelaxationSettings()
     box_shear: BoxShearSettings = BoxShearSettings()
     onset: OnsetSettings = OnsetSettings()
+    saddles: SaddleSettings = SaddleSettings()
     sweep: SweepSettings = SweepSettings()
     pressure: PressureSettings = PressureSettings()
 

@@ -111,6 +111,10 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
             f"the exponent of these {len(x)} points runs to {best[2]:.3g}, an end of its range: give more rates, or "
             "longer strain"
         )
+    if best[1] * np.ptp(x ** best[2]) < error.min():
+        raise ConvergenceError(
+            f"stress is {y.mean():.6g} at every rate, within its errors: such a curve has no exponent"
+        )
     freedom = len(x) - 3
     misfit = float(np.sqrt(np.sum(((_law(x, *best) - y) / error) ** 2) / freedom)) if freedom else np.nan
     errors = np.sqrt(np.diag(covariance)) * max(1.0, misfit if freedom else 1.0)

@@ -179,5 +179,6 @@ def _lead(claims: Sequence[Claim]) -> str:
         "interval is at most a quarter of that value (of A - 1, of the distance to onset), so that it could have "
         "disagreed; else it is undecided. Where a number differs, the cause stands beside it with the figure that "
         "shows it. Where the paper contradicts itself, the contradiction does. Calibrated numbers are no independent "
-        "test."
+        f"test. Contents and choices count all {len(claims)} rows, also those not counted here and those of figures "
+        "that neither paper has."
     )

@@ -142,6 +142,8 @@ class Drawing:
         px, py, bottom, top = px[kept], py[kept], bottom[kept], top[kept]
         values = {"panel": axes.get_gid(), "series": series, "x": px, "y": py, "low": bottom, "high": top}
         self.rows.append(pd.DataFrame(values))
+        if not len(px):  # nor a name in the legend
+            return
         text = series if label == "" else label
         axes.plot(px, py, **{"linewidth": 1.2, "markersize": 4.5, "label": text} | look)
         known = np.isfinite(bottom) & np.isfinite(top)

@@ -6,10 +6,10 @@ from jamlab.checks import checked
 from jamlab.engine.session import Session
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
-from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance
+from jamlab.protocols.saddles import relax_off_saddles
 
 
 @checked
@@ -44,7 +44,7 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
     scales = natural_scales(packing)
     start = scales.to_natural(packing)
     with Session(start) as session:
-        found = minimizer(start.ensemble)(session, tolerance)
+        found = relax_off_saddles(session, tolerance)
         state = session.packing()
     moved = float(np.hypot(*(state.positions - start.positions).T).max())
     return scales.from_natural(record(state, found, precision="float64", rounding=0.0, moved=moved))

@@ -36,7 +36,7 @@ def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1"):
 def packing():
     """In a box that leans so far that it flips in the first step."""
     found = jamlab.pack(n=64, pressure=1e-2, seed=1)
-    return found.with_state(box=found.box - [[0, 0], found.box[0]])
+    return found.with_state(box=found.box - [[0, 0], found.box[0]], positions=found.positions + 260 * found.box[0])
 
 
 @pytest.mark.parametrize(
@@ -58,9 +58,9 @@ def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, n
 
 @pytest.fixture(scope="module")
 def droplets():
-    """Eight, that flip in the first step; every rank has parts of most."""
+    """Eight, that flip in the first step, and go back by 260 boxes; every rank has parts of most."""
     found = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
-    return found.with_state(box=found.box - [[0, 0], found.box[0]])
+    return found.with_state(box=found.box - [[0, 0], found.box[0]], positions=found.positions + 260 * found.box[0])
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from jamlab.errors import InputError
 from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY
 from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.panels import drawing
 
 
 def found(name, text):
@@ -201,3 +202,10 @@ def test_mean_squares_of_slow_shear_stand_beside_the_medians():
     assert values[squares.format("approach")].value == pytest.approx(0.25, abs=5e-4)
     assert values[squares.format("sliding")].value == pytest.approx(-0.25, abs=0.01)
     assert squares.format("nonaffine") not in values
+
+
+def test_a_curve_without_points_has_no_name_in_the_legend():
+    out, (axes,) = drawing("boromand-6", 1, 1, 3.0, 3.0)
+    out.curve(axes, "N = 16", [1.0], [np.nan])
+    out.curve(axes, "N = 32", [1.0], [2.0])
+    assert axes.get_legend_handles_labels()[1] == ["N = 32"]

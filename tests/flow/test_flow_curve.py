@@ -110,8 +110,11 @@ def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
 
     monkeypatch.setattr(overdamped_session, "_LOOK", 10)
     monkeypatch.setattr(overdamped_session, "_CRAWL", 1e3)
-    with pytest.raises(jamlab.ConvergenceError, match=r"rate 0.1 contacts leave motion.*give background = 1e-2"):
-        jamlab.shear(disks, 0.1, rows=1)
+    for given, more in ((None, 0.01), (0.1, 1)):
+        with pytest.raises(
+            jamlab.ConvergenceError, match=rf"rate 0.1 contacts leave motion.*give background = {more},"
+        ):
+            jamlab.shear(disks, 0.1, rows=1, background=given)
 
 
 def test_a_solver_that_fails_says_where(disks):

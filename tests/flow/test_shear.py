@@ -205,3 +205,9 @@ def test_an_overshoot_is_a_peak_from_which_the_stress_falls_wherever_it_ends(dis
     run = jamlab.shear(disks, 1.0, 0.2, rows=40)
     stress = np.interp(np.arange(41), [0, 10, 20, 40], [0.0, 1.0, dip, end])
     assert replace(run, stress=stress).peak == ((run.strain[10], 1.0) if found else None)
+    run = replace(run, stress=stress, elastic_stress=stress)
+    back = replace(run, shear_rate=-1.0, strain=-run.strain, stress=-stress, elastic_stress=-stress)
+    assert back.peak == ((-run.strain[10], -1.0) if found else None)
+    assert back.drops.size == pytest.approx(run.drops.size) and run.plastic_events == back.plastic_events > 0
+    turned = 20.0 - np.abs(np.arange(41) - 20.0)  # to and fro: elastic all the way
+    assert replace(run, strain=turned, elastic_stress=turned).plastic_events == 0

@@ -1,5 +1,7 @@
 """Meetings of vertices and edges in every contact form against plain loops over images."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -121,8 +123,9 @@ def test_what_touches_exactly_at_delta_does_not_meet():
 def test_crossing_outlines_are_named(form):
     ring = SQUARE * 0.9
     packing = droplets([ring, np.add(ring, [3, 0]), np.add(ring, [3.5, 0.45])], 0.5, contact=form)
-    with pytest.raises(InputError, match=r"outlines of polygons [12] and [12] cross"):
-        vertex_contacts(packing)
+    for look in (vertex_contacts, jamlab.evaluate):
+        with pytest.raises(InputError, match=r"outlines of polygons [12] and [12] cross"):
+            look(packing)
 
 
 def test_edges_over_too_many_images_are_refused():
@@ -148,7 +151,8 @@ def _two(one, other, box=9.0, **changes):
 def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
     """No vertex comes near an edge of the other; images are outlines too."""
     packing = _two(_rectangle(4.0, 1.0 if other[1, 1] > 5 else 2.0, 4.0), other + far, contact=contact)
-    for look in (jamlab.contacts, jamlab.hessian, lambda p: jamlab.measure(p, ["energy"])):
+    energy = partial(jamlab.measure, quantities="energy")
+    for look in (jamlab.contacts, jamlab.hessian, energy, jamlab.evaluate, partial(jamlab.shear, rate=0.1, strain=0.1)):
         with pytest.raises(jamlab.InputError, match="outlines of polygons 0 and 1 cross"):
             look(packing)
 

@@ -1,5 +1,6 @@
 """Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from jamlab.measure import why_no_modulus
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import FLOPPY
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.protocols.onset_search import OnsetSearch
+from jamlab.protocols import droplets_from_disks, saddles
 
 WINDOW = (1e-16, 1e-13)  # contact energy per disk or vertex that defines onset, Boromand et al. 2.3
 
@@ -290,20 +291,35 @@ def test_every_onset_of_droplets_is_a_minimum(n):
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_slide_goes_downhill_until_a_contact_bears_as_much_as_others(sign):
+def test_a_slide_goes_downhill_until_it_goes_uphill(sign):
     """Whichever way a mode points: energy -x^2/2 of one disk, and a wall at x = 0.03."""
     start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
 
     def forces_at(positions):
         x = positions[0, 0] + 0.001  # already off the saddle, to the right
         forces = np.zeros((2, 2))
-        forces[0, 0] = 1e-9 * x - max(0.0, x - 0.03)
+        forces[0, 0] = 1e-9 * x - max(0.0, x - 0.031)
         return 0.0, forces
 
-    found = []
-    session = SimpleNamespace(
-        evaluate=lambda: SimpleNamespace(pressure=1e-3), forces_at=forces_at, set_positions=found.append
-    )
-    search = SimpleNamespace(session=session, settings=jamlab.SolverSettings())
-    OnsetSearch._slide(search, start, sign * np.array([[1.0, 0], [0, 0]]))
-    assert found[0][0, 0] == pytest.approx(0.03, abs=1e-6) and found[0][1].tolist() == [1, 1]
+    session = SimpleNamespace(evaluate=lambda: SimpleNamespace(pressure=1e-3), forces_at=forces_at)
+    found = saddles._slid(session, start, sign * np.array([[1.0, 0], [0, 0]]), jamlab.SolverSettings())
+    assert found[0, 0] == pytest.approx(0.03, abs=2e-6) and found[1].tolist() == [1, 1]
+
+
+SADDLE = Path(__file__).parents[1] / "states" / "droplets_on_a_saddle.h5"
+
+
+def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
+    """The same mechanism for `relaxed` and for `compress` with an error, which would follow the saddle."""
+    on_saddle = jamlab.read(SADDLE)
+    _assert_stable(jamlab.relaxed(on_saddle))
+    (state,) = jamlab.compress(on_saddle, on_saddle.phi + 1e-4, 1e-4, by="phi", error=0.3)
+    _assert_stable(state)
+
+
+def test_droplets_handed_over_from_disks_end_in_a_minimum(monkeypatch):
+    """None of 156 hand-overs ended on a saddle, so one is begun there."""
+    on_saddle = jamlab.read(SADDLE)
+    *_, disks = jamlab.compress(jamlab.jam("sp", 12), jamlab.packing_fraction(on_saddle), 0.1)
+    monkeypatch.setattr(droplets_from_disks, "inscribe", lambda *_, **__: on_saddle)
+    _assert_stable(jamlab.to_polygons(disks))

@@ -34,6 +34,8 @@ def test_stresses_may_be_zero_or_negative(shift):
 def test_curves_that_hold_no_exponent_are_refused():
     with pytest.raises(jamlab.InputError, match=r"stress is 0\.3 at every rate"):
         herschel_bulkley(RATES, 0.3 + 0 * RATES, 1e-3 * LAW)
+    with pytest.raises(jamlab.ConvergenceError, match=r"stress is 0\.3 at every rate, within its errors"):
+        herschel_bulkley(RATES, 0.3 + 1e-12 * RATES, 1e-3 * LAW)
     with pytest.raises(jamlab.ConvergenceError, match="end of its range"):
         herschel_bulkley(RATES, 0.3 + 0.05 * RATES**3, 1e-3 * LAW)
 

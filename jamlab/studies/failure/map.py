@@ -110,7 +110,8 @@ _LEAD = (
     "run ended: one that does not follow from it is a silent wrong number. Whether that state is in the right basin or "
     "on the right path a run cannot know: a map tells by runs with finer steps, or by what it started beside. "
     "A boundary is where half of the runs or more fail, from there to the end of the axis; cells that fail before "
-    "values that work are counted apart."
+    "values that work are counted apart. Legends count runs; contents and choices count the pairs of conditions at "
+    "which some run did not converge, by how most of their runs ended."
 )
 
 
