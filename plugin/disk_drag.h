@@ -60,7 +60,7 @@ class DiskDrag : public DragSolver {
   double misfit(const Motions &u, double rate, double least_speed) const;    // the worst of the edges
   void pivot(const Motions &u, double rate, double least_speed, unsigned choice);    // another state of one edge that does not fit
   bool close_rubbing();               // all of them, where no solution is found; false: there are none
-  void forget_settled();              // edges whose gap tells their state
+  void forget_settled(bool all);      // edges whose gap tells their state; but for those that are to be decided
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
   bool rubs() const { return rubbing > 0; }
   std::vector<double> thetas() const;
@@ -111,6 +111,7 @@ class DiskDrag : public DragSolver {
   void update_thetas(const std::vector<std::size_t> &rubs, const std::vector<Slip> &);
   static void solve_dense(std::vector<double> &matrix, std::vector<double> &right, std::vector<bool> &free);
   double rounding() const override;
+  static constexpr double LOOK = 0.125;    // part of a step
   static void slip(const DiskContact &, const Motions &u, double rate, double &approach, double &slide);
 };
 
@@ -134,13 +135,16 @@ void DiskDrag::find_changes(const Motions &u, double rate, double time, const Mo
     const double sign = states[k] == CLOSED ? 1.0 : -1.0;
     if (!(sign * gap(time) > 0.0)) continue;
     double low = 0.0, high = time;
+    if (sign * gap(0.0) > 0.0) {    // decided against its gap, which is zero but for rounding: it has to be told first
+      while (low < time && sign * gap(low) > 0.0) low += LOOK * time;
+      if (!(low < time)) continue;
+    }
     for (int n = 0; n < 60 && high - low > 1e-12 * time; n++) {
       const double middle = 0.5 * (low + high);
       (sign * gap(middle) > 0.0 ? high : low) = middle;
     }
-    const bool decided = sign * gap(0.0) > 0.0;    // against its gap: what it costs is too little to matter
     found.push_back({tags[p.i], tags[p.j], states[k] == CLOSED ? OPEN : CLOSED, high,
-                     decided ? 0.0 : contact_speed(p, u, rate),
+                     contact_speed(p, u, rate),
                      law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
   }
 }

@@ -195,15 +195,16 @@ void DiskDrag::pivot(const Motions &u, double rate, double least_speed, unsigned
 
 /* ---------------------------------------------------------------------- */
 
-void DiskDrag::forget_settled()
+void DiskDrag::forget_settled(bool all)
 {
+  if (all)
+    for (Edge &edge : edged) edge.tried = 0;
   const std::vector<Slip> slips = edge_slips(rest, 0.0);
   std::vector<Edge> kept;
   for (std::size_t e = 0; e < edged.size(); e++) {
     Edge &edge = edged[e];
-    edge.tried = 0;
     const bool told = edge.state == CLOSED ? slips[e].gap < 0.0 : slips[e].gap > 0.0;
-    if (edge.state == RUBBING || !told) kept.push_back(edge);
+    if (edge.state == RUBBING || !told || edge.tried) kept.push_back(edge);
   }
   if (kept.size() == edged.size()) return;
   edged = kept;

@@ -73,6 +73,7 @@ void FixOverdamped::start_disks()
 {
   disks->take(atom->nlocal, atom->nghost, 0.0);
   disks->keep_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
+  disks->forget_settled(false);    // gaps of the last step have become wide
   disks->let_go_of_loose(now);
   const double least = tolerance * state.speed / SPREAD;
   DiskDrag::Revision revision = DiskDrag::CHANGED;
@@ -85,7 +86,12 @@ void FixOverdamped::start_disks()
     revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
   }
   if (revision == DiskDrag::CYCLES) find_states(least);
-  disks->forget_settled();
+  if (getenv("JL_DEBUG")) {
+    fprintf(stderr, "DBG strain %.9f rev %d:", state.strain, (int)revision);
+    for (auto &e : disks->edges()) fprintf(stderr, " (%d,%d s%d th%.3g f%d g)", (int)e.first, (int)e.second, e.state, e.theta, e.free);
+    fprintf(stderr, " misfit %.2e\n", disks->misfit(now, state.rate, least));
+  }
+  disks->forget_settled(true);
   add_up();
   state.speed = sums.speed;
 }

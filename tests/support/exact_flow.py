@@ -29,6 +29,7 @@ ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 5
 TOUCH = 1e-11  # gap at which a contact has closed or opened
 LEAST_STEP = 1e-9
 STUCK = 1e-9  # strain
+INSIDE = 2e-9  # of theta, by which a pair that begins to rub is off 0 and 1
 
 
 @dataclass
@@ -197,8 +198,8 @@ class ExactFlow:
         return self.solve(x, self.rate * time)
 
     def misfit(self, c: int, state: str, found: dict) -> float:
-        if state == "rubbing":
-            return max(-found["theta"][c], found["theta"][c] - 1.0)
+        if state == "rubbing":  # at 0 or 1 it has just ended
+            return max(INSIDE - found["theta"][c], found["theta"][c] - 1.0 + INSIDE)
         parting = found["parting"][c] / self.rate
         return float(parting if state == "closed" else -parting)
 
