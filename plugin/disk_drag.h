@@ -55,10 +55,12 @@ class DiskDrag : public DragSolver {
   void expect(const Change &);        // its state from the next `take` on
   // states of edges that fit the velocities better
   Revision revise(const Motions &u, double rate, double least_speed);
-  std::vector<int> edge_states() const;
-  void set_edge_states(const std::vector<int> &);
   double misfit(const Motions &u, double rate, double least_speed) const;    // the worst of the edges
-  void pivot(const Motions &u, double rate, double least_speed, unsigned choice);    // another state of one edge that does not fit
+  bool edges_change() const;          // a gap has closed or opened in the last step
+  std::vector<double> parts_before() const;    // of the drag of edges that acted until now
+  // States of several edges, each of which decides on the others: those that drag comes to which sets in over a thin
+  // layer, from what acted before. A load of a stress: all of it. false: they never come to rest
+  bool relax_edges(std::vector<double> parts, const Motions &u, const Load &);
   bool close_rubbing();               // all of them, where no solution is found; false: there are none
   void forget_settled(bool all);      // edges whose gap tells their state; but for those that are to be decided
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
@@ -67,6 +69,7 @@ class DiskDrag : public DragSolver {
   const std::vector<Edge> &edges() const { return edged; }
   void take_over(const std::vector<Edge> &earlier) { edged = earlier; }
   bool drags() const { return law.tau > 0.0; }
+  bool is_linear() const { return law.alpha == 1.0; }
 
   // pairs of this rank whose state does not fit after a displacement
   template <typename Moved> void find_changes(const Motions &u, double rate, double time, const Moved &,
@@ -107,7 +110,10 @@ class DiskDrag : public DragSolver {
   void find_preconditioner(bool free_rate) override;
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   bool hold(Motions &force, Motions &u, Load &, Result &) override;
-  double push_along_slip(std::size_t edge, Motions &force) const;
+  double push_pair(std::size_t edge, double back, double rub, Motions &force) const;
+  double answer_to(std::size_t edge, double back, double rub, double accuracy, const Load &, Motions &push, Motions &answer,
+                   double &rate, Result &);
+  std::vector<double> whole_weights() const;
   void update_thetas(const std::vector<std::size_t> &rubs, const std::vector<Slip> &);
   static void solve_dense(std::vector<double> &matrix, std::vector<double> &right, std::vector<bool> &free);
   double rounding() const override;

@@ -35,8 +35,7 @@ static constexpr double SLACK = 0.05;       // part of the error of a whole step
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
-static constexpr std::size_t FEW = 4;          // pairs with a gap of zero whose states are all tried
-static constexpr int PIVOTS = 12;               // at most, for every pair with a gap of zero
+static constexpr int ROUNDS = 8;            // of the states of several pairs
 
 /* ----------------------------------------------------------------------
    integral of the parabola through the three stages, up to a part of the step
@@ -76,18 +75,22 @@ void FixOverdamped::start_disks()
   disks->forget_settled(false);    // gaps of the last step have become wide
   disks->let_go_of_loose(now);
   const double least = tolerance * state.speed / SPREAD;
-  DiskDrag::Revision revision = DiskDrag::CHANGED;
-  while (revision == DiskDrag::CHANGED) {
-    const DragSolver::Result result = find_velocities();
-    if (!result.converged) {
-      if (!disks->close_rubbing()) refuse(result);
-      std::fill(now.begin(), now.end(), Motion());
+  if (disks->edges().size() > 1 && disks->edges_change()) {
+    relax_ties(least);
+  } else {
+    DiskDrag::Revision revision = DiskDrag::CHANGED;
+    while (revision == DiskDrag::CHANGED) {
+      const DragSolver::Result result = find_velocities();
+      if (!result.converged) {
+        if (!disks->close_rubbing()) refuse(result);
+        std::fill(now.begin(), now.end(), Motion());
+      }
+      revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
     }
-    revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
+    if (revision == DiskDrag::CYCLES) relax_ties(least);
   }
-  if (revision == DiskDrag::CYCLES) find_states(least);
   if (getenv("JL_DEBUG")) {
-    fprintf(stderr, "DBG strain %.9f rev %d:", state.strain, (int)revision);
+    fprintf(stderr, "DBG strain %.9f rev 0 uns %g:", state.strain, state.unsettled);
     for (auto &e : disks->edges()) fprintf(stderr, " (%d,%d s%d th%.3g f%d g)", (int)e.first, (int)e.second, e.state, e.theta, e.free);
     fprintf(stderr, " misfit %.2e\n", disks->misfit(now, state.rate, least));
   }
@@ -97,51 +100,21 @@ void FixOverdamped::start_disks()
 }
 
 /* ----------------------------------------------------------------------
-   one of all the states of a few pairs, as digits to base 3
+   of several pairs with a gap of zero, each of which decides on the others; a power law changes their drag
 ------------------------------------------------------------------------- */
 
-static std::vector<int> combination(int number, std::size_t pairs)
+void FixOverdamped::relax_ties(double least_speed)
 {
-  std::vector<int> states(pairs);
-  for (int &one : states) {
-    one = number % 3;
-    number /= 3;
+  const std::vector<double> parts = disks->parts_before();
+  DragSolver::Result result = {};
+  for (int round = 0; round < (disks->is_linear() ? 1 : ROUNDS); round++) {
+    const bool rests = disks->relax_edges(parts, now, {driven_rate(), area() * wanted_stress, drive == STRESS});
+    result = find_velocities();
+    if (rests && result.converged && disks->misfit(now, state.rate, least_speed) <= tolerance / SPREAD) return;
+    if (!result.converged) std::fill(now.begin(), now.end(), Motion());
   }
-  return states;
-}
-
-/* ----------------------------------------------------------------------
-   of several pairs with a gap of zero, each of which decides on the others: those states that fit best of all, or
-   of many pairs, where all are too many, the first that fit to a part of the tolerance
-------------------------------------------------------------------------- */
-
-void FixOverdamped::find_states(double least_speed)
-{
-  std::vector<int> best = disks->edge_states();
-  const std::size_t count = best.size();
-  const bool all = count <= FEW;
-  const int rounds = all ? static_cast<int>(std::lround(std::pow(3.0, count))) : PIVOTS * (1 + static_cast<int>(count));
-  const double enough = all ? 0.0 : tolerance / SPREAD;
-  double least = HUGE_VAL;
-  unsigned choice = 0;
-  for (int n = 0; n < rounds && least > enough; n++) {
-    if (all) disks->set_edge_states(combination(n, count));
-    std::fill(now.begin(), now.end(), Motion());    // states that fit badly may have left velocities without bound
-    const bool converged = find_velocities().converged;
-    const double misfit = converged ? disks->misfit(now, state.rate, least_speed) : HUGE_VAL;
-    if (misfit < least) {
-      least = misfit;
-      best = disks->edge_states();
-    }
-    if (all) continue;
-    if (misfit <= enough) return;
-    if (!converged && disks->close_rubbing()) continue;
-    choice = 1664525u * choice + 1013904223u;
-    disks->pivot(now, state.rate, least_speed, choice >> 16);
-  }
-  disks->set_edge_states(best);
-  std::fill(now.begin(), now.end(), Motion());
-  if (const DragSolver::Result result = find_velocities(); !result.converged) refuse(result);
+  if (!result.converged && !(result = find_velocities()).converged) refuse(result);
+  state.unsettled += 1.0;
 }
 
 /* ---------------------------------------------------------------------- */

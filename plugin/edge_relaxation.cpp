@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "edge_relaxation.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr double PACE = 0.05;      // of a theta in a step
+static constexpr double GROWTH = 2.0;     // of a step
+static constexpr double RESTS = 1e-7;     // parting over the fastest velocity of a pair
+static constexpr int STEPS = 1000;        // at most
+
+/* ----------------------------------------------------------------------
+   Gauss and Jordan's, of a matrix with its right sides beside it; returns the determinant
+------------------------------------------------------------------------- */
+
+double EdgeRelaxation::eliminate(std::vector<double> &matrix, std::size_t rows, std::size_t columns)
+{
+  double determinant = 1.0;
+  const auto at = [&](std::size_t k, std::size_t l) -> double & { return matrix[k * columns + l]; };
+  for (std::size_t k = 0; k < rows; k++) {
+    std::size_t best = k;
+    for (std::size_t r = k + 1; r < rows; r++)
+      if (fabs(at(r, k)) > fabs(at(best, k))) best = r;
+    const double pivot = at(best, k);
+    if (pivot == 0.0) return 0.0;
+    determinant *= best == k ? pivot : -pivot;
+    for (std::size_t l = 0; l < columns; l++) {
+      std::swap(at(best, l), at(k, l));
+      at(k, l) /= pivot;
+    }
+    for (std::size_t r = 0; r < rows; r++) {
+      const double factor = at(r, k);
+      if (r == k || factor == 0.0) continue;
+      for (std::size_t l = k; l < columns; l++) at(r, l) -= factor * at(k, l);
+    }
+  }
+  return determinant;
+}
+
+/* ---------------------------------------------------------------------- */
+
+EdgeRelaxation::Found EdgeRelaxation::find(const std::vector<double> &thetas) const
+{
+  const std::size_t n = 2 * m, columns = n + 1 + n;
+  std::vector<double> matrix(n * columns);
+  for (std::size_t k = 0; k < n; k++) {
+    double *const row = &matrix[k * columns];
+    for (std::size_t l = 0; l < n; l++) {
+      row[l] = (k == l ? 1.0 : 0.0) - answers[k * n + l] * (thetas[l % m] - base) * weights[l];
+      row[n + 1 + l] = answers[k * n + l] * weights[l];
+    }
+    row[n] = still[k];
+  }
+  eliminate(matrix, n, columns);
+  Found found{std::vector<double>(n), std::vector<double>(m * m)};
+  for (std::size_t k = 0; k < n; k++) found.velocities[k] = matrix[k * columns + n];
+  for (std::size_t k = 0; k < m; k++)
+    for (std::size_t l = 0; l < m; l++)
+      found.slopes[k * m + l] = matrix[k * columns + n + 1 + l] * found.velocities[l] +
+          matrix[k * columns + n + 1 + m + l] * found.velocities[m + l];
+  return found;
+}
+
+/* ----------------------------------------------------------------------
+   Euler's implicit steps, linearised: short ones follow the path, and long ones are Newton's. A determinant that is
+   not positive tells of a step that is too long to leave a state that does not last.
+------------------------------------------------------------------------- */
+
+bool EdgeRelaxation::relax(std::vector<double> &thetas) const
+{
+  Found now = find(thetas);
+  double time = 0.0;
+  for (int step = 0; step < STEPS; step++) {
+    double fastest = 0.0, off = 0.0;
+    std::vector<std::size_t> free;
+    for (std::size_t e = 0; e < m; e++) {
+      const double v = now.velocities[e];
+      if (!std::isfinite(v)) return false;
+      fastest = std::max(fastest, hypot(v, now.velocities[m + e]));
+      if ((thetas[e] <= 0.0 && v >= 0.0) || (thetas[e] >= 1.0 && v <= 0.0)) continue;
+      free.push_back(e);
+      off = std::max(off, fabs(v));
+    }
+    if (off <= RESTS * fastest) return true;
+    if (time == 0.0) time = PACE / off;
+    const std::size_t count = free.size(), columns = count + 1;
+    while (true) {
+      std::vector<double> matrix(count * columns);
+      for (std::size_t k = 0; k < count; k++) {
+        for (std::size_t l = 0; l < count; l++)
+          matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * now.slopes[free[k] * m + free[l]];
+        matrix[k * columns + count] = -time * now.velocities[free[k]];
+      }
+      const double determinant = eliminate(matrix, count, columns);
+      std::vector<double> next(thetas);
+      double farthest = 0.0;
+      for (std::size_t k = 0; k < count; k++) {
+        double &theta = next[free[k]];
+        theta = std::clamp(theta + matrix[k * columns + count], 0.0, 1.0);
+        farthest = std::max(farthest, fabs(theta - thetas[free[k]]));
+      }
+      if (determinant > 0.0 && farthest <= PACE) {
+        thetas = next;
+        break;
+      }
+      time /= GROWTH;
+      if (!(time > 0.0)) return false;
+    }
+    now = find(thetas);
+    time *= GROWTH;
+  }
+  return false;
+}
