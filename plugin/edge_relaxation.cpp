@@ -9,6 +9,7 @@
 using namespace LAMMPS_NS;
 
 static constexpr double PACE = 0.05;      // of a theta in a step
+static constexpr double AGREES = 0.2;     // of the largest parting, by which a step may miss what it expects
 static constexpr double GROWTH = 2.0;     // of a step
 static constexpr double RESTS = 1e-7;     // parting over the fastest velocity of a pair
 static constexpr int STEPS = 1000;        // at most
@@ -66,9 +67,39 @@ EdgeRelaxation::Found EdgeRelaxation::find(const std::vector<double> &thetas) co
 }
 
 /* ----------------------------------------------------------------------
-   Euler's implicit steps, linearised: short ones follow the path, and long ones are Newton's. A determinant that is
-   not positive tells of a step that is too long to leave a state that does not last.
+   Euler's implicit step of some thetas, linearised: a short one follows the path, and a long one is Newton's. false:
+   too long for the partings that it expects, or, by a determinant that is not positive, to leave a state that does
+   not last.
 ------------------------------------------------------------------------- */
+
+bool EdgeRelaxation::take_step(const std::vector<std::size_t> &free, double time, double allowed,
+                               std::vector<double> &thetas, Found &now) const
+{
+  const std::size_t count = free.size(), columns = count + 1;
+  std::vector<double> matrix(count * columns), next(thetas);
+  for (std::size_t k = 0; k < count; k++) {
+    for (std::size_t l = 0; l < count; l++)
+      matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * now.slopes[free[k] * m + free[l]];
+    matrix[k * columns + count] = -time * now.velocities[free[k]];
+  }
+  if (!(eliminate(matrix, count, columns) > 0.0)) return false;
+  for (std::size_t k = 0; k < count; k++) {
+    double &theta = next[free[k]];
+    theta = std::clamp(theta + matrix[k * columns + count], 0.0, 1.0);
+    if (fabs(theta - thetas[free[k]]) > PACE) return false;
+  }
+  const Found later = find(next);
+  for (const std::size_t e : free) {
+    double expected = now.velocities[e];
+    for (const std::size_t f : free) expected += now.slopes[e * m + f] * (next[f] - thetas[f]);
+    if (!(fabs(later.velocities[e] - expected) <= allowed)) return false;
+  }
+  thetas = next;
+  now = later;
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
 
 bool EdgeRelaxation::relax(std::vector<double> &thetas) const
 {
@@ -87,30 +118,8 @@ bool EdgeRelaxation::relax(std::vector<double> &thetas) const
     }
     if (off <= RESTS * fastest) return true;
     if (time == 0.0) time = PACE / off;
-    const std::size_t count = free.size(), columns = count + 1;
-    while (true) {
-      std::vector<double> matrix(count * columns);
-      for (std::size_t k = 0; k < count; k++) {
-        for (std::size_t l = 0; l < count; l++)
-          matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * now.slopes[free[k] * m + free[l]];
-        matrix[k * columns + count] = -time * now.velocities[free[k]];
-      }
-      const double determinant = eliminate(matrix, count, columns);
-      std::vector<double> next(thetas);
-      double farthest = 0.0;
-      for (std::size_t k = 0; k < count; k++) {
-        double &theta = next[free[k]];
-        theta = std::clamp(theta + matrix[k * columns + count], 0.0, 1.0);
-        farthest = std::max(farthest, fabs(theta - thetas[free[k]]));
-      }
-      if (determinant > 0.0 && farthest <= PACE) {
-        thetas = next;
-        break;
-      }
-      time /= GROWTH;
-      if (!(time > 0.0)) return false;
-    }
-    now = find(thetas);
+    while (!take_step(free, time, AGREES * off, thetas, now))
+      if (!((time /= GROWTH) > 0.0)) return false;
     time *= GROWTH;
   }
   return false;

@@ -27,6 +27,8 @@ struct EdgeRelaxation {
     std::vector<double> velocities, slopes;    // 2 m; m by m: of partings by thetas
   };
   Found find(const std::vector<double> &thetas) const;
+  bool take_step(const std::vector<std::size_t> &free, double time, double allowed, std::vector<double> &thetas,
+                 Found &now) const;
   static double eliminate(std::vector<double> &matrix, std::size_t rows, std::size_t columns);
 };
 

@@ -122,7 +122,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   DragSolver::Result find_velocities(bool forces = true);
   void start_droplets();
   void start_disks();
-  void relax_ties(double least_speed);
+  bool fit(const DragSolver::Result &, double least_speed) const;
+  void relax_ties(const std::vector<double> &parts, double least_speed);
   void plan_disks();
   void move_disks();
   double try_stages(double step);

@@ -75,8 +75,9 @@ void FixOverdamped::start_disks()
   disks->forget_settled(false);    // gaps of the last step have become wide
   disks->let_go_of_loose(now);
   const double least = tolerance * state.speed / SPREAD;
-  if (disks->edges().size() > 1 && disks->edges_change()) {
-    relax_ties(least);
+  const auto parts = disks->parts_before();
+  if (parts.size() > 1 && disks->edges_change() && (disks->rubs() || !fit(find_velocities(), least))) {
+    relax_ties(parts, least);
   } else {
     DiskDrag::Revision revision = DiskDrag::CHANGED;
     while (revision == DiskDrag::CHANGED) {
@@ -87,7 +88,7 @@ void FixOverdamped::start_disks()
       }
       revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
     }
-    if (revision == DiskDrag::CYCLES) relax_ties(least);
+    if (revision == DiskDrag::CYCLES) relax_ties(parts, least);
   }
   if (getenv("JL_DEBUG")) {
     fprintf(stderr, "DBG strain %.9f rev 0 uns %g:", state.strain, state.unsettled);
@@ -99,18 +100,24 @@ void FixOverdamped::start_disks()
   state.speed = sums.speed;
 }
 
+/* ---------------------------------------------------------------------- */
+
+bool FixOverdamped::fit(const DragSolver::Result &result, double least_speed) const
+{
+  return result.converged && disks->misfit(now, state.rate, least_speed) <= tolerance;
+}
+
 /* ----------------------------------------------------------------------
    of several pairs with a gap of zero, each of which decides on the others; a power law changes their drag
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::relax_ties(double least_speed)
+void FixOverdamped::relax_ties(const std::vector<double> &parts, double least_speed)
 {
-  const std::vector<double> parts = disks->parts_before();
   DragSolver::Result result = {};
   for (int round = 0; round < (disks->is_linear() ? 1 : ROUNDS); round++) {
     const bool rests = disks->relax_edges(parts, now, {driven_rate(), area() * wanted_stress, drive == STRESS});
     result = find_velocities();
-    if (rests && result.converged && disks->misfit(now, state.rate, least_speed) <= tolerance / SPREAD) return;
+    if (rests && fit(result, least_speed)) return;
     if (!result.converged) std::fill(now.begin(), now.end(), Motion());
   }
   if (!result.converged && !(result = find_velocities()).converged) refuse(result);
