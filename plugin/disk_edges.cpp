@@ -350,11 +350,13 @@ bool DiskDrag::relax_edges(std::vector<double> parts, const Motions &u, const Lo
   const double enough = std::max(EXACT * EXACT * driving(force, load), rounding());
   descend(base, load, find_residual(force, base, load, false), enough, result);
   exchange.send_to_ghosts(base);
-  EdgeRelaxation edges = {m, BASE, std::vector<double>(n), std::vector<double>(n * n), std::vector<double>(n)};
+  EdgeRelaxation edges = {m, BASE, std::vector<double>(n), std::vector<double>(n * n), std::vector<double>(n),
+                          std::vector<double>(m)};
   const std::vector<Slip> slips = edge_slips(base, load.rate);
   const std::vector<double> whole = whole_weights();
   for (std::size_t e = 0; e < m; e++) {
-    edges.still[e] = slips[e].approach + closing * slips[e].gap;
+    edges.still[e] = slips[e].approach;
+    edges.back[e] = closing * slips[e].gap;
     edges.still[m + e] = slips[e].slide;
     edges.weights[e] = whole[e];
     edges.weights[m + e] = law.beta * whole[e];
@@ -369,11 +371,6 @@ bool DiskDrag::relax_edges(std::vector<double> parts, const Motions &u, const Lo
     }
   }
   const bool rests = edges.relax(parts);
-  if (getenv("JL_DEBUG") ) {
-    fprintf(stderr, "RELAX m %d rests %d:", (int)m, rests);
-    for (std::size_t e = 0; e < m; e++) fprintf(stderr, " %.5f", parts[e]);
-    fprintf(stderr, "\n");
-  }
   for (std::size_t e = 0; e < m; e++) set_state(edged[e], parts[e] == 0.0 ? OPEN : parts[e] == 1.0 ? CLOSED : RUBBING);
   find_contacts();
   return rests;

@@ -57,12 +57,15 @@ EdgeRelaxation::Found EdgeRelaxation::find(const std::vector<double> &thetas) co
     row[n] = still[k];
   }
   eliminate(matrix, n, columns);
-  Found found{std::vector<double>(n), std::vector<double>(m * m)};
-  for (std::size_t k = 0; k < n; k++) found.velocities[k] = matrix[k * columns + n];
-  for (std::size_t k = 0; k < m; k++)
+  Found found{std::vector<double>(m), std::vector<double>(m), std::vector<double>(m * m)};
+  const auto velocity = [&](std::size_t k) { return matrix[k * columns + n]; };
+  for (std::size_t k = 0; k < m; k++) {
+    found.partings[k] = velocity(k) + back[k];
+    found.slips[k] = velocity(m + k);
     for (std::size_t l = 0; l < m; l++)
-      found.slopes[k * m + l] = matrix[k * columns + n + 1 + l] * found.velocities[l] +
-          matrix[k * columns + n + 1 + m + l] * found.velocities[m + l];
+      found.slopes[k * m + l] = matrix[k * columns + n + 1 + l] * velocity(l) +
+          matrix[k * columns + n + 1 + m + l] * velocity(m + l);
+  }
   return found;
 }
 
@@ -80,7 +83,7 @@ bool EdgeRelaxation::take_step(const std::vector<std::size_t> &free, double time
   for (std::size_t k = 0; k < count; k++) {
     for (std::size_t l = 0; l < count; l++)
       matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * now.slopes[free[k] * m + free[l]];
-    matrix[k * columns + count] = -time * now.velocities[free[k]];
+    matrix[k * columns + count] = -time * now.partings[free[k]];
   }
   if (!(eliminate(matrix, count, columns) > 0.0)) return false;
   for (std::size_t k = 0; k < count; k++) {
@@ -90,9 +93,9 @@ bool EdgeRelaxation::take_step(const std::vector<std::size_t> &free, double time
   }
   const Found later = find(next);
   for (const std::size_t e : free) {
-    double expected = now.velocities[e];
+    double expected = now.partings[e];
     for (const std::size_t f : free) expected += now.slopes[e * m + f] * (next[f] - thetas[f]);
-    if (!(fabs(later.velocities[e] - expected) <= allowed)) return false;
+    if (!(fabs(later.partings[e] - expected) <= allowed)) return false;
   }
   thetas = next;
   now = later;
@@ -109,9 +112,9 @@ bool EdgeRelaxation::relax(std::vector<double> &thetas) const
     double fastest = 0.0, off = 0.0;
     std::vector<std::size_t> free;
     for (std::size_t e = 0; e < m; e++) {
-      const double v = now.velocities[e];
+      const double v = now.partings[e];
       if (!std::isfinite(v)) return false;
-      fastest = std::max(fastest, hypot(v, now.velocities[m + e]));
+      fastest = std::max(fastest, hypot(v, now.slips[e]));
       if ((thetas[e] <= 0.0 && v >= 0.0) || (thetas[e] >= 1.0 && v <= 0.0)) continue;
       free.push_back(e);
       off = std::max(off, fabs(v));

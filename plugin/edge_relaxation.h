@@ -19,12 +19,13 @@ struct EdgeRelaxation {
   double base;
   std::vector<double> still, answers;    // 2 m, 2 m by 2 m: partings, then slips
   std::vector<double> weights;           // 2 m: w, then beta w
+  std::vector<double> back;              // m: to be added to partings, of gaps that are not quite zero
 
   bool relax(std::vector<double> &thetas) const;    // true: they have come to rest
 
  private:
   struct Found {
-    std::vector<double> velocities, slopes;    // 2 m; m by m: of partings by thetas
+    std::vector<double> partings, slips, slopes;    // m, m, m by m: of partings by thetas
   };
   Found find(const std::vector<double> &thetas) const;
   bool take_step(const std::vector<std::size_t> &free, double time, double allowed, std::vector<double> &thetas,

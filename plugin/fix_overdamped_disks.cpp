@@ -33,7 +33,8 @@ static constexpr double STRICT = 0.2;       // part of the tolerance that a step
 static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
 static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
-static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
+static constexpr double STUCK = 1e-9;       // step over the relaxation time below which none is tried
+static constexpr double FORCED = 1e-3;      // step over the relaxation time that is taken where pairs that rub allow none
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
 static constexpr int ROUNDS = 8;            // of the states of several pairs
 
@@ -89,11 +90,6 @@ void FixOverdamped::start_disks()
       revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
     }
     if (revision == DiskDrag::CYCLES) relax_ties(parts, least);
-  }
-  if (getenv("JL_DEBUG")) {
-    fprintf(stderr, "DBG strain %.9f rev 0 uns %g:", state.strain, state.unsettled);
-    for (auto &e : disks->edges()) fprintf(stderr, " (%d,%d s%d th%.3g f%d g)", (int)e.first, (int)e.second, e.state, e.theta, e.free);
-    fprintf(stderr, " misfit %.2e\n", disks->misfit(now, state.rate, least));
   }
   disks->forget_settled(true);
   add_up();
@@ -204,25 +200,30 @@ void FixOverdamped::plan_disks()
   double step = state.step > 0.0 ? state.step : FIRST * longest;
   plan.longest = longest;
   double next;
-  bool rejected = false;
+  bool rejected = false, forced = false;
   double off_before = HUGE_VAL, before = step;
   while (true) {
     step = up_to_end(std::min(step, longest));
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
-    if (factor >= SAFETY) break;
+    if (factor >= SAFETY || (forced && std::isfinite(off))) break;
     if (std::isfinite(off) && off > NOISE * off_before) {    // of the solver, which no step makes smaller
       next = before;
       break;
     }
     off_before = off;
     before = step;
-    if (step < STUCK * longest)
-      error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
-                 "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
-                 state.strain, state.rate, step);
-    step = next;
     rejected = true;
+    if (step < STUCK * longest) {
+      if (forced || !disks->rubs())
+        error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
+                   "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
+                   state.strain, state.rate, step);
+      state.unsettled += 1.0;    // it is said, and the flow goes on
+      forced = true;
+      next = FORCED * longest;
+    }
+    step = next;
   }
   plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
   plan.step = step;

@@ -17,6 +17,7 @@ from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
     describe_balance,
     describe_drag,
+    describe_unsettled,
     energy_gap,
     energy_imbalance,
     finer_steps,
@@ -56,6 +57,7 @@ class FlowCurve:
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
         imbalance: (m,) part of the work of the average that is neither stored nor lost.
+        unsettled: (m,) see `FlowRun`, of start-up and average.
         seconds: (m,) wall time.
         discard, strain: of start-up, left out, and of the average.
         frames: the packing at the start and the last state of each rate.
@@ -83,6 +85,11 @@ class FlowCurve:
     background: float
     tolerance: float
     unit: str = field(repr=False)
+    unsettled: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+
+    def __post_init__(self) -> None:
+        if not len(self.unsettled):  # a file of version 0.2.0
+            object.__setattr__(self, "unsettled", np.zeros(len(self.rates)))
 
     @property
     def steady(self) -> NDArray[np.bool_]:
@@ -112,14 +119,15 @@ class FlowCurve:
     def describe(self) -> str:
         """Say with which drag and accuracy it was run, and how well energy is balanced at the worst rate."""
         how = describe_drag(self.damping, self.background, self.tolerance)
-        return f"{how}, {describe_balance(self._worst)}"
+        return f"{how}, {describe_balance(self._worst)}{describe_unsettled(int(self.unsettled.sum()))}"
 
     def __repr__(self) -> str:
         points = ", ".join(
             f"{rate:g}: {stress:.4g} ± {error:.1g}"
             for rate, stress, error in zip(self.rates, self.stress, self.stress_error, strict=True)
         )
-        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}; {self.verdict})"
+        unsettled = describe_unsettled(int(self.unsettled.sum()))
+        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.verdict})"
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:
@@ -175,6 +183,7 @@ _POINTS = (
     "drift",
     "plastic_events",
     "imbalance",
+    "unsettled",
     "seconds",
 )
 
@@ -321,6 +330,7 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
         "drift": means["stress"].drift,
         "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),
         "imbalance": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),
+        "unsettled": run.unsettled,
         "seconds": run.seconds,
     }
 

@@ -70,6 +70,11 @@ def describe_balance(imbalance: float) -> str:
     return f"energy balance to {_percent(imbalance)}"
 
 
+def describe_unsettled(times: int) -> str:
+    """Say how often contacts that open and close together had to be guessed; nothing if never."""
+    return f", {times} contact changes unsettled" if times else ""
+
+
 def warn_of_imbalance(imbalance: float, limit: float, remedy: str, where: Sequence[str] = ()) -> str:
     """Say that a result is doubtful and what to do; nothing if energy is balanced. `imbalance`: largest one; `limit`:
     above which it is doubtful; `remedy`: what makes it smaller; `where`: names of the parts that are off, where there
@@ -121,6 +126,9 @@ class FlowRun:
     iterations: int
     seconds: float  # wall time
     unit: str = field(repr=False)  # of stress, for labels
+    # times that several disks which touch with no gap decided on each other, and no states of them fitted: the
+    # closest were taken
+    unsettled: int = field(default=0, kw_only=True)
 
     __repr__ = short_repr
 
@@ -166,7 +174,7 @@ class FlowRun:
     def describe(self) -> str:
         """Say with which drag and accuracy it was run, and how well energy is balanced."""
         how = describe_drag(self.damping, self.background, self.tolerance)
-        return f"{how}, {describe_balance(self.imbalance)}"
+        return f"{how}, {describe_balance(self.imbalance)}{describe_unsettled(self.unsettled)}"
 
 
 def describe_drag(damping: Damping | None, background: float, tolerance: float) -> str:

@@ -38,7 +38,7 @@ _OF_LAMMPS = ("Lost atoms", "Non-numeric")  # its own words for the same, which 
 class FlowState(NamedTuple):
     """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
     elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
-    area. `iterations` are those of all solutions so far."""
+    area. `iterations` are those of all solutions so far, `unsettled` as in `FlowRun`."""
 
     time: float
     strain: float
@@ -56,6 +56,7 @@ class FlowState(NamedTuple):
     step: float
     iterations: float
     contacts: float
+    unsettled: float
 
 
 _STRESSES = (
@@ -63,7 +64,7 @@ _STRESSES = (
     *("dissipation", "energy", "work", "dissipated"),
 )
 _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
-_COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the start
+_COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
 
 
 class OverdampedSession:
@@ -216,7 +217,8 @@ def solver_residual(damping: Damping, tolerance: float, background: float) -> fl
     residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
     softest = background if damping.at_contacts else 1.0
     least, most = _COARSE
-    looser = min(max(tolerance / least, 1.0), most)
+    linear = damping.linear() == damping  # a power law drags most what moves least, and small errors are large there
+    looser = min(max(tolerance / least, 1.0), most) if linear else 1.0
     return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST) * looser, _STIFFEST))
 
 
