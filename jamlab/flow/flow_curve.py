@@ -21,6 +21,7 @@ from jamlab.flow.flow_run import (
     energy_gap,
     energy_imbalance,
     finer_steps,
+    renamed,
     say_balance,
     warn_of_imbalance,
 )
@@ -92,11 +93,13 @@ class FlowCurve:
             object.__setattr__(self, "unsettled", np.zeros(len(self.rates)))
 
     @property
-    def steady(self) -> NDArray[np.bool_]:
-        """(m,) whether the stress has the same mean in both halves of the average, as far as errors tell."""
+    def finished(self) -> NDArray[np.bool_]:
+        """(m,) whether the flow is steady: the stress has the same mean in both halves of the average, as far as errors tell."""
         from jamlab.statistics.block_average import LARGEST_DRIFT
 
         return np.abs(self.drift) <= LARGEST_DRIFT
+
+    steady = renamed("steady", "finished")
 
     @property
     def packings(self) -> tuple[Packing, ...]:
@@ -106,7 +109,7 @@ class FlowCurve:
     @property
     def verdict(self) -> str:
         """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
-        drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.steady])
+        drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
         off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > self.tolerance]]
         warning = warn_of_imbalance(self._worst, self.tolerance, finer_steps(self.tolerance), off)
@@ -161,7 +164,7 @@ class FlowCurve:
         stress, left_out = positive(self.stress)
         name = (label or str(self.damping)) + left_out
         axes.errorbar(self.rates, stress, self.stress_error, capsize=2.5, label=name, **look)
-        drifting = ~self.steady
+        drifting = ~self.finished
         if drifting.any():
             open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
             axes.plot(self.rates[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
