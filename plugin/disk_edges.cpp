@@ -15,7 +15,7 @@
 using namespace LAMMPS_NS;
 
 static constexpr double BASE = 0.5;             // part of the drag that keeps the matrix well conditioned
-static constexpr double ANSWER = 1e-3;          // residual of an answer, over the force that is answered
+static constexpr double ANSWER = 1e-5;          // residual of an answer, over the force that is answered
 static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
 static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
 static constexpr double EXACT = 1e-8;           // the same, where a disk may have no other contact than edges
