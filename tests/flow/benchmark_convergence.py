@@ -1,6 +1,6 @@
-"""Errors of disk flow over its tolerance, against an integrator that locates every contact: an hour of CPU.
+"""Errors of disk flow over its tolerance, against an integrator that locates every contact: ten minutes of CPU.
 
-pytest -m benchmark -s tests/flow/benchmark_convergence.py; JAMLAB_RESULTS keeps the exact flows, 20 s to 20 min each.
+pytest -m benchmark -s tests/flow/benchmark_convergence.py; JAMLAB_RESULTS keeps the exact flows, 2 to 40 s each.
 """
 
 import itertools
@@ -40,21 +40,22 @@ def exact_rows(law, n, rate):
 @pytest.mark.benchmark
 def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
     cases = [(law, n, rate) for n, rate, law in itertools.product(SEEDS, RATES, LAWS)]
-    print("\n      law   N   rate tolerance  steps  CPU s  median     99 %  up to")
+    print("\n      law   N   rate tolerance  steps  CPU s  median     99 % unsettled")
     worst = {}
     for case in cases:
         (exact,) = kept_rows(kept_folder / "exact_flows.json", ("law", "n", "rate"), [case], exact_rows)
         law, n, rate = case
+        assert not exact["ties"], case  # the law leaves no choice: paths may part nowhere
         stress, packing = np.array(exact["stress"]), jamlab.pack(n, 1e-2, SEEDS[n])
         for tolerance in TOLERANCES:
             clock = time.process_time()
             run = jamlab.shear(packing, rate, STRAIN, LAWS[law][1], rows=ROWS, tolerance=tolerance)
             seconds = time.process_time() - clock
-            off = np.abs(run.stress[: len(stress)] - stress)[1:] / np.abs(stress).max() / tolerance
+            off = np.abs(run.stress - stress)[1:] / np.abs(stress).max() / tolerance
             worst[*case, tolerance] = high = np.sort(off)[-2]  # one row may lie next to a jump
             print(
                 f"{law:>9} {n:3d} {rate:6.0e} {tolerance:9.0e} {run.steps:6d} {seconds:6.2f} {np.median(off):7.4f}"
-                f" {high:8.4f} {run.strain[len(off)]:6.3f}",
+                f" {high:8.4f} {run.unsettled:9d}",
                 flush=True,
             )
     beyond = {case: over for case, over in worst.items() if over > 10}

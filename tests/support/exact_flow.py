@@ -174,7 +174,6 @@ class ExactFlow:
         """States of all pairs whose gap is zero: open ones part, closed ones meet, others rub with theta in 0 to 1."""
         gap = self.gaps(x, self.rate * time)
         edge = sorted({*map(int, np.flatnonzero(np.abs(gap) < 3 * TOUCH)), *self.rubbing})
-        self.last_theta = {c: min(max(part, 0.0), 1.0) for c, part in self.solve(x, self.rate * time)["theta"].items()}
         before = [self.state(c) for c in edge]
         kinds = ("open", "closed") if self.stokes or self.beta == 0 else ("open", "closed", "rubbing")
         fitting = []
@@ -186,7 +185,11 @@ class ExactFlow:
             misfit = max(self.misfit(c, state, found) for c, state in zip(edge, states, strict=True))
             fitting.append((misfit, sum(a != b for a, b in zip(states, before, strict=True)), states))
         good = [entry[1:] for entry in fitting if entry[0] <= 1e-9]
-        states = good[0][1] if len(good) == 1 else self.relaxed_states(edge, before, x, time)
+        if len(good) == 1:
+            states = good[0][1]
+        else:
+            self.solve_as(edge, before, x, time)
+            states = self.relaxed_states(edge, before, x, time)
         if states not in [entry[1] for entry in good]:
             self.ties.append(self.rate * time)
             states = min(good)[1] if good else min(fitting)[2]
@@ -195,28 +198,25 @@ class ExactFlow:
 
     def relaxed_states(self, edge: list[int], before: list[str], x: np.ndarray, time: float) -> tuple[str, ...]:
         """Where several states fit: those that drag comes to which sets in over a thin layer, theta' = -parting."""
-        theta = np.array([{"open": 0.0, "closed": 1.0}.get(s, self.last_theta.get(c)) for c, s in zip(edge, before)])
+        acted = self.solve(x, self.rate * time)["theta"] | {c: float(c in self.closed) for c in edge if c not in self.rubbing}
+        theta = np.clip([acted[c] for c in edge], 0.0, 1.0)
         self.rubbing -= set(edge)
         self.closed |= set(edge)
-        step = 1.0
-        def parting(theta):
+
+        def parting(theta: np.ndarray) -> np.ndarray:
             found = self.solve(x, self.rate * time, dict(zip(edge, theta, strict=True)))
             return found["parting"][edge] / self.rate
-        now = parting(theta)
-        for _ in range(20000):
-            new = np.clip(theta - step * now, 0.0, 1.0)
-            if np.abs(new - theta).max() > 0.05:
-                step *= 0.05 / np.abs(new - theta).max()
-                continue
-            later = parting(new)
-            mean = np.clip(theta - 0.5 * step * (now + later), 0, 1)
-            if np.abs(mean - new).max() > 1e-3:
+
+        now, step = parting(theta), 1.0
+        for _ in range(20000):  # Heun's steps
+            first = np.clip(theta - step * now, 0.0, 1.0)
+            mean = np.clip(theta - 0.5 * step * (now + parting(first)), 0.0, 1.0)
+            if np.abs(first - theta).max() > 0.05 or np.abs(mean - first).max() > 1e-3:
                 step *= 0.5
                 continue
-            if np.abs(mean - theta).max() < 1e-7 * step: break
-            theta, now = mean, parting(mean)
-            step *= 1.5
-        print('relaxed', _, before, theta, now, step)
+            if np.abs(mean - theta).max() < 1e-7 * step:
+                break
+            theta, now, step = mean, parting(mean), 1.5 * step
         return tuple("open" if t == 0 else "closed" if t == 1 else "rubbing" for t in theta)
 
     def state(self, c: int) -> str:
