@@ -41,17 +41,17 @@ def exact_rows(law, n, rate):
 def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
     cases = [(law, n, rate) for n, rate, law in itertools.product(SEEDS, RATES, LAWS)]
     print("\n      law   N   rate tolerance  steps  CPU s  median     99 % unsettled")
-    worst = {}
+    worst, ties = {}, {}
     for case in cases:
         (exact,) = kept_rows(kept_folder / "exact_flows.json", ("law", "n", "rate"), [case], exact_rows)
         law, n, rate = case
-        assert not exact["ties"], case  # the law leaves no choice: paths may part nowhere
+        ties[case] = exact["ties"]
         stress, packing = np.array(exact["stress"]), jamlab.pack(n, 1e-2, SEEDS[n])
         for tolerance in TOLERANCES:
             clock = time.process_time()
             run = jamlab.shear(packing, rate, STRAIN, LAWS[law][1], rows=ROWS, tolerance=tolerance)
             seconds = time.process_time() - clock
-            off = np.abs(run.stress - stress)[1:] / np.abs(stress).max() / tolerance
+            off = np.abs(run.stress[: len(stress)] - stress)[1:] / np.abs(stress).max() / tolerance
             worst[*case, tolerance] = high = np.sort(off)[-2]  # one row may lie next to a jump
             print(
                 f"{law:>9} {n:3d} {rate:6.0e} {tolerance:9.0e} {run.steps:6d} {seconds:6.2f} {np.median(off):7.4f}"
@@ -60,3 +60,4 @@ def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
             )
     beyond = {case: over for case, over in worst.items() if over > 10}
     assert not beyond, beyond
+    assert not any(ties.values()), ties  # nowhere does the law leave a choice, at which paths may part
