@@ -290,7 +290,7 @@ def flow_curve(
                 progress(sum(done.values()) / len(done), f"rate {item[1]:g}")
             return
         points[item[1]] = step
-        file.save(lambda: _curve(packing, points, facts))
+        file.save(lambda: _curve(packing, points, facts), now=True)
 
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background) for rate in missing]
     if processes == 1:

@@ -133,7 +133,7 @@ def test_large_amplitudes_are_not_linear(backbone):
 def test_the_third_harmonic_is_the_third(backbone):
     found = jamlab.oscillate(backbone, 1.0, 1e-5, cycles=2)
     last = np.array([[3 + 4j, 0.7, 0.3j, 0.2, 0, 0, 0]])
-    assert replace(found, cycle_harmonics=last, converged=True).third_over_first == pytest.approx(0.3 / 5)
+    assert replace(found, cycle_harmonics=last, finished=True).third_over_first == pytest.approx(0.3 / 5)
 
 
 def test_refused(backbone, disks):
