@@ -94,7 +94,7 @@ class FlowCurve:
 
     @property
     def finished(self) -> NDArray[np.bool_]:
-        """(m,) whether the flow is steady: the stress has the same mean in both halves of the average, as far as errors tell."""
+        """(m,) whether the flow is steady: its stress has one mean in both halves of the average, to the errors."""
         from jamlab.statistics.block_average import LARGEST_DRIFT
 
         return np.abs(self.drift) <= LARGEST_DRIFT

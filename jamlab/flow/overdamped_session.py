@@ -230,4 +230,3 @@ def solver_residual(damping: Damping, tolerance: float, background: float) -> fl
     linear = damping.linear() == damping  # a power law drags most what moves least, and small errors are large there
     looser = min(max(tolerance / least, 1.0), most) if linear else 1.0
     return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST) * looser, _STIFFEST))
-

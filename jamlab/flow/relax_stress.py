@@ -63,7 +63,7 @@ class StressRelaxation(FlowRun):
     @property
     def _change(self) -> float:
         g = self._relaxing
-        return abs(float(np.interp(0.5 * self.time[-1], self.time, g)) - g[-1]) / (abs(g[-1]) or 1.0)
+        return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (abs(float(g[-1])) or 1.0)
 
     @property
     def finished(self) -> bool:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.flow import overdamped_session
+from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.flow.shear_run import stress_drops
 
 

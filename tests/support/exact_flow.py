@@ -198,7 +198,7 @@ class ExactFlow:
 
     def relaxed_states(self, edge: list[int], before: list[str], x: np.ndarray, time: float) -> tuple[str, ...]:
         """Where several states fit: those that drag comes to which sets in over a thin layer, theta' = -parting."""
-        acted = self.solve(x, self.rate * time)["theta"] | {c: float(c in self.closed) for c in edge if c not in self.rubbing}
+        acted = {c: float(c in self.closed) for c in edge} | self.solve(x, self.rate * time)["theta"]
         theta = np.clip([acted[c] for c in edge], 0.0, 1.0)
         self.rubbing -= set(edge)
         self.closed |= set(edge)
