@@ -109,9 +109,11 @@ void DiskDrag::displace(const Motions &moved, double strain)
   contacts.clear();
   answers.clear();
   for (const int k : pair_of) {
+    const bool rubs = edge_of[contacts.size()] >= 0;    // its gap is zero but for rounding, which moves a loose disk
     const DiskPair &p = near()[k];
     const double y = p.y + moved[p.j].y - moved[p.i].y, x = p.x + moved[p.j].x - moved[p.i].x + strain * y;
     contacts.push_back(contact_of(p, x, y));
+    if (rubs) contacts.back().force = contacts.back().energy = 0.0;
   }
 }
 
@@ -127,21 +129,21 @@ void DiskDrag::push(Motions &force) const
     force[c.j].y += c.force * c.ny;
   }
   for (std::size_t e = 0; e < edged.size(); e++)
-    if (edged[e].state == RUBBING) push_along_slip(e, force);
+    if (edged[e].state == RUBBING) push_pair(e, 0.0, edged[e].held, force);
   exchange.add_from_ghosts(force);
 }
 
 /* ----------------------------------------------------------------------
-   add the force held against the slip of a rubbing pair, ghosts apart; returns its part in A stress, of this rank
+   add forces on an edge against its parting and its slip, ghosts apart; returns their part in A stress, of this rank
 ------------------------------------------------------------------------- */
 
-double DiskDrag::push_along_slip(std::size_t edge, Motions &force) const
+double DiskDrag::push_pair(std::size_t edge, double back, double rub, Motions &force) const
 {
   double moment = 0.0;
   for (std::size_t k = 0; k < contacts.size(); k++) {
     if (edge_of[k] != static_cast<int>(edge)) continue;
     const DiskContact &c = contacts[k];
-    const double rub = edged[edge].held, fx = -rub * c.ny, fy = rub * c.nx;
+    const double fx = back * c.nx - rub * c.ny, fy = back * c.ny + rub * c.nx;
     Motion &a = force[c.i], &b = force[c.j];
     a = {a.x + fx, a.y + fy, a.spin + rub * c.arm_i};
     b = {b.x - fx, b.y - fy, b.spin + rub * c.arm_j};
@@ -338,7 +340,7 @@ double DiskDrag::elastic_moment() const
   for (const DiskContact &c : contacts) elastic -= c.share * c.force * c.nx * c.ny * c.distance;
   Motions unused(nlocal + nghost);
   for (std::size_t e = 0; e < edged.size(); e++)
-    if (edged[e].state == RUBBING) elastic -= push_along_slip(e, unused);
+    if (edged[e].state == RUBBING) elastic -= push_pair(e, 0.0, edged[e].held, unused);
   return sum(elastic);
 }
 

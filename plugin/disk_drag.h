@@ -60,18 +60,21 @@ class DiskDrag : public DragSolver {
   void expect(const Change &);        // its state from the next `take` on
   // states of edges that fit the velocities better
   Revision revise(const Motions &u, double rate, double least_speed);
-  std::vector<int> edge_states() const;
-  void set_edge_states(const std::vector<int> &);
   double misfit(const Motions &u, double rate, double least_speed) const;    // the worst of the edges
-  void pivot(const Motions &u, double rate, double least_speed, unsigned choice);    // another state of one edge that does not fit
+  bool edges_change() const;          // a gap has closed or opened in the last step
+  std::vector<double> parts_before() const;    // of the drag of edges that acted until now
+  // States of several edges, each of which decides on the others: those that drag comes to which sets in over a thin
+  // layer, from what acted before. A load of a stress: all of it. false: they never come to rest
+  bool relax_edges(std::vector<double> parts, const Motions &u, const Load &);
   bool close_rubbing();               // all of them, where no solution is found; false: there are none
-  void forget_settled();              // edges whose gap tells their state
+  void forget_settled(bool all);      // edges whose gap tells their state; but for those that are to be decided
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
   bool rubs() const { return rubbing > 0; }
   std::vector<double> thetas() const;
   const std::vector<Edge> &edges() const { return edged; }
   void take_over(const std::vector<Edge> &earlier) { edged = earlier; }
   bool drags() const { return law.tau > 0.0; }
+  bool is_linear() const { return law.alpha == 1.0; }
 
   // pairs of this rank whose state does not fit after a displacement
   template <typename Moved> void find_changes(const Motions &u, double rate, double time, const Moved &,
@@ -126,10 +129,14 @@ class DiskDrag : public DragSolver {
   double find_amplified();
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   bool hold(Motions &force, Motions &u, Load &, Result &) override;
-  double push_along_slip(std::size_t edge, Motions &force) const;
+  double push_pair(std::size_t edge, double back, double rub, Motions &force) const;
+  double answer_to(std::size_t edge, double back, double rub, double accuracy, const Load &, Motions &push, Motions &answer,
+                   double &rate, Result &);
+  std::vector<double> whole_weights() const;
   void update_thetas(const std::vector<std::size_t> &rubs, const std::vector<Slip> &);
   static void solve_dense(std::vector<double> &matrix, std::vector<double> &right, std::vector<bool> &free);
   double rounding() const override;
+  static constexpr double LOOK = 0.125;    // part of a step
   static void slip(const DiskContact &, const Motions &u, double rate, double &approach, double &slide);
 };
 
@@ -153,13 +160,16 @@ void DiskDrag::find_changes(const Motions &u, double rate, double time, const Mo
     const double sign = states[k] == CLOSED ? 1.0 : -1.0;
     if (!(sign * gap(time) > 0.0)) continue;
     double low = 0.0, high = time;
+    if (sign * gap(0.0) > 0.0) {    // decided against its gap, which is zero but for rounding: it has to be told first
+      while (low < time && sign * gap(low) > 0.0) low += LOOK * time;
+      if (!(low < time)) continue;
+    }
     for (int n = 0; n < 60 && high - low > 1e-12 * time; n++) {
       const double middle = 0.5 * (low + high);
       (sign * gap(middle) > 0.0 ? high : low) = middle;
     }
-    const bool decided = sign * gap(0.0) > 0.0;    // against its gap: what it costs is too little to matter
     found.push_back({tags[p.i], tags[p.j], states[k] == CLOSED ? OPEN : CLOSED, high,
-                     decided ? 0.0 : contact_speed(p, u, rate),
+                     contact_speed(p, u, rate),
                      law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
   }
 }

@@ -5,6 +5,7 @@
 
 #include "disk_drag.h"
 
+#include "edge_relaxation.h"
 #include "pair_disk_drag.h"
 
 #include <algorithm>
@@ -14,10 +15,10 @@
 using namespace LAMMPS_NS;
 
 static constexpr double BASE = 0.5;             // part of the drag that keeps the matrix well conditioned
-static constexpr double ANSWER = 1e-3;          // residual of an answer, over the force that is answered
+static constexpr double ANSWER = 1e-5;          // residual of an answer, over the force that is answered
 static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
 static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
-static constexpr int ALL_STATES = 7;            // as bits
+static constexpr double EXACT = 1e-8;           // the same, where a disk may have no other contact than edges
 static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
 
 /* ---------------------------------------------------------------------- */
@@ -113,23 +114,6 @@ void DiskDrag::set_state(Edge &edge, int state)
   edge.base = edge.theta = BASE;
 }
 
-/* ---------------------------------------------------------------------- */
-
-std::vector<int> DiskDrag::edge_states() const
-{
-  std::vector<int> found;
-  for (const Edge &edge : edged) found.push_back(edge.state);
-  return found;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void DiskDrag::set_edge_states(const std::vector<int> &wanted)
-{
-  for (std::size_t e = 0; e < edged.size(); e++) set_state(edged[e], wanted[e]);
-  find_contacts();
-}
-
 /* ----------------------------------------------------------------------
    velocity of the gap against the state; what only takes back a gap that is not quite zero does not count
 ------------------------------------------------------------------------- */
@@ -164,46 +148,18 @@ double DiskDrag::misfit(const Motions &u, double rate, double least_speed) const
   return worst;
 }
 
-/* ----------------------------------------------------------------------
-   Another state of one edge that does not fit: of the first, given those after it, until all three states are
-   tried, then of the next one. One of three fits a single edge, since its velocity is a continuous function of
-   theta. none left: states of all are tried again, from the one that is chosen on.
-------------------------------------------------------------------------- */
-
-void DiskDrag::pivot(const Motions &u, double rate, double least_speed, unsigned choice)
-{
-  const std::vector<Slip> slips = edge_slips(u, rate);
-  std::vector<std::size_t> wrong;
-  for (std::size_t e = 0; e < edged.size(); e++)
-    if (misfit(edged[e], slips[e], least_speed) > 0.0) wrong.push_back(e);
-  if (wrong.empty()) return;
-  const auto left = [&](std::size_t e) { return (edged[e].tried | 1 << edged[e].state) != ALL_STATES; };
-  auto found = std::find_if(wrong.begin(), wrong.end(), left);
-  if (found == wrong.end()) {
-    found = wrong.begin() + choice % wrong.size();
-    edged[*found].tried = 0;
-  }
-  Edge &edge = edged[*found];
-  const int tried = edge.tried | 1 << edge.state;
-  const bool opens = edge.state == CLOSED || (edge.state == RUBBING && !edge.free && edge.theta < 0.0);
-  const int first = opens ? OPEN : CLOSED, second = edge.state == RUBBING ? CLOSED + OPEN - first : RUBBING;
-  set_state(edge, !(tried & 1 << first) ? first : !(tried & 1 << second) ? second : CLOSED + OPEN - first);
-  edge.tried = tried;
-  for (std::size_t e = 0; e < *found; e++) edged[e].tried = 0;
-  find_contacts();
-}
-
 /* ---------------------------------------------------------------------- */
 
-void DiskDrag::forget_settled()
+void DiskDrag::forget_settled(bool all)
 {
+  if (all)
+    for (Edge &edge : edged) edge.tried = 0;
   const std::vector<Slip> slips = edge_slips(rest, 0.0);
   std::vector<Edge> kept;
   for (std::size_t e = 0; e < edged.size(); e++) {
     Edge &edge = edged[e];
-    edge.tried = 0;
     const bool told = edge.state == CLOSED ? slips[e].gap < 0.0 : slips[e].gap > 0.0;
-    if (edge.state == RUBBING || !told) kept.push_back(edge);
+    if (edge.state == RUBBING || !told || edge.tried) kept.push_back(edge);
   }
   if (kept.size() == edged.size()) return;
   edged = kept;
@@ -275,22 +231,13 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
     return false;
   }
   for (std::size_t a = 0; a < m; a++) {
-    const double held = edged[rubs[a]].held;
-    pushes[a].assign(nlocal + nghost, Motion());
-    edged[rubs[a]].held = 1.0;
-    moments[a] = push_along_slip(rubs[a], pushes[a]);
-    edged[rubs[a]].held = held;
-    exchange.add_from_ghosts(pushes[a]);
-    moments[a] = load.free_rate ? sum(moments[a]) : 0.0;
-    if (!known) {
-      Load unit = {0.0, moments[a], load.free_rate};
-      answers[a].assign(nlocal + nghost, Motion());
-      std::copy_n(pushes[a].begin(), nlocal, residual.begin());
-      double z_flow;
-      const double driven = precondition(moments[a], z_flow);
-      descend(answers[a], unit, moments[a], ANSWER * ANSWER * driven, result);
-      rate_answers[a] = unit.rate;
-      exchange.send_to_ghosts(answers[a]);
+    if (known) {
+      pushes[a].assign(nlocal + nghost, Motion());
+      moments[a] = push_pair(rubs[a], 0.0, 1.0, pushes[a]);
+      exchange.add_from_ghosts(pushes[a]);
+      moments[a] = load.free_rate ? sum(moments[a]) : 0.0;
+    } else {
+      moments[a] = answer_to(rubs[a], 0.0, 1.0, ANSWER, load, pushes[a], answers[a], rate_answers[a], result);
     }
     const std::vector<Slip> answer = edge_slips(answers[a], rate_answers[a]);
     for (std::size_t b = 0; b < m; b++) matrix[b * m + a] = answer[rubs[b]].approach;
@@ -320,19 +267,113 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
 }
 
 /* ----------------------------------------------------------------------
+   velocities that answer to unit forces on an edge; returns the part of these in A stress, where the rate is free
+------------------------------------------------------------------------- */
+
+double DiskDrag::answer_to(std::size_t edge, double back, double rub, double accuracy, const Load &load, Motions &push,
+                           Motions &answer, double &rate, Result &result)
+{
+  push.assign(nlocal + nghost, Motion());
+  double moment = push_pair(edge, back, rub, push);
+  exchange.add_from_ghosts(push);
+  moment = load.free_rate ? sum(moment) : 0.0;
+  Load unit = {0.0, moment, load.free_rate};
+  answer.assign(nlocal + nghost, Motion());
+  std::copy_n(push.begin(), nlocal, residual.begin());
+  double z_flow;
+  const double driven = precondition(moment, z_flow);
+  descend(answer, unit, moment, accuracy * accuracy * driven, result);
+  rate = unit.rate;
+  exchange.send_to_ghosts(answer);
+  return moment;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::whole_weights() const
+{
+  std::vector<double> whole(edged.size(), 0.0);
+  for (std::size_t k = 0; k < contacts.size(); k++)
+    if (edge_of[k] >= 0) whole[edge_of[k]] = contacts[k].share * weights[k] / edged[edge_of[k]].base;
+  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM, world);
+  return whole;
+}
+
+/* ----------------------------------------------------------------------
    part of the drag of the pair, as it slips, that acts on it
 ------------------------------------------------------------------------- */
 
 void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::vector<Slip> &slips)
 {
-  std::vector<double> whole(edged.size(), 0.0);    // weights
-  for (std::size_t k = 0; k < contacts.size(); k++)
-    if (edge_of[k] >= 0) whole[edge_of[k]] = contacts[k].share * weights[k] / edged[edge_of[k]].base;
-  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM, world);
+  const std::vector<double> whole = whole_weights();
   for (const std::size_t e : rubs) {
     const double drag = law.beta * whole[e] * slips[e].slide;
     edged[e].theta = drag != 0.0 ? edged[e].base + edged[e].held / drag : edged[e].base;
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool DiskDrag::edges_change() const
+{
+  return std::any_of(edged.begin(), edged.end(), [](const Edge &edge) { return edge.tried != 0; });
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::parts_before() const
+{
+  std::vector<double> parts;
+  for (const Edge &edge : edged)
+    parts.push_back(edge.state == RUBBING ? std::clamp(edge.theta, 0.0, 1.0)
+                                          : (edge.state == CLOSED) != (edge.tried != 0) ? 1.0 : 0.0);
+  return parts;
+}
+
+/* ----------------------------------------------------------------------
+   with all edges at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on each
+------------------------------------------------------------------------- */
+
+bool DiskDrag::relax_edges(std::vector<double> parts, const Motions &u, const Load &driven)
+{
+  const std::size_t m = edged.size(), n = 2 * m;
+  for (Edge &edge : edged) set_state(edge, RUBBING);
+  find_contacts();
+  Motions force, base(u), push, answer;
+  this->push(force);
+  Load load = driven;
+  if (load.free_rate) load.moment -= elastic_moment();
+  Result result = {0, false, 0.0, true};
+  exchange.send_to_ghosts(base);
+  find_weights(base, load.rate);
+  find_preconditioner(load.free_rate);
+  const double enough = std::max(EXACT * EXACT * driving(force, load), rounding());
+  descend(base, load, find_residual(force, base, load, false), enough, result);
+  exchange.send_to_ghosts(base);
+  EdgeRelaxation edges = {m, BASE, std::vector<double>(n), std::vector<double>(n * n), std::vector<double>(n),
+                          std::vector<double>(m)};
+  const std::vector<Slip> slips = edge_slips(base, load.rate);
+  const std::vector<double> whole = whole_weights();
+  for (std::size_t e = 0; e < m; e++) {
+    edges.still[e] = slips[e].approach;
+    edges.back[e] = closing * slips[e].gap;
+    edges.still[m + e] = slips[e].slide;
+    edges.weights[e] = whole[e];
+    edges.weights[m + e] = law.beta * whole[e];
+  }
+  for (std::size_t k = 0; k < n; k++) {
+    double rate;
+    answer_to(k % m, k < m ? 1.0 : 0.0, k < m ? 0.0 : 1.0, EXACT, load, push, answer, rate, result);
+    const std::vector<Slip> found = edge_slips(answer, rate);
+    for (std::size_t e = 0; e < m; e++) {
+      edges.answers[e * n + k] = found[e].approach;
+      edges.answers[(m + e) * n + k] = found[e].slide;
+    }
+  }
+  const bool rests = edges.relax(parts);
+  for (std::size_t e = 0; e < m; e++) set_state(edged[e], parts[e] == 0.0 ? OPEN : parts[e] == 1.0 ? CLOSED : RUBBING);
+  find_contacts();
+  return rests;
 }
 
 /* ----------------------------------------------------------------------

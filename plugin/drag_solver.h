@@ -106,6 +106,8 @@ class DragSolver {
   double speed_floor(double squares, double count) const;
   virtual double precondition(double r_flow, double &z_flow);    // residual descent over all ranks
   double descend(Motions &u, Load &, double r_flow, double enough, Result &);
+  double driving(const Motions &force, const Load &);
+  double find_residual(const Motions &force, Motions &u, const Load &, bool moved);
 
  private:
   Motions direction, product;
@@ -124,8 +126,6 @@ class DragSolver {
   virtual bool hold(Motions &, Motions &, Load &, Result &) { return false; }
   virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
-  double driving(const Motions &force, const Load &);
-  double find_residual(const Motions &force, Motions &u, const Load &, bool moved);
   void subtract(const Motions &, double factor = 1.0);
 };
 

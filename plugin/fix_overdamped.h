@@ -90,6 +90,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     double stress = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
     double speed = 0.0;        // of all disks together
+    double unsettled = 0.0;    // times that no states of several pairs with a gap of zero fitted
     double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
   } state;
 
@@ -121,7 +122,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   DragSolver::Result find_velocities(bool forces = true);
   void start_droplets();
   void start_disks();
-  void find_states(double least_speed);
+  bool fit(const DragSolver::Result &, double least_speed) const;
+  void relax_ties(const std::vector<double> &parts, double least_speed);
   void plan_disks();
   void move_disks();
   double try_stages(double step);

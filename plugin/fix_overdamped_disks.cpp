@@ -33,10 +33,10 @@ static constexpr double STRICT = 0.2;       // part of the tolerance that a step
 static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
 static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
-static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
+static constexpr double STUCK = 1e-9;       // step over the relaxation time below which none is tried
+static constexpr double FORCED = 1e-3;      // step over the relaxation time that is taken where pairs that rub allow none
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
-static constexpr std::size_t FEW = 4;          // pairs with a gap of zero whose states are all tried
-static constexpr int PIVOTS = 12;               // at most, for every pair with a gap of zero
+static constexpr int ROUNDS = 8;            // of the states of several pairs
 
 /* ----------------------------------------------------------------------
    integral of the parabola through the three stages, up to a part of the step
@@ -73,69 +73,51 @@ void FixOverdamped::start_disks()
 {
   disks->take(atom->nlocal, atom->nghost, 0.0);
   disks->keep_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
+  disks->forget_settled(false);    // gaps of the last step have become wide
   disks->let_go_of_loose(now);
   const double least = tolerance * state.speed / SPREAD;
-  DiskDrag::Revision revision = DiskDrag::CHANGED;
-  while (revision == DiskDrag::CHANGED) {
-    const DragSolver::Result result = find_velocities();
-    if (!result.converged) {
-      if (!disks->close_rubbing()) refuse(result);
-      std::fill(now.begin(), now.end(), Motion());
+  const auto parts = disks->parts_before();
+  if (parts.size() > 1 && disks->edges_change() && (disks->rubs() || !fit(find_velocities(), least))) {
+    relax_ties(parts, least);
+  } else {
+    DiskDrag::Revision revision = DiskDrag::CHANGED;
+    while (revision == DiskDrag::CHANGED) {
+      const DragSolver::Result result = find_velocities();
+      if (!result.converged) {
+        if (!disks->close_rubbing()) refuse(result);
+        std::fill(now.begin(), now.end(), Motion());
+      }
+      revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
     }
-    revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
+    if (revision == DiskDrag::CYCLES) relax_ties(parts, least);
   }
-  if (revision == DiskDrag::CYCLES) find_states(least);
-  disks->forget_settled();
+  disks->forget_settled(true);
   add_up();
   state.speed = sums.speed;
 }
 
-/* ----------------------------------------------------------------------
-   one of all the states of a few pairs, as digits to base 3
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
-static std::vector<int> combination(int number, std::size_t pairs)
+bool FixOverdamped::fit(const DragSolver::Result &result, double least_speed) const
 {
-  std::vector<int> states(pairs);
-  for (int &one : states) {
-    one = number % 3;
-    number /= 3;
-  }
-  return states;
+  return result.converged && disks->misfit(now, state.rate, least_speed) <= tolerance;
 }
 
 /* ----------------------------------------------------------------------
-   of several pairs with a gap of zero, each of which decides on the others: those states that fit best of all, or
-   of many pairs, where all are too many, the first that fit to a part of the tolerance
+   of several pairs with a gap of zero, each of which decides on the others; a power law changes their drag
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::find_states(double least_speed)
+void FixOverdamped::relax_ties(const std::vector<double> &parts, double least_speed)
 {
-  std::vector<int> best = disks->edge_states();
-  const std::size_t count = best.size();
-  const bool all = count <= FEW;
-  const int rounds = all ? static_cast<int>(std::lround(std::pow(3.0, count))) : PIVOTS * (1 + static_cast<int>(count));
-  const double enough = all ? 0.0 : tolerance / SPREAD;
-  double least = HUGE_VAL;
-  unsigned choice = 0;
-  for (int n = 0; n < rounds && least > enough; n++) {
-    if (all) disks->set_edge_states(combination(n, count));
-    std::fill(now.begin(), now.end(), Motion());    // states that fit badly may have left velocities without bound
-    const bool converged = find_velocities().converged;
-    const double misfit = converged ? disks->misfit(now, state.rate, least_speed) : HUGE_VAL;
-    if (misfit < least) {
-      least = misfit;
-      best = disks->edge_states();
-    }
-    if (all) continue;
-    if (misfit <= enough) return;
-    if (!converged && disks->close_rubbing()) continue;
-    choice = 1664525u * choice + 1013904223u;
-    disks->pivot(now, state.rate, least_speed, choice >> 16);
+  DragSolver::Result result = {};
+  for (int round = 0; round < (disks->is_linear() ? 1 : ROUNDS); round++) {
+    const bool rests = disks->relax_edges(parts, now, {driven_rate(), area() * wanted_stress, drive == STRESS});
+    result = find_velocities();
+    if (rests && fit(result, least_speed)) return;
+    if (!result.converged) std::fill(now.begin(), now.end(), Motion());
   }
-  disks->set_edge_states(best);
-  std::fill(now.begin(), now.end(), Motion());
-  if (const DragSolver::Result result = find_velocities(); !result.converged) refuse(result);
+  if (!result.converged && !(result = find_velocities()).converged) refuse(result);
+  state.unsettled += 1.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -218,25 +200,30 @@ void FixOverdamped::plan_disks()
   double step = state.step > 0.0 ? state.step : FIRST * longest;
   plan.longest = longest;
   double next;
-  bool rejected = false;
+  bool rejected = false, forced = false;
   double off_before = HUGE_VAL, before = step;
   while (true) {
     step = up_to_end(std::min(step, longest));
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
-    if (factor >= SAFETY) break;
+    if (factor >= SAFETY || (forced && std::isfinite(off))) break;
     if (std::isfinite(off) && off > NOISE * off_before) {    // of the solver, which no step makes smaller
       next = before;
       break;
     }
     off_before = off;
     before = step;
-    if (step < STUCK * longest)
-      error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
-                 "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
-                 state.strain, state.rate, step);
-    step = next;
     rejected = true;
+    if (step < STUCK * longest) {
+      if (forced || !disks->rubs())
+        error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
+                   "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
+                   state.strain, state.rate, step);
+      state.unsettled += 1.0;    // it is said, and the flow goes on
+      forced = true;
+      next = FORCED * longest;
+    }
+    step = next;
   }
   plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
   plan.step = step;

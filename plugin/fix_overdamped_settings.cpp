@@ -41,7 +41,7 @@ FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg,
   restart_global = restart_peratom = 1;
   restart_pbc = 1;
   vector_flag = 1;
-  size_vector = 16;
+  size_vector = 17;
   global_freq = 1;
   extvector = 0;
   comm_forward = comm_reverse = 3;
@@ -284,6 +284,7 @@ double FixOverdamped::compute_vector(int n)
     case 13: return update->dt;                          // of the next step
     case 14: return state.iterations;
     case 15: return sums.contacts;
+    case 16: return state.unsettled;
     default: return 0.0;
   }
 }

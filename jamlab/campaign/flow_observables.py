@@ -202,7 +202,7 @@ class Oscillation(_Run):
         how = self.oscillation
         run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
-        found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {"converged": run.converged}
+        found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {"converged": run.finished}
         return found | self._equivalent(packing, row, stress)
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:

@@ -151,7 +151,7 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
 def _rows(found: "Flow") -> dict[str, Any]:
     """Arrays of a result that have one value a row, the first of them first, and what of energy is not balanced."""
     arrays = {f.name: getattr(found, f.name) for f in fields(found)}
-    derived = ("compliance", "modulus", "steady", "energy_gap")
+    derived = ("compliance", "modulus", "finished", "energy_gap")
     arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
     arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
@@ -215,7 +215,7 @@ _MEANS = {"stress": ".5g", "stress_error": ".1g", "pressure": ".5g", "pressure_e
 _MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "plastic_events": ".3g", "imbalance": ".1e"}
 
 
-@flow_command({"rates": ".4g", **_MEANS, "steady": ""}, out=Path("flow-curve.h5"), tolerance=1e-2)
+@flow_command({"rates": ".4g", **_MEANS, "finished": ""}, out=Path("flow-curve.h5"), tolerance=1e-2)
 def flow_curve(
     options: FlowOptions,
     rates: Annotated[list[float], typer.Option("--rate", help="Rate of shear, 1/tau_1; give it several times.")],

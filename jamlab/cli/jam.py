@@ -47,7 +47,8 @@ def jam(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Make a packing at jamming onset, after Boromand et al., section 2.3."""
+    """Make a packing at jamming onset, after Boromand et al., section 2.3; interrupted, it leaves nothing, since what
+    it passes is at no onset."""
     from jamlab.protocols.onset import jam as run
 
     check_target(out, replace=force)
@@ -76,7 +77,8 @@ def pack(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe."""
+    """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe; interrupted, it
+    leaves nothing, since what it passes has another pressure."""
     from jamlab.protocols.target_pressure import pack as run
 
     check_target(out, replace=force)

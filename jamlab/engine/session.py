@@ -284,6 +284,11 @@ class Session:
         """Steps and iterations taken in this session, over all runs and minimisations."""
         return int(self._lmp.extract_global("ntimestep")) + self._compiled_steps
 
+    def is_whole(self) -> bool:
+        """Whether all disks or vertices are there and somewhere; after a run that failed, too."""
+        here = self._lmp.extract_setting("nlocal")
+        return here == self.size and bool(np.isfinite(self._lmp.numpy.extract_atom("x")[:here]).all())
+
     def contact_energy(self) -> float:
         """Energy of the contacts at the last evaluation."""
         return float(self._lmp.get_thermo("evdwl")) * self._scales.energy

@@ -75,6 +75,11 @@ class CreepRun(FlowRun):
         return "flows" if self.slope > _FLOWS and self.strain[-1] > _YIELDED else "creeps"
 
     @property
+    def finished(self) -> bool:
+        """Whether the packing has come to rest or flows steadily."""
+        return self.state != "creeps"
+
+    @property
     def reached(self) -> str:
         """What the run has reached, in words."""
         early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "

@@ -17,9 +17,11 @@ from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
     describe_balance,
     describe_drag,
+    describe_unsettled,
     energy_gap,
     energy_imbalance,
     finer_steps,
+    renamed,
     say_balance,
     warn_of_imbalance,
 )
@@ -56,6 +58,7 @@ class FlowCurve:
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
         imbalance: (m,) part of the work of the average that is neither stored nor lost.
+        unsettled: (m,) see `FlowRun`, of start-up and average.
         seconds: (m,) wall time.
         discard, strain: of start-up, left out, and of the average.
         frames: the packing at the start and the last state of each rate.
@@ -83,13 +86,20 @@ class FlowCurve:
     background: float
     tolerance: float
     unit: str = field(repr=False)
+    unsettled: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+
+    def __post_init__(self) -> None:
+        if not len(self.unsettled):  # a file of version 0.2.0
+            object.__setattr__(self, "unsettled", np.zeros(len(self.rates)))
 
     @property
-    def steady(self) -> NDArray[np.bool_]:
-        """(m,) whether the stress has the same mean in both halves of the average, as far as errors tell."""
+    def finished(self) -> NDArray[np.bool_]:
+        """(m,) whether the flow is steady: its stress has one mean in both halves of the average, to the errors."""
         from jamlab.statistics.block_average import LARGEST_DRIFT
 
         return np.abs(self.drift) <= LARGEST_DRIFT
+
+    steady = renamed("steady", "finished")
 
     @property
     def packings(self) -> tuple[Packing, ...]:
@@ -99,7 +109,7 @@ class FlowCurve:
     @property
     def verdict(self) -> str:
         """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
-        drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.steady])
+        drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
         off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > self.tolerance]]
         warning = warn_of_imbalance(self._worst, self.tolerance, finer_steps(self.tolerance), off)
@@ -112,14 +122,15 @@ class FlowCurve:
     def describe(self) -> str:
         """Say with which drag and accuracy it was run, and how well energy is balanced at the worst rate."""
         how = describe_drag(self.damping, self.background, self.tolerance)
-        return f"{how}, {describe_balance(self._worst)}"
+        return f"{how}, {describe_balance(self._worst)}{describe_unsettled(int(self.unsettled.sum()))}"
 
     def __repr__(self) -> str:
         points = ", ".join(
             f"{rate:g}: {stress:.4g} ± {error:.1g}"
             for rate, stress, error in zip(self.rates, self.stress, self.stress_error, strict=True)
         )
-        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}; {self.verdict})"
+        unsettled = describe_unsettled(int(self.unsettled.sum()))
+        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.verdict})"
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:
@@ -153,7 +164,7 @@ class FlowCurve:
         stress, left_out = positive(self.stress)
         name = (label or str(self.damping)) + left_out
         axes.errorbar(self.rates, stress, self.stress_error, capsize=2.5, label=name, **look)
-        drifting = ~self.steady
+        drifting = ~self.finished
         if drifting.any():
             open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
             axes.plot(self.rates[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
@@ -175,6 +186,7 @@ _POINTS = (
     "drift",
     "plastic_events",
     "imbalance",
+    "unsettled",
     "seconds",
 )
 
@@ -278,7 +290,7 @@ def flow_curve(
                 progress(sum(done.values()) / len(done), f"rate {item[1]:g}")
             return
         points[item[1]] = step
-        file.save(lambda: _curve(packing, points, facts))
+        file.save(lambda: _curve(packing, points, facts), now=True)
 
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background) for rate in missing]
     if processes == 1:
@@ -321,6 +333,7 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
         "drift": means["stress"].drift,
         "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),
         "imbalance": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),
+        "unsettled": run.unsettled,
         "seconds": run.seconds,
     }
 

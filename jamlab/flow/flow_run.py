@@ -6,6 +6,7 @@ so the gap between the three measures the errors of the steps.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,6 +25,16 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
 from jamlab.plotting.palette import BLACK, COLOURS, RED
 from jamlab.rheology.damping import Damping
+
+
+def renamed(old: str, new: str) -> Any:
+    """A property under the name of before, which works for one release with a warning."""
+
+    def get(self: Any) -> Any:
+        warnings.warn(f"{type(self).__name__}.{old} is now .{new}", FutureWarning, stacklevel=2)
+        return getattr(self, new)
+
+    return property(get, doc=f"The name of `{new}` until version 0.2.0.")
 
 
 def check_touching(packing: Packing) -> None:
@@ -68,6 +79,11 @@ def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
 def describe_balance(imbalance: float) -> str:
     """Say in words how well energy is balanced."""
     return f"energy balance to {_percent(imbalance)}"
+
+
+def describe_unsettled(times: int) -> str:
+    """Say how often contacts that open and close together had to be guessed; nothing if never."""
+    return f", {times} contact changes unsettled" if times else ""
 
 
 def warn_of_imbalance(imbalance: float, limit: float, remedy: str, where: Sequence[str] = ()) -> str:
@@ -121,6 +137,9 @@ class FlowRun:
     iterations: int
     seconds: float  # wall time
     unit: str = field(repr=False)  # of stress, for labels
+    # times that several disks which touch with no gap decided on each other, and no states of them fitted: the
+    # closest were taken
+    unsettled: int = field(default=0, kw_only=True)
 
     __repr__ = short_repr
 
@@ -166,7 +185,7 @@ class FlowRun:
     def describe(self) -> str:
         """Say with which drag and accuracy it was run, and how well energy is balanced."""
         how = describe_drag(self.damping, self.background, self.tolerance)
-        return f"{how}, {describe_balance(self.imbalance)}"
+        return f"{how}, {describe_balance(self.imbalance)}{describe_unsettled(self.unsettled)}"
 
 
 def describe_drag(damping: Damping | None, background: float, tolerance: float) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, say_balance
+from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, renamed, say_balance
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -42,14 +42,15 @@ class Oscillation(FlowRun):
         amplitude: of the strain.
         points: rows in a cycle.
         cycle_harmonics: (cycles, k) complex G'_k + i G''_k of each cycle, k = 1, 2, ...
-        converged: whether the first harmonic of the last two cycles differs by less than the tolerance.
+        finished: whether it repeats: the first harmonic of the last two cycles differs by less than the tolerance.
     """
 
     omega: float
     amplitude: float
     points: int
     cycle_harmonics: Complex
-    converged: bool
+    finished: bool
+    converged = renamed("converged", "finished")
 
     @property
     def cycles(self) -> int:
@@ -59,7 +60,7 @@ class Oscillation(FlowRun):
     @property
     def harmonics(self) -> Complex:
         """(k,) G'_k + i G''_k: of the last cycle, or, while cycles differ, the mean over their last half."""
-        last = self.cycle_harmonics[-1:] if self.converged else self.cycle_harmonics[self.cycles // 2 :]
+        last = self.cycle_harmonics[-1:] if self.finished else self.cycle_harmonics[self.cycles // 2 :]
         return np.asarray(last.mean(axis=0))
 
     @property
@@ -91,7 +92,7 @@ class Oscillation(FlowRun):
         change = f"{self.error:.1g} from cycle to cycle after {self.cycles}"
         other = int(np.ptp(self.contacts))
         touching = f", {other} contacts open or close" if other else ""
-        return f"{'periodic' if self.converged else 'NOT PERIODIC'}: G* changes by {change}{touching}"
+        return f"{'periodic' if self.finished else 'NOT PERIODIC'}: G* changes by {change}{touching}"
 
     def __repr__(self) -> str:
         numbers = (
@@ -117,7 +118,7 @@ class Oscillation(FlowRun):
         x = self.strain[rows] if against == "strain" else self.rate[rows]
         stress = self.stress[rows]
         name = label or rf"$\gamma_0$ = {self.amplitude:g}, $\omega\,\tau_1$ = {self.omega:g}"
-        name += "" if self.converged else ", not periodic"
+        name += "" if self.finished else ", not periodic"
         look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name}
         axes.plot(x, stress - stress[1:].mean(), **merged_line(look, style))
         across = r"strain $\gamma$" if against == "strain" else r"rate of strain $\dot\gamma\,\tau_1$"
@@ -201,7 +202,7 @@ def oscillate(
     with Recording(packing, law, tolerance, background, file.before) as flow:
 
         def result() -> Oscillation:
-            answer = {"cycle_harmonics": np.array(found), "converged": _repeats(found, tolerance)}
+            answer = {"cycle_harmonics": np.array(found), "finished": _repeats(found, tolerance)}
             return Oscillation(**flow.content() | answer, omega=omega, amplitude=amplitude, points=points)
 
         flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", 2 * np.pi / omega / points)

@@ -33,13 +33,12 @@ _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would 
 _FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
 _SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
 _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
-_OF_LAMMPS = ("Lost atoms", "Non-numeric")  # its own words for the same, which carry no code
 
 
 class FlowState(NamedTuple):
     """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
     elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
-    area. `iterations` are those of all solutions so far."""
+    area. `iterations` are those of all solutions so far, `unsettled` as in `FlowRun`."""
 
     time: float
     strain: float
@@ -57,6 +56,7 @@ class FlowState(NamedTuple):
     step: float
     iterations: float
     contacts: float
+    unsettled: float
 
 
 _STRESSES = (
@@ -64,7 +64,7 @@ _STRESSES = (
     *("dissipation", "energy", "work", "dissipated"),
 )
 _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
-_COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the start
+_COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
 
 
 class OverdampedSession:
@@ -133,7 +133,7 @@ class OverdampedSession:
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
         self._session.set_variables({"drive": words, "interval": interval})
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
-        with _flow_errors():
+        with self._flow_errors():
             self._session.include("flow.fix")
             self._driven = True
             self._session.command("run 0 post no")
@@ -149,7 +149,7 @@ class OverdampedSession:
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
             now = min(_LOOK, _LOOK if steps is None else steps)
-            with _flow_errors():
+            with self._flow_errors():
                 self._session.command(f"run {now} post no")
             before, state = state, self.state()
             if steps is not None:
@@ -193,6 +193,17 @@ class OverdampedSession:
         # it may lean with a stress from now on, and its sizes are those given, to the last digit
         return self._given.with_state(positions=now.positions, box=now.box, ensemble="fixed-box")
 
+    @contextmanager
+    def _flow_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except EngineError as error:
+            text = str(error).partition("ERROR: ")[2].partition(" (/")[0].partition("\n")[0] or str(error)
+            coded = _CODE.fullmatch(text)
+            if coded is None and self._session.is_whole():
+                raise
+            raise ConvergenceError("".join(coded.groups()) if coded else text) from error
+
     def steps(self) -> int:
         """Steps taken in this session."""
         return self._session.steps()
@@ -220,17 +231,6 @@ def solver_residual(damping: Damping, tolerance: float, background: float) -> fl
     residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
     softest = background if damping.at_contacts else 1.0
     least, most = _COARSE
-    looser = min(max(tolerance / least, 1.0), most)
+    linear = damping.linear() == damping  # a power law drags most what moves least, and small errors are large there
+    looser = min(max(tolerance / least, 1.0), most) if linear else 1.0
     return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST) * looser, _STIFFEST))
-
-
-@contextmanager
-def _flow_errors() -> Iterator[None]:
-    try:
-        yield
-    except EngineError as error:
-        text = str(error).partition("ERROR: ")[2].partition(" (/")[0].partition("\n")[0] or str(error)
-        coded = _CODE.fullmatch(text)
-        if coded is None and not any(words in text for words in _OF_LAMMPS):
-            raise
-        raise ConvergenceError("".join(coded.groups()) if coded else text) from error

@@ -59,7 +59,7 @@ class Pipkin:
         return max(found.imbalance for found in self.oscillations)
 
     def __repr__(self) -> str:
-        late = sum(not found.converged for found in self.oscillations)
+        late = sum(not found.finished for found in self.oscillations)
         words = f"{late} NOT PERIODIC" if late else "all periodic"
         balance = describe_balance(self.imbalance)
         return f"Pipkin({len(self.oscillations)} oscillations, {len(set(self.omega))} frequencies, {balance}; {words})"

@@ -199,7 +199,9 @@ class Walk:
     def result(self, strain: float) -> QuasistaticShear:
         """All states so far of a run to a strain, in units of the packing."""
         columns: dict[str, Any] = {f.name: np.array([getattr(s, f.name) for s in self.states]) for f in fields(Minimum)}
-        events = {f"event_{f.name}": np.array([getattr(e, f.name) for e in self.events]) for f in fields(Event)}
+        events: dict[str, Any] = {
+            f"event_{f.name}": np.array([getattr(e, f.name) for e in self.events]) for f in fields(Event)
+        }
         for name, unit in self._units().items():
             part = events if name in events else columns
             part[name] = part[name] * unit

@@ -84,6 +84,7 @@ class Recording:
             "frames": tuple(frames),
             "steps": self._steps + self.session.steps(),
             "iterations": int(self.rows[-1].iterations),
+            "unsettled": int(self.rows[-1].unsettled),
             "seconds": time.perf_counter() - self._began,
             "unit": self._unit,
         }
@@ -98,12 +99,12 @@ class Recording:
 
 
 def _rows(before: FlowRun) -> list[FlowState]:
-    """Rows of an earlier run; of iterations only the sum is kept, with the last one."""
+    """Rows of an earlier run; of what is counted only the sum is kept, with the last one."""
     columns = {name: getattr(before, name) for name in SERIES}
     empty = dict.fromkeys(FlowState._fields, 0.0)
     rows = [
         FlowState(**(empty | {name: float(values[k]) for name, values in columns.items()}))
         for k in range(len(before.time))
     ]
-    rows[-1] = rows[-1]._replace(iterations=float(before.iterations))
+    rows[-1] = rows[-1]._replace(iterations=float(before.iterations), unsettled=float(before.unsettled))
     return rows

@@ -57,12 +57,25 @@ class StressRelaxation(FlowRun):
         return np.asarray((self.stress - self.residual) / self.step_strain)
 
     @property
+    def _relaxing(self) -> Array:
+        return self.modulus if self.step_strain else self.stress
+
+    @property
+    def _change(self) -> float:
+        g = self._relaxing
+        return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (abs(float(g[-1])) or 1.0)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3."""
+        return self._change < _RESTS
+
+    @property
     def reached(self) -> str:
         """What the run has reached, in words."""
-        g = self.modulus if self.step_strain else self.stress
-        change = abs(float(np.interp(0.5 * self.time[-1], self.time, g)) - g[-1]) / (abs(g[-1]) or 1.0)
+        g, change = self._relaxing, self._change
         what = "G" if self.step_strain else "a stress"
-        if change < _RESTS:
+        if self.finished:
             return f"relaxed to {what} = {g[-1]:.4g}"
         return f"NOT RELAXED: {what} = {g[-1]:.4g} has changed by {change:.1g} over the last half of the time"
 

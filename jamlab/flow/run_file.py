@@ -111,6 +111,8 @@ def read_result(path: FilePath, kind: type[R]) -> R:
             raise StorageError(f"{path} holds no {kind.__name__}: give a file that its command wrote")
         arrays = {name: dataset(group, name, "biufc")[()] for name in group}
         facts, law = json.loads(group.attrs["facts"]), json.loads(group.attrs["damping"])
+    if "converged" in facts:  # of an `Oscillation` of version 0.2.0
+        facts["finished"] = facts.pop("converged")
     try:
         damping = None if law == _NO_DRAG else law_of_record(law)
         return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})

@@ -1,6 +1,6 @@
-"""Errors of disk flow over its tolerance, against an integrator that locates every contact: an hour of CPU.
+"""Errors of disk flow over its tolerance, against an integrator that locates every contact: ten minutes of CPU.
 
-pytest -m benchmark -s tests/flow/benchmark_convergence.py; JAMLAB_RESULTS keeps the exact flows, 20 s to 20 min each.
+pytest -m benchmark -s tests/flow/benchmark_convergence.py; JAMLAB_RESULTS keeps the exact flows, 2 to 40 s each.
 """
 
 import itertools
@@ -40,11 +40,12 @@ def exact_rows(law, n, rate):
 @pytest.mark.benchmark
 def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
     cases = [(law, n, rate) for n, rate, law in itertools.product(SEEDS, RATES, LAWS)]
-    print("\n      law   N   rate tolerance  steps  CPU s  median     99 %  up to")
-    worst = {}
+    print("\n      law   N   rate tolerance  steps  CPU s  median     99 % unsettled")
+    worst, ties = {}, {}
     for case in cases:
         (exact,) = kept_rows(kept_folder / "exact_flows.json", ("law", "n", "rate"), [case], exact_rows)
         law, n, rate = case
+        ties[case] = exact["ties"]
         stress, packing = np.array(exact["stress"]), jamlab.pack(n, 1e-2, SEEDS[n])
         for tolerance in TOLERANCES:
             clock = time.process_time()
@@ -54,8 +55,9 @@ def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
             worst[*case, tolerance] = high = np.sort(off)[-2]  # one row may lie next to a jump
             print(
                 f"{law:>9} {n:3d} {rate:6.0e} {tolerance:9.0e} {run.steps:6d} {seconds:6.2f} {np.median(off):7.4f}"
-                f" {high:8.4f} {run.strain[len(off)]:6.3f}",
+                f" {high:8.4f} {run.unsettled:9d}",
                 flush=True,
             )
     beyond = {case: over for case, over in worst.items() if over > 10}
     assert not beyond, beyond
+    assert not any(ties.values()), ties  # nowhere does the law leave a choice, at which paths may part

@@ -74,7 +74,7 @@ def test_herschel_bulkley_exponent(curve):
 
 def test_steady_flow_loses_stress_times_rate(curve):
     assert curve.dissipation == pytest.approx(curve.stress * curve.rates, rel=0.02)
-    assert np.all(curve.steady)
+    assert np.all(curve.finished)
 
 
 def test_creep_above_yield_lands_on_the_flow_curve(dense):

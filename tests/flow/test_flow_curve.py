@@ -36,7 +36,7 @@ def test_flow_curve(curve, disks):
     assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
     read = jamlab.read_flow(path)
     assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
-    assert ("steady at every rate" in repr(three)) == bool(three.steady.all())
+    assert ("steady at every rate" in repr(three)) == bool(three.finished.all())
 
 
 def test_plastic_events_are_counted_per_strain_of_the_average(disks):

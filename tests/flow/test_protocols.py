@@ -99,6 +99,34 @@ def test_a_flow_has_a_fixed_box():
     assert run.packing.ensemble == "fixed-box" and rest.box == pytest.approx(run.packing.box)
 
 
+def _curve(packing, **how):
+    return jamlab.flow_curve(packing, [0.5, 1.0], strain=1.0, discard=0.2, **how)
+
+
+def _creep(packing, **how):
+    return jamlab.creep(packing, 1e-4, 5.0, **how)
+
+
+@pytest.mark.parametrize(("run", "rows"), [(_curve, "rates"), (_creep, "time")])
+def test_what_ctrl_c_leaves_is_what_had_finished(run, rows, tmp_path):
+    """Whole rates of a curve, and rows of a run in time; the same command goes on from them."""
+    packing, file = jamlab.pack(32, 1e-2, 1), tmp_path / "run.h5"
+
+    def stop(share, words):
+        if share > 0.7:
+            raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
+        run(packing, out=file, progress=stop)
+    kept, again, whole = jamlab.read_flow(file), run(packing, out=file), run(packing)
+    count = len(getattr(kept, rows))
+    assert 0 < count < len(getattr(whole, rows))
+    known = np.flatnonzero(np.isin(getattr(again, rows), getattr(kept, rows)))
+    assert len(known) == count and np.array_equal(again.stress[known], kept.stress)
+    assert again.stress[-1] == pytest.approx(whole.stress[-1], rel=1e-3)
+
+
 def test_the_loss_of_droplets_is_the_work_of_a_cycle():
     droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
     found = jamlab.oscillate(droplets, 0.1, 0.1, cycles=2, background=1e-2)

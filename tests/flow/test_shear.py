@@ -7,6 +7,7 @@ import pytest
 
 import jamlab
 from jamlab.flow import overdamped_session
+from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.flow.shear_run import stress_drops
 
 
@@ -211,3 +212,17 @@ def test_an_overshoot_is_a_peak_from_which_the_stress_falls_wherever_it_ends(dis
     assert back.drops.size == pytest.approx(run.drops.size) and run.plastic_events == back.plastic_events > 0
     turned = 20.0 - np.abs(np.arange(41) - 20.0)  # to and fro: elastic all the way
     assert replace(run, strain=turned, elastic_stress=turned).plastic_events == 0
+
+
+def test_what_lammps_loses_is_a_flow_without_an_answer():
+    with OverdampedSession(jamlab.pack(16, 1e-2, 3), jamlab.ContactDamping(), 1e-2, 1e-4) as flow:
+        flow.drive("rate 0.1", 1.0)
+        flow._session._lmp.numpy.extract_atom("x")[2, 0] = np.nan
+        with pytest.raises(jamlab.ConvergenceError):
+            flow.advance()
+
+
+def test_names_of_before_work_with_a_warning():
+    found = jamlab.oscillate(jamlab.pack(16, 1e-2, 3), 1.0, 1e-4, cycles=2)
+    with pytest.warns(FutureWarning, match=r"Oscillation.converged is now .finished"):
+        assert found.converged == found.finished

@@ -24,7 +24,7 @@ def test_oscillation(backbone, damping):
     expected = jamlab.complex_modulus(backbone, [0.3], damping)
     found = jamlab.oscillate(backbone, 0.3, 1e-5, damping, tolerance=3e-4)
     wanted = complex(expected.storage[0], expected.loss[0])
-    assert found.converged and "periodic" in repr(found) and "NOT" not in repr(found)
+    assert found.finished and "periodic" in repr(found) and "NOT" not in repr(found)
     assert abs(complex(found.storage, found.loss) - wanted) < 1e-3 * abs(wanted)
     assert found.third_over_first < 1e-3 and "contacts open" not in repr(found)
     lost = np.diff(found.dissipated[[-1 - found.points, -1]])[0]
@@ -117,7 +117,7 @@ def test_they_go_on_from_their_files(backbone, tmp_path):
         assert rest.stress[-1] == pytest.approx(whole.stress[-1], rel=2e-3)
     first = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=2, tolerance=1e-6, out=tmp_path / "o.h5")
     more = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=3, tolerance=1e-6, out=tmp_path / "o.h5")
-    assert (first.cycles, more.cycles) == (2, 3) and not more.converged and "NOT PERIODIC" in repr(more)
+    assert (first.cycles, more.cycles) == (2, 3) and not more.finished and "NOT PERIODIC" in repr(more)
     assert np.array_equal(more.cycle_harmonics[:2], first.cycle_harmonics)
     read = jamlab.read_flow(tmp_path / "o.h5")
     assert read.storage == more.storage and read.damping == more.damping and read.omega == 0.5
@@ -133,7 +133,7 @@ def test_large_amplitudes_are_not_linear(backbone):
 def test_the_third_harmonic_is_the_third(backbone):
     found = jamlab.oscillate(backbone, 1.0, 1e-5, cycles=2)
     last = np.array([[3 + 4j, 0.7, 0.3j, 0.2, 0, 0, 0]])
-    assert replace(found, cycle_harmonics=last, converged=True).third_over_first == pytest.approx(0.3 / 5)
+    assert replace(found, cycle_harmonics=last, finished=True).third_over_first == pytest.approx(0.3 / 5)
 
 
 def test_refused(backbone, disks):

@@ -124,7 +124,7 @@ def try_oscillation(start: tuple[Packing, float], amplitude: float) -> Trial:
     """First harmonic: against the linear answer where no contact can open, else only that it repeats."""
     packing, omega = start
     run = oscillate(packing, omega, amplitude)
-    if not run.converged:
+    if not run.finished:
         return Trial("stalled", "does not repeat")
     exact = plain_complex_modulus(packing, omega)
     error = abs(complex(run.storage, run.loss) - exact) / abs(exact)

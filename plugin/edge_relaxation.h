@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_EDGE_RELAXATION_H
+#define JAMLAB_EDGE_RELAXATION_H
+
+#include <cstddef>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* Pairs with a gap of zero, each of which decides on the others: which part theta of its drag acts on each. Partings v
+   and slips s of m pairs answer linearly to two forces on each beside a part `base` of the drag,
+   (v, s) = still + answers (theta - base) (w v, beta w s). Drag that sets in over a thin layer of the gap follows
+   d theta/d time = -v between 0 and 1, and comes to rest where those at 0 part, those at 1 meet and others rub. */
+
+struct EdgeRelaxation {
+  std::size_t m;
+  double base;
+  std::vector<double> still, answers;    // 2 m, 2 m by 2 m: partings, then slips
+  std::vector<double> weights;           // 2 m: w, then beta w
+  std::vector<double> back;              // m: to be added to partings, of gaps that are not quite zero
+
+  bool relax(std::vector<double> &thetas) const;    // true: they have come to rest
+
+ private:
+  struct Found {
+    std::vector<double> partings, slips, slopes;    // m, m, m by m: of partings by thetas
+  };
+  Found find(const std::vector<double> &thetas) const;
+  bool take_step(const std::vector<std::size_t> &free, double time, double allowed, std::vector<double> &thetas,
+                 Found &now) const;
+  static double eliminate(std::vector<double> &matrix, std::size_t rows, std::size_t columns);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
