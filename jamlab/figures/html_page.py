@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 from jinja2 import Environment, PackageLoader, select_autoescape
@@ -37,19 +37,23 @@ def picture(figure: Figure, kind: str = ".png") -> bytes:
     """Draw a figure as .png, .pdf or .svg, without the date: the same figure gives the same bytes. `Figure.savefig`
     would draw all of it once more before, for the layout alone."""
     buffer, dpi, canvas = BytesIO(), figure.dpi, figure.canvas
+    drawer: Any  # their methods have no types
     try:
         if kind == ".png":
             figure.dpi = _DPI
-            FigureCanvasAgg(figure).print_png(buffer)
+            drawer = FigureCanvasAgg(figure)
+            drawer.print_png(buffer)
         elif kind == ".pdf":
             from matplotlib.backends.backend_pdf import FigureCanvasPdf  # slow to import: fonts
 
-            FigureCanvasPdf(figure).print_pdf(buffer, metadata={"CreationDate": None})
+            drawer = FigureCanvasPdf(figure)
+            drawer.print_pdf(buffer, metadata={"CreationDate": None})
         else:
             from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+            drawer = FigureCanvasSVG(figure)
             with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
-                FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})
+                drawer.print_svg(buffer, metadata={"Date": None})
     finally:
         figure.dpi = dpi
         figure.set_canvas(canvas)
