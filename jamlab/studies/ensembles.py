@@ -206,7 +206,7 @@ def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: A
     rows = (states["n"] == n).to_numpy() & (states["model"] == model).to_numpy(dtype=bool)
     seeds, across, values = (states[name].to_numpy(dtype=np.float64)[rows] for name in ("seed", x, y))
     known = np.isfinite(across) & np.isfinite(values)
-    at, (seed, packing) = np.asarray(places, dtype=np.float64), np.unique(seeds[known], return_inverse=True)
+    at, packing = np.asarray(places, dtype=np.float64), np.unique(seeds[known], return_inverse=True)[1]
     found = interpolate(packing, across[known], values[known], at)
     found = found[np.isfinite(found).any(axis=1)]
     if not len(found):

@@ -15,7 +15,8 @@ def test_a_power_law_is_found_again():
 
 
 def test_what_follows_for_a_million_disks_is_shown():
-    rows = [{"part": "disks: contacts", "n": n, "seconds": 1e-6 * n, "bytes": 10**8 + 1000 * n, "most": "f", "share": 0.5} for n in (1024, 4096)]
+    same = {"part": "disks: contacts", "most": "f", "share": 0.5}
+    rows = [same | {"n": n, "seconds": 1e-6 * n, "bytes": 10**8 + 1000 * n} for n in (1024, 4096)]
     session = {"date": "today", "commit": "abc", "versions": {}}
     shown = STUDY.show(MeasuredTable(pd.DataFrame(rows), {"sessions": [session]}))
     assert shown.tables[0].rows[0][2:] == ["1.00", "f 50 %", "1e+06", "1 s", "1.1 GB"]

@@ -20,10 +20,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
+from jamlab.figures.html_page import TextTable
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.shear import shear
-from jamlab.figures.html_page import TextTable
 from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.packing.hdf5 import read
@@ -176,7 +177,8 @@ def _of_minimum(model: str, work: Callable[[Packing], object]) -> Callable[[int]
 
 def _sweep(n: int) -> tuple[Run, int]:
     onset, (end, states) = jam("dp", n, 1), SWEEP
-    return lambda: list(compress(onset, end, (end - onset.onset) / states)), n
+    step = (end - packing_fraction(onset)) / states
+    return lambda: list(compress(onset, end, step)), n
 
 
 def _of_random(work: Callable[[Packing], object]) -> Callable[[int], tuple[Run, int]]:
@@ -244,7 +246,8 @@ class SizeScaling(TableStudy):
         axes.set_ylabel("CPU time on one core, s")
         axes.grid(alpha=0.25)
         axes.legend(fontsize=8, **BESIDE)
-        columns = ["part", "N: seconds, memory", "time ~ N^", "most time at the largest N", "wanted N", "time there", "memory there"]
+        columns = ["part", "N: seconds, memory", "time ~ N^", "most time at the largest N"]
+        columns += ["wanted N", "time there", "memory there"]
         return Shown(figure, f"{self.title}; {table.made}.", [TextTable(columns, lines)], table.rows)
 
 
