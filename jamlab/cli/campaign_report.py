@@ -10,7 +10,7 @@ from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.plan import SweepStatus
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
-from jamlab.figures.html_page import Section, TextTable, png, write_report
+from jamlab.figures.html_page import Section, TextTable, picture, write_report
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import check_target
@@ -68,4 +68,4 @@ def _means(campaign: Campaign, name: str, along: str, columns: list[str]) -> byt
     figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")
     for axes, column in zip(figure.subplots(1, len(columns), squeeze=False)[0], columns, strict=True):
         campaign.plot(column, along=along, by="n", sweep=name, ax=axes)
-    return png(figure)
+    return picture(figure)

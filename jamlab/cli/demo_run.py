@@ -19,7 +19,7 @@ from jamlab.cli.interruption import KeptStates
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.figures.explorer.states import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
-from jamlab.figures.html_page import Section, TextTable, save_png, write_report
+from jamlab.figures.html_page import Section, TextTable, save_picture, write_report
 from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
 from jamlab.measure import measure_all, why_no_modulus
 from jamlab.packing.hdf5 import write
@@ -147,7 +147,7 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
         for m, s in sweeps.items()
     ]
     for heading, (name, figure, caption) in pictures.items():
-        sections.append(Section(heading, save_png(figure, out / name), caption))
+        sections.append(Section(heading, save_picture(figure, out / name), caption))
     sections.append(Section("Numbers", tables=[_table(sweep) for sweep in sweeps.values()]))
     times = {f"wall time {model.upper()}": f"{sweep.seconds:.1f} s" for model, sweep in sweeps.items()}
     law = ", ".join(f"{k} = {v}" for k, v in sweeps["dp"].packings[-1].params.items() if k != "a0")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -20,27 +21,47 @@ from jamlab.storage.atomic_file import atomic_file
 if TYPE_CHECKING:
     import pandas as pd
 
-# pictures made of lines, without the date: the same figure gives the same file
-_DATELESS: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-PICTURES = (".png", *_DATELESS)
+PICTURES = (".png", ".pdf", ".svg")
+_DPI = 130  # figures of two or more panels are wider than the page, and stay sharp when it scales them down
 
 
-def save_picture(figure: Figure, path: Path) -> None:
-    """Write a figure as .png, .pdf or .svg, all or nothing."""
-    kind = path.suffix.lower()
-    if kind == ".png":
-        save_png(figure, path)
-        return
-    buffer = BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
-        figure.savefig(buffer, format=kind[1:], metadata=_DATELESS[kind])
+def save_picture(figure: Figure, path: Path) -> bytes:
+    """Write a figure as .png, .pdf or .svg, all or nothing, and return the bytes."""
+    drawn = picture(figure, path.suffix.lower())
     with atomic_file(path) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+        temporary.write_bytes(drawn)
+    return drawn
+
+
+def picture(figure: Figure, kind: str = ".png") -> bytes:
+    """Draw a figure as .png, .pdf or .svg, without the date: the same figure gives the same bytes. `Figure.savefig`
+    would draw all of it once more before, for the layout alone."""
+    buffer, dpi, canvas = BytesIO(), figure.dpi, figure.canvas
+    drawer: Any  # their methods have no types
+    try:
+        if kind == ".png":
+            figure.dpi = _DPI
+            drawer = FigureCanvasAgg(figure)
+            drawer.print_png(buffer)
+        elif kind == ".pdf":
+            from matplotlib.backends.backend_pdf import FigureCanvasPdf  # slow to import: fonts
+
+            drawer = FigureCanvasPdf(figure)
+            drawer.print_pdf(buffer, metadata={"CreationDate": None})
+        else:
+            from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+            drawer = FigureCanvasSVG(figure)
+            with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
+                drawer.print_svg(buffer, metadata={"Date": None})
+    finally:
+        figure.dpi = dpi
+        figure.set_canvas(canvas)
+    return buffer.getvalue()
 
 
 _NOTHING = Markup("")
 _WIDE = 1.7  # width over height of a picture
-_DPI = 130  # figures of two or more panels are wider than the page, and stay sharp when it scales them down
 
 
 @dataclass(frozen=True)
@@ -88,21 +109,6 @@ class Section:
     def marks(self) -> Counter[str]:
         """How often each mark stands in the tables of the section."""
         return Counter(mark for table in self.tables for mark in table.marks)
-
-
-def png(figure: Figure) -> bytes:
-    """Draw a figure as PNG."""
-    buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DPI)
-    return buffer.getvalue()
-
-
-def save_png(figure: Figure, path: Path) -> bytes:
-    """Write a figure as PNG and return its bytes."""
-    drawn = png(figure)
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(drawn)
-    return drawn
 
 
 def write_csv(path: Path, table: "pd.DataFrame") -> None:

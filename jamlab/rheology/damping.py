@@ -148,17 +148,22 @@ class ContactDamping(DragLaw):
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
         """
-        levers, free = _levers(packing, touching, self.arms), []
-        turn, ratio = np.zeros(packing.n), {}
-        for i, j, (a, b) in zip(touching.i.tolist(), touching.j.tolist(), levers.tolist(), strict=True):
-            ratio[i, j], ratio[j, i] = a / b, b / a
-        network = sparse.csr_array((np.ones(len(touching.i)), (touching.i, touching.j)), shape=(packing.n, packing.n))
-        for first in range(packing.n):
+        levers, free, n = _levers(packing, touching, self.arms), list[int](), packing.n
+        keys = np.concatenate([touching.i * n + touching.j, touching.j * n + touching.i])
+        ratios = np.concatenate([levers[:, 0] / levers[:, 1], levers[:, 1] / levers[:, 0]])
+        by_key = np.argsort(keys)
+        network = sparse.csr_array((np.ones(len(touching.i)), (touching.i, touching.j)), shape=(n, n))
+        turn = np.zeros(n)
+        for first in range(n):
             if turn[first] == 0:
                 order, before = breadth_first_order(network, first, directed=False)
-                turn[first] = 1.0
-                for j in order[1:].tolist():
-                    turn[j] = -ratio[int(before[j]), j] * turn[before[j]]
+                others = order[1:]
+                along = np.searchsorted(keys, before[others].astype(np.int64) * n + others, sorter=by_key)
+                turn[first], turn[others] = 1.0, -ratios[by_key[along]]
+                before[first] = first
+                while (before[others] != first).any():  # each step knows the way to the root twice as far
+                    turn[others] *= turn[before[others]]
+                    before[others] = before[before[others]]
                 own = np.isin(touching.i, order)
                 sliding = levers[own, 0] * turn[touching.i[own]] + levers[own, 1] * turn[touching.j[own]]
                 if np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
@@ -320,7 +325,7 @@ def _outline_rotation(packing: Packing) -> sparse.csr_array:
     velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
     edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
     edges, head = packing.edges, packing.successor
-    tail = np.arange(len(head))
+    tail = np.arange(len(head), dtype=np.int32)
     square = np.einsum("ij,ij->i", edges, edges)
     around = square.copy()  # of both edges at a vertex
     around[head] += square
@@ -334,7 +339,7 @@ def _outline_rotation(packing: Packing) -> sparse.csr_array:
     turn = np.column_stack([y, -x, -y, x, -(y**2)])  # e x e', with e' = u_head - u_tail + gamma' e_y along x
     values = np.concatenate([turn / around[tail, None], turn / around[head, None]])
     shape = (len(tail), _size(packing))
-    return sparse.coo_array((values.ravel(), (rows, np.tile(columns, 2))), shape=shape).tocsr()
+    return sparse.coo_array((values.ravel(), (rows, np.tile(columns.astype(np.int32), 2))), shape=shape).tocsr()
 
 
 def _assemble_contacts(jacobian: _ContactJacobian, damping: ContactDamping) -> sparse.csc_array:
@@ -360,5 +365,6 @@ def _relate_velocities(jacobian: _ContactJacobian, direction: Array) -> sparse.c
 
 def _spread(values: Array, columns: NDArray[np.int64], size: int) -> sparse.csr_array:
     """(m, size) sparse, with values (m, j) in the columns (m, j) of each row."""
-    rows = np.repeat(np.arange(len(values)), values.shape[1])
-    return sparse.coo_array((values.ravel(), (rows, columns.ravel())), shape=(len(values), size)).tocsr()
+    rows = np.repeat(np.arange(len(values), dtype=np.int32), values.shape[1])
+    places = (rows, columns.ravel().astype(np.int32))  # else all that is made of it has indices twice as long
+    return sparse.coo_array((values.ravel(), places), shape=(len(values), size)).tocsr()

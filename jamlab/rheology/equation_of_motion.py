@@ -60,11 +60,15 @@ def _assemble(
     """K and B of `dynamical_matrices` from contacts and energy terms that are known already."""
     k = stiffness(packing, terms)
     spins = packing.n if packing.model == "sp" else 0
-    column = sparse.coo_array(np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])[:, None])
-    corner = np.array([[k.ee[0, 1, 0, 1]]])
+    column = np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
-    hessian = sparse.block_array([[inner, column], [column.T, sparse.coo_array(corner)]], format="csc")
-    return hessian, damping_matrix(packing, damping, meetings)
+    return _bordered(inner, column, k.ee[0, 1, 0, 1]), damping_matrix(packing, damping, meetings)
+
+
+def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.csc_array:
+    """Add the row and column of gamma."""
+    edge = sparse.coo_array(column[:, None])
+    return sparse.block_array([[inner, edge], [edge.T, sparse.coo_array([[corner]])]], format="csc")
 
 
 @dataclass(frozen=True)
@@ -73,15 +77,15 @@ class EquationOfMotion:
     displacements, the others rotations, which no energy depends on; of disks that turn like gears,
     `ContactDamping.gears`, one is held."""
 
-    # k, b: (m + 1, m + 1) sparse, the last row and column belong to gamma
-    k: sparse.csc_array
-    b: sparse.csc_array
-    # k_qq, b_qq: (m, m) sparse blocks
+    # k_qq, b_qq: (m, m) sparse
     k_qq: sparse.csc_array
     b_qq: sparse.csc_array
     # k_qg, b_qg: (m,) columns of gamma
     k_qg: Array
     b_qg: Array
+    # k_gg, b_gg: element of gamma
+    k_gg: float
+    b_gg: float
     moving: int  # number of displacements among the coordinates
     # True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle may be held,
     # which would be a force; otherwise site 0 is held.
@@ -89,6 +93,16 @@ class EquationOfMotion:
     area: float  # A of the cell
     # drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts
     contrast: float = 1.0
+
+    @property
+    def k(self) -> sparse.csc_array:
+        """(m + 1, m + 1) sparse, made anew: the last row and column belong to gamma."""
+        return _bordered(self.k_qq, self.k_qg, self.k_gg)
+
+    @property
+    def b(self) -> sparse.csc_array:
+        """(m + 1, m + 1) sparse, made anew: the last row and column belong to gamma."""
+        return _bordered(self.b_qq, self.b_qg, self.b_gg)
 
     @property
     def size(self) -> int:
@@ -133,12 +147,12 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     kept = np.append(free, k.shape[0] - 1)
     k, b = k[kept][:, kept], b[kept][:, kept]
     return EquationOfMotion(
-        k=k,
-        b=b,
         k_qq=k[:-1][:, :-1].tocsc(),
         b_qq=b[:-1][:, :-1].tocsc(),
         k_qg=k[:-1][:, [-1]].toarray()[:, 0],
         b_qg=b[:-1][:, [-1]].toarray()[:, 0],
+        k_gg=float(k[-1, -1]),
+        b_gg=float(b[-1, -1]),
         moving=2 * sites - first,
         drifting=drifting,
         area=packing.area,

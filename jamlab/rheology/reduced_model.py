@@ -15,7 +15,6 @@ from jamlab.errors import ConvergenceError
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_modes
 from jamlab.rheology.rounding_error import larger_relative
-from jamlab.rheology.shifted_solver import ShiftedSolver
 from jamlab.rheology.slow_and_fast_limits import Limits
 
 
@@ -78,7 +77,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: Kry
     space = _Space(motion, limits, settings)
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
     candidates = _place_candidates(omega, settings)
-    solver = ShiftedSolver(motion)
+    solver = limits.solver
     shifts: list[float] = []
     change = 0.0
     model, found = space.model()
@@ -107,6 +106,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: Kry
         change = float(larger_relative(after - before, after).max())
         quiet = quiet + 1 if change <= settings.tolerance else 0
         before = after
+    solver.forget()
     return ReducedModel(model, found, space.basis, np.array(shifts), change)
 
 
@@ -138,21 +138,39 @@ class _Space:
         # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
         drag = (motion.b_qq @ limits.slow + motion.b_qg)[: motion.moving, None]
         self._forces = self._sketch @ drag
-        self.basis = np.zeros((motion.size, 0))
+        # room for all; the system gives memory to what is written
+        self._columns = np.empty((motion.size, 1 + settings.steps * settings.most_shifts), order="F")
+        self._size = 0
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
 
     def add(self, vectors: Array) -> int:
         """Widen the space by vectors (m, j), one after the other, and count those that do not lie inside it."""
-        old = self.basis.shape[1]
-        self.basis = _orthonormalise(self.basis, vectors, self._dependent)
-        added = self.basis[:, old:]
+        before = self._size
+        for vector in vectors.T:
+            old = self.basis
+            length = float(np.linalg.norm(vector))
+            rest = vector
+            for _ in range(2):  # "twice is enough": one pass of Gram-Schmidt leaves rounding
+                rest = rest - old @ (old.T @ rest)
+            left = float(np.linalg.norm(rest))
+            if left > self._dependent * length:
+                new = rest / left
+                new -= old @ (old.T @ new)
+                self._columns[:, self._size] = new / np.linalg.norm(new)
+                self._size += 1
+        added = self.basis[:, before:]
         k_added, b_added = self._motion.k_qq @ added, self._motion.b_qq @ added
         self._k = _border(self._k, self.basis.T @ k_added)
         self._b = _border(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
         self._forces = np.hstack([self._forces, self._sketch @ forces])
-        return self.basis.shape[1] - old
+        return self._size - before
+
+    @property
+    def basis(self) -> Array:
+        """(m, j) orthonormal so far."""
+        return self._columns[:, : self._size]
 
     def model(self) -> tuple[RelaxationSpectrum, RelaxationModes]:
         """Solve the projected equation: its spectrum and modes."""
@@ -172,26 +190,6 @@ class _Space:
         moving = self._motion.moving
         stiffness, drag = (m.diagonal()[:moving].mean() for m in (self._motion.k_qq, self._motion.b_qq))
         return np.asarray(square / ((stiffness + omega * drag) * smaller))
-
-
-def _orthonormalise(basis: Array, vectors: Array, dependent: float) -> Array:
-    """Widen an orthonormal basis (m, i) by those of the vectors (m, j) that do not lie inside its span."""
-    size = basis.shape[1]
-    wider = np.empty((len(basis), size + vectors.shape[1]), order="F")
-    wider[:, :size] = basis
-    for vector in vectors.T:
-        old = wider[:, :size]
-        length = float(np.linalg.norm(vector))
-        rest = vector
-        for _ in range(2):  # "twice is enough": one pass of Gram-Schmidt leaves rounding
-            rest = rest - old @ (old.T @ rest)
-        left = float(np.linalg.norm(rest))
-        if left > dependent * length:
-            new = rest / left
-            new -= old @ (old.T @ new)
-            wider[:, size] = new / np.linalg.norm(new)
-            size += 1
-    return wider[:, :size]
 
 
 def _border(matrix: Array, columns: Array) -> Array:

@@ -31,7 +31,7 @@ def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, co
     for _ in range(_REFINEMENTS):
         q = q + solver.solve(residual)
         residual = -column - matrix @ q
-    corner = float(motion.k[-1, -1]) + 1j * omega * float(motion.b[-1, -1])
+    corner = motion.k_gg + 1j * omega * motion.b_gg
     return q, complex(corner + column @ q) / motion.area, complex(q @ residual) / motion.area
 
 

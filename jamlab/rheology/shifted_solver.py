@@ -24,9 +24,8 @@ class ShiftedSolver:
         self._pattern.sort_indices()
         keys = _entry_keys(self._pattern)
         self._k, self._b = (_spread_values(m, keys) for m in (motion.k_qq, motion.b_qq))
-        self._turning = (keys % motion.size >= motion.moving).astype(np.int64) + (
-            keys // motion.size >= motion.moving
-        )  # 0, 1 or 2 rotations in an entry
+        # 0, 1 or 2 rotations in an entry
+        self._turning = np.add(keys % motion.size >= motion.moving, keys // motion.size >= motion.moving, dtype=np.int8)
 
     def factorise(self, shift: float) -> None:
         """Factorise K + s B for a shift s, 1/tau_1."""
@@ -41,6 +40,10 @@ class ShiftedSolver:
                 f"K + s B has no digits left at s = {shift:.2g}: ask for less extreme frequencies or beta, or use "
                 f"method='direct' ({error})"
             ) from error
+
+    def forget(self) -> None:
+        """Free the memory of the factors."""
+        self._solver = positive_solver()
 
     def solve(self, load: Array) -> Array:
         """Solve for the response (m,) to forces and torques (m,), less drift."""

@@ -36,15 +36,18 @@ class Limits:
     g0: float  # G'(omega -> 0)
     eta_inf: float  # lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation
     eta0: float  # lim G''/omega, omega -> 0
+    solver: ShiftedSolver  # of this equation of motion, which knows the pattern of its matrices
 
 
 def find_limits(motion: EquationOfMotion) -> Limits:
     """Find the slow and the fast limit of the response, and the moduli that follow from them."""
     slow = _solve_slow(motion)
-    fast = _solve_fast(motion)
+    solver = ShiftedSolver(motion)
+    fast = _solve_fast(motion, solver)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
-    dissipation = float(strained_fast @ (motion.b @ strained_fast))
-    magnitude = float(np.abs(strained_fast) @ (abs(motion.b) @ np.abs(strained_fast)))
+    b = motion.b
+    dissipation = float(strained_fast @ (b @ strained_fast))
+    magnitude = float(np.abs(strained_fast) @ (abs(b) @ np.abs(strained_fast)))
     if dissipation <= ROUNDING * magnitude:  # nothing else is left
         dissipation = 0.0
     return Limits(
@@ -52,7 +55,8 @@ def find_limits(motion: EquationOfMotion) -> Limits:
         fast=fast,
         g0=float(strained_slow @ (motion.k @ strained_slow)) / motion.area,
         eta_inf=dissipation / motion.area,
-        eta0=float(strained_slow @ (motion.b @ strained_slow)) / motion.area,
+        eta0=float(strained_slow @ (b @ strained_slow)) / motion.area,
+        solver=solver,
     )
 
 
@@ -75,13 +79,12 @@ def _solve_slow(motion: EquationOfMotion) -> Array:
     return q
 
 
-def _solve_fast(motion: EquationOfMotion) -> Array:
+def _solve_fast(motion: EquationOfMotion, solver: ShiftedSolver) -> Array:
     """Least dissipation, by proximal steps: B alone may be singular, K + s B is not. The first step is the exact
     response at s, so what B leaves free takes least energy; every further step keeps that and divides the imbalance of
     B by about 1 + s over the fastest rate."""
     moving = motion.moving
     shift = SETTINGS.shift * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
-    solver = ShiftedSolver(motion)
     solver.factorise(shift)
     q = -solver.solve(motion.k_qg + shift * motion.b_qg)
     last = np.inf

@@ -72,7 +72,7 @@ def bootstrap(
     rng = np.random.default_rng(seed)
     drawn = np.full((resamples, *value.shape), np.nan)
     for k in range(resamples):
-        sample = [a[rng.integers(len(a), size=len(a))] for a in arrays]
+        sample = [a.take(rng.integers(len(a), size=len(a)), axis=0) for a in arrays]
         try:
             drawn[k] = statistic(sample)
         except JamlabError:

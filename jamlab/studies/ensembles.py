@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
@@ -111,6 +110,8 @@ def has(table: pd.DataFrame, model: str) -> bool:
 def average(values: Array) -> Array:
     """Average (places,) over packings (axis 0); nan where no packing has a value."""
     known = np.isfinite(values)
+    if known.all():  # as they mostly are, in a third of the time
+        return np.asarray(values.sum(axis=0) / len(values))
     count = known.sum(axis=0)
     total = np.where(known, values, 0.0).sum(axis=0)
     return np.asarray(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
@@ -202,31 +203,71 @@ def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: A
     """Interpolate each packing of one model and size at the same places (places,), ascending, of a column x >= 0 of
     states of `add_distances`, within its first and last state; places that few packings reach are left out. A bin would
     average states at different x, and miss a place between two states; [B] averages at fixed distances."""
-    part = states[(states["model"] == model) & (states["n"] == n)][["seed", x, y]].dropna()
-    at = np.asarray(places, dtype=np.float64)
-    rows = [
-        row
-        for _, group in part.groupby("seed", sort=True)
-        if np.isfinite(row := interpolate(group[x].to_numpy(np.float64), group[y].to_numpy(np.float64), at)).any()
-    ]
-    if not rows:
+    rows = (states["n"] == n).to_numpy() & (states["model"] == model).to_numpy(dtype=bool)
+    seeds, across, values = (states[name].to_numpy(dtype=np.float64)[rows] for name in ("seed", x, y))
+    known = np.isfinite(across) & np.isfinite(values)
+    at, packing = np.asarray(places, dtype=np.float64), np.unique(seeds[known], return_inverse=True)[1]
+    found = interpolate(packing, across[known], values[known], at)
+    found = found[np.isfinite(found).any(axis=1)]
+    if not len(found):
         return Ensemble(np.full((1, 1), np.nan), np.full((1, 1), np.nan))
-    values = np.array(rows)
-    kept = np.isfinite(values).sum(axis=0) >= max(SHARE * len(values), min(FEWEST, len(values)))
-    values = values[:, kept]
-    return Ensemble(np.where(np.isfinite(values), at[kept], np.nan), values)
+    kept = np.isfinite(found).sum(axis=0) >= max(SHARE * len(found), min(FEWEST, len(found)))
+    found = found[:, kept]
+    return Ensemble(np.where(np.isfinite(found), at[kept], np.nan), found)
 
 
-def interpolate(x: Array, y: Array, places: Array) -> Array:
-    """Interpolate monotonically (PCHIP) in the root of x, of which laws near onset are smooth functions; nan outside.
-    The state at onset itself, x = 0, is no neighbour of places that are all beyond it: nothing is known on the way to
-    the first state of a sweep."""
-    kept = x > 0 if places[0] > 0 else x >= 0
-    x, first = np.unique(x[kept], return_index=True)
+def interpolate(curve: NDArray[np.intp], x: Array, y: Array, places: Array) -> Array:
+    """Interpolate curves monotonically (PCHIP) in the root of x, of which laws near onset are smooth functions; returns
+    (curves, places), nan outside of a curve. Points (m,) in any order belong to curves 0, 1, ...; of several at one x
+    the first counts. The state at onset itself, x = 0, is no neighbour of places that are all beyond it: nothing is
+    known on the way to the first state of a sweep. All curves at once, with the digits that scipy's PchipInterpolator
+    gives one by one in twenty times the time."""
+    found = np.full((curve.max(initial=-1) + 1, len(places)), np.nan)
+    kept = np.flatnonzero(x > 0 if places[0] > 0 else x >= 0)
+    order = kept[np.lexsort((x[kept], curve[kept]))]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (np.diff(curve[order]) > 0) | (np.diff(x[order]) > 0)
+    curve, x, y, at = curve[order][new], np.sqrt(x[order][new]), y[order][new], np.sqrt(places)
     if len(x) < 2:
-        return np.full(places.shape, np.nan)
-    curve = PchipInterpolator(np.sqrt(x), y[kept][first], extrapolate=False)
-    return np.asarray(curve(np.sqrt(places)))
+        return found
+    with np.errstate(divide="ignore", invalid="ignore"):  # of pieces from one curve to the next, which are not used
+        width = np.diff(x)
+        slope = np.diff(y) / width
+        rise = _slopes_at_points(curve, width, slope)
+        bend = (rise[:-1] + rise[1:] - 2 * slope) / width
+        cubic, square = bend / width, (slope - rise[:-1]) / width - bend
+    points = np.zeros((len(found), len(at) + 1), dtype=np.intp)  # of each curve up to each place
+    np.add.at(points, (curve, np.searchsorted(at, x)), 1)
+    points = points.cumsum(axis=1)
+    size = points[:, -1]
+    start = np.cumsum(size) - size
+    inside = (size[:, None] > 1) & (points[:, :-1] > 0) & (at <= x[start + size - 1, None])
+    row, place = np.nonzero(inside)
+    piece = start[row] + np.minimum(points[row, place], size[row] - 1) - 1  # a curve's last point ends its last piece
+    s = at[place] - x[piece]
+    found[inside] = y[piece] + rise[piece] * s + square[piece] * (s * s) + cubic[piece] * (s * s * s)
+    return found
+
+
+def _slopes_at_points(curve: NDArray[np.intp], width: Array, slope: Array) -> Array:
+    """Slopes (m,) of a PCHIP at its points: harmonic means of the pieces on both sides, Fritsch & Butland (1984), and
+    at ends parabolas that keep the sign, Moler, Numerical Computing with Matlab (2004), ch. 3.6."""
+    joined = np.diff(curve) == 0
+    before, after = np.concatenate([[False], joined]), np.concatenate([joined, [False]])
+    rise = np.zeros(len(curve))
+    inner = np.flatnonzero(before & after)
+    h, k, m, n = width[inner - 1], width[inner], slope[inner - 1], slope[inner]
+    u, v = 2 * k + h, k + 2 * h
+    rise[inner] = np.where(np.sign(m) * np.sign(n) > 0, 1 / ((u / m + v / n) / (u + v)), 0.0)
+    first, last = np.flatnonzero(after & ~before), np.flatnonzero(before & ~after)
+    many = last - first > 1
+    rise[first[~many]] = rise[last[~many]] = slope[first[~many]]
+    for ends, near, far in ((first[many], 0, 1), (last[many], -1, -2)):
+        h, k, m, n = width[ends + near], width[ends + far], slope[ends + near], slope[ends + far]
+        d = ((2 * h + k) * m - h * n) / (h + k)
+        steep = (np.sign(m) != np.sign(n)) & (np.abs(d) > 3.0 * np.abs(m))
+        rise[ends] = np.where(np.sign(d) != np.sign(m), 0.0, np.where(steep, 3.0 * m, d))
+    return rise
 
 
 def of_packings(rows: pd.DataFrame, columns: str, value: str) -> tuple[Array, Array]:

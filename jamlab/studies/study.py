@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.figures.html_page import Section, TextTable, save_picture, save_png, write_csv, write_report
+from jamlab.figures.html_page import Section, TextTable, save_picture, write_csv, write_report
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.storage.atomic_file import make_folder
@@ -248,7 +248,7 @@ def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> 
     paths, png = [], None
     if shown.figure is not None:
         paths = [folder / f"{name}.png", folder / f"{name}.pdf"][: 1 + each]
-        png = save_png(shown.figure, paths[0])
+        png = save_picture(shown.figure, paths[0])
         if each:
             shown.figure.set_layout_engine("none")  # laid out by now; once more would double the time
             save_picture(shown.figure, paths[1])

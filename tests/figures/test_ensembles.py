@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from drawn_figures import TABLES, drawn
 from paper_tables import onset, states
+from scipy.interpolate import PchipInterpolator
 
 from jamlab.errors import InputError
 from jamlab.studies.baumgarten.correlation import by_frequency
@@ -61,9 +62,25 @@ def test_every_packing_is_interpolated_at_the_same_places():
     x = np.array([0.0, 0.01, 0.02, 0.04, 0.08])
     places = np.array([0.005, 0.015, 0.03, 0.06, 0.1])
     for law in (lambda v: 3.7 * v**0.5, lambda v: 2.0 * v, lambda v: 3.7 * v**0.5 + 4.0 * v):
-        found = interpolate(x, law(x), places)
+        (found,) = interpolate(np.zeros(5, dtype=int), x, law(x), places)
         assert found[1:4] == pytest.approx(law(places[1:4]), rel=2e-3)
         assert np.isnan(found[[0, 4]]).all()  # nothing is known between onset and the first state, nor beyond the last
+
+
+@pytest.mark.parametrize("first", [0.0, 0.1])
+def test_curves_interpolated_together_are_those_of_scipy_one_by_one(first):
+    """Curves of 1 to 9 points, in any order, some twice, some at a place; with bends of both signs and flat pieces."""
+    rng = np.random.default_rng(3)
+    curve = rng.permutation(np.repeat(np.arange(60), rng.integers(1, 10, 60)))
+    x, y = rng.integers(0, 12, len(curve)) / 10, rng.integers(-3, 4, len(curve)).astype(float)
+    places = np.linspace(first, 1.2, 40)
+    for k, row in enumerate(interpolate(curve, x, y, places)):
+        own = (curve == k) & ((x > 0) | (first == 0))
+        at, chosen = np.unique(x[own], return_index=True)
+        expected = np.full(40, np.nan)
+        if len(at) > 1:
+            expected = PchipInterpolator(np.sqrt(at), y[own][chosen], extrapolate=False)(np.sqrt(places))
+        np.testing.assert_allclose(row, expected, rtol=1e-14, atol=1e-14)
 
 
 def test_voids_are_counted_once():

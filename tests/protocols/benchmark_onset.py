@@ -7,6 +7,7 @@ go on where it was stopped. Onsets against N: `jamlab study run boromand-10`; co
 import json
 import os
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,13 +17,17 @@ from scipy.stats import ks_2samp
 import jamlab
 
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "40"))
+SOLVERS = jamlab.SolverSettings()
+# arguments that a word of JSON stands for
+WAYS = {"cg": {"settings": replace(SOLVERS, relaxation=replace(SOLVERS.relaxation, many_disks=10**9))}, "fire": {}}
 
 
 def onset(model, n, seed, option, value):
     """rho_J and CPU seconds, or the error."""
     began = time.process_time()
     try:
-        row = {"rho": jamlab.jam(model, n, seed, **{option: value}).onset}
+        packing = jamlab.jam(model, n, seed, **WAYS.get(value, {option: value}))
+        row = {"rho": packing.onset, "phi": packing.phi}
     except jamlab.ConvergenceError as error:
         row = {"error": str(error)}
     return row | {"t": time.process_time() - began}
@@ -31,8 +36,16 @@ def onset(model, n, seed, option, value):
 @pytest.mark.benchmark
 @pytest.mark.parametrize(
     ("model", "n", "option", "values"),
-    [("sp", 32, "search", ("bisection", "paper")), ("dp", 16, "start", ("carried", "scratch"))],
-    ids=["disks in steps of 1e-2 or 1e-4 all the way", "droplets carried by disks or compressed from phi = 0.20"],
+    [
+        ("sp", 32, "search", ("bisection", "paper")),
+        ("dp", 16, "start", ("carried", "scratch")),
+        ("sp", 256, "minimiser", ("fire", "cg")),
+    ],
+    ids=[
+        "disks in steps of 1e-2 or 1e-4 all the way",
+        "droplets carried by disks or compressed from phi = 0.20",
+        "disks by compiled FIRE or by conjugate gradients of LAMMPS",
+    ],
 )
 def test_onsets_have_one_distribution(kept_folder, model, n, option, values):
     """Two samples, Kolmogorov-Smirnov; the first way is the default."""

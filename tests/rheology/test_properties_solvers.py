@@ -25,12 +25,12 @@ def motions(draw):
     slip = rng.normal(size=(size + 1, rank))
     k, b = (sparse.csc_array(root @ root.T) for root in (stiff, slip))
     return EquationOfMotion(
-        k=k,
-        b=b,
         k_qq=k[:-1][:, :-1].tocsc(),
         b_qq=b[:-1][:, :-1].tocsc(),
         k_qg=k[:-1][:, [-1]].toarray()[:, 0],
         b_qg=b[:-1][:, [-1]].toarray()[:, 0],
+        k_gg=float(k[-1, -1]),
+        b_gg=float(b[-1, -1]),
         moving=size,
         drifting=False,
         area=draw(st.floats(0.5, 10.0)),

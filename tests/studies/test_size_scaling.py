@@ -15,14 +15,16 @@ def test_a_power_law_is_found_again():
 
 
 def test_what_follows_for_a_million_disks_is_shown():
-    rows = [{"part": "disks: contacts", "n": n, "seconds": 1e-6 * n, "bytes": 10**8 + 1000 * n} for n in (1024, 4096)]
+    same = {"part": "disks: contacts", "most": "f", "share": 0.5}
+    rows = [same | {"n": n, "seconds": 1e-6 * n, "bytes": 10**8 + 1000 * n} for n in (1024, 4096)]
     session = {"date": "today", "commit": "abc", "versions": {}}
     shown = STUDY.show(MeasuredTable(pd.DataFrame(rows), {"sessions": [session]}))
-    assert shown.tables[0].rows[0][2:] == ["1.00", "1e+06", "1 s", "1.1 GB"]
+    assert shown.tables[0].rows[0][2:] == ["1.00", "f 50 %", "1e+06", "1 s", "1.1 GB"]
     assert {task.partition(", N")[0] for task in STUDY.tasks()} == set(PARTS)
 
 
 @pytest.mark.slow
 def test_a_part_is_measured_in_a_process_of_its_own():
     (found,) = measure_part("droplets: 10 forces", 32)
+    assert 0 < found["share"] < 1 and found["most"]
     assert found["n"] == 32 and 0 < found["seconds"] < 1 and 2e7 < found["bytes"] < 2e9

@@ -136,11 +136,13 @@ def _compare_lengths(out: Drawing, pressures: list[float], curves: list[tuple[Ar
 
 
 def correlations(part: pd.DataFrame) -> Array:
-    """Arrange distance and C (packings, bins, 2); bins count steps of each packing, as boxes differ a little."""
-    step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
+    """Arrange distance and C (packings, frequencies, bins, 2); bins count steps of each packing, as boxes differ a
+    little."""
+    step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.unique(x)).min())
     numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
-    wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
-    return np.stack([wide["delta"].to_numpy(dtype=np.float64), wide["c"].to_numpy(dtype=np.float64)], axis=-1)
+    wide = numbered.pivot_table(index="seed", columns=["omega", "bin"], values=["delta", "c"])
+    shape = (len(wide), part["omega"].nunique(), -1)
+    return np.stack([wide[name].to_numpy(dtype=np.float64).reshape(shape) for name in ("delta", "c")], axis=-1)
 
 
 def by_frequency(part: pd.DataFrame) -> Array:
@@ -149,13 +151,13 @@ def by_frequency(part: pd.DataFrame) -> Array:
     part = part[part["seed"].isin(shared.index[shared == part["omega"].nunique()])]
     if part.empty:
         raise InputError("no packing has its correlation at every frequency: finish the tasks of that sweep")
-    return np.stack([correlations(rows) for _, rows in part.groupby("omega", sort=True)], axis=1)
+    return correlations(part)
 
 
 def first_zeros(whole: Array) -> Array:
     """Find the (frequencies,) distances at which the mean C of some packings, (packings, frequencies, bins, 2), first
     falls through zero, by linear interpolation; nan without one."""
-    x, c = average(whole[..., 0]), average(whole[..., 1])
+    x, c = np.moveaxis(average(whole), -1, 0)
     k = (c <= 0).argmax(axis=1)  # 0 where none is, too
     rows = np.flatnonzero(k > 0)
     k = k[rows]
@@ -199,7 +201,7 @@ def _draw_stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> Non
 def _draw_correlation(
     out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
 ) -> None:
-    cube = correlations(rows)
+    cube = correlations(rows)[:, 0]
     out.curve(axes, name, average(cube[..., 0]) / unit, mean_over_packings([cube[..., 1]])[0], **look)
 
 

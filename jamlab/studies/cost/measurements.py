@@ -213,7 +213,7 @@ def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Dampi
     network = force_network(packing)
     motion = equation_of_motion(network, damping)
     k, b = (m.toarray().astype(np.longdouble) for m in (motion.k_qq, motion.b_qq))
-    corner = motion.k[-1, -1], motion.b[-1, -1]
+    corner = motion.k_gg, motion.b_gg
     values, unsure = [], 0.0
     for w in omega:
         column = motion.k_qg.astype(np.longdouble) + 1j * np.longdouble(w) * motion.b_qg

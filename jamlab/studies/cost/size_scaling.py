@@ -1,10 +1,13 @@
-"""A study of what large packings need: CPU time and memory of each part of the work against N, and for larger N.
+"""A study of what every task costs against N: CPU time, memory, where the time goes, and what larger N will need.
 
 Every part is measured in a process of its own, whose peak memory is that of the part. Packings of any size are small
 ones repeated along both sides of the box: a step costs the same there as in one made at random, but how many steps a
-minimum takes does not, so whole packings are made from random starts.
+minimum takes does not, so whole packings, sweeps and flows start from random ones.
 """
 
+import cProfile
+import pstats
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -18,16 +21,21 @@ from numpy.typing import ArrayLike, NDArray
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
 from jamlab.figures.html_page import TextTable
+from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.flow.shear import shear
 from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import Report, run_side_by_side
+from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.studies.panels import BESIDE, sequence
 from jamlab.studies.reference_data import example_file
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
@@ -35,10 +43,18 @@ from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
 PRESSURE = 1e-3  # k, of disks packed from random starts
 FIRE_STEPS = 200
-OMEGA = np.geomspace(1e-6, 1e2, 41)
+OMEGA = np.geomspace(1e-6, 1e2, 400)
+STRAIN, RATE = 0.01, 1e-3  # of sheared disks
+SWEEP = 0.98, 40  # packing fraction that droplets are compressed to, and in how many states
 _DISKS, _STABLE = 256, 1e-2  # number and pressure of disks whose repetition is stable too
 _SIZES = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}
-_MADE = {"packings": (512, 2048, 8192), "onsets": (256, 512, 1024)}  # from random starts, three each
+_MADE = {  # from random starts
+    "packings": (256, 1024, 4096),
+    "onsets": (128, 256, 512),
+    "shear": (64, 256, 1024),
+    "flow": (64, 256, 1024),
+    "states": (16, 32, 64),
+}
 _WANTED = {"disks": 1_000_000, "droplets": 100_000}
 _KILO = 1024  # bytes in a unit of /proc
 
@@ -56,7 +72,8 @@ def memory_at(n: float, sizes: ArrayLike, peaks: ArrayLike) -> float:
 
 
 def measure_part(part: str, n: int) -> list[dict[str, Any]]:
-    """Measure one part of `PARTS` at about n particles, in a new process: CPU seconds on one core and peak memory."""
+    """Measure one part of `PARTS` at about n particles, in a new process: CPU seconds on one core, peak memory, and the
+    function with most of the time, with its share."""
     return [run_side_by_side(_measure_part, [(part, n)], 1)[0]]
 
 
@@ -66,7 +83,17 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
         run, count = PARTS[part](n)
         Path("/proc/self/clear_refs").write_text("5")  # forgets the peak so far, see proc(5)
         seconds, _ = shortest(run, runs=3, budget=2.0)
-    return {"part": part, "n": count, "seconds": seconds, "bytes": _peak()}
+        return {"part": part, "n": count, "seconds": seconds, "bytes": _peak()} | _most_time(run)
+
+
+def _most_time(run: "Run") -> dict[str, Any]:
+    """The function that spends most time itself, compiled ones by their own names, and its share of all."""
+    profile = cProfile.Profile(time.process_time)
+    profile.runcall(run)
+    spent = {where: own for where, (_, _, own, _, _) in pstats.Stats(profile).stats.items()}  # type: ignore[attr-defined]
+    file, _, name = most = max(spent, key=spent.__getitem__)
+    where = name.strip("<>{}").removeprefix("built-in method ") if file == "~" else f"{Path(file).stem}.{name}"
+    return {"most": where, "share": spent[most] / sum(spent.values())}
 
 
 def _peak() -> int:
@@ -148,6 +175,22 @@ def _of_minimum(model: str, work: Callable[[Packing], object]) -> Callable[[int]
     return prepare
 
 
+def _sweep(n: int) -> tuple[Run, int]:
+    onset, (end, states) = jam("dp", n, 1), SWEEP
+    step = (end - packing_fraction(onset)) / states
+    return lambda: list(compress(onset, end, step)), n
+
+
+def _of_random(work: Callable[[Packing], object]) -> Callable[[int], tuple[Run, int]]:
+    """Work on disks at a pressure, made from a random start."""
+
+    def prepare(n: int) -> tuple[Run, int]:
+        packing = pack(n, PRESSURE, 1)
+        return lambda: work(packing), n
+
+    return prepare
+
+
 # name -> function of n that gives what is timed, and the n that it has
 PARTS: dict[str, Callable[[int], tuple[Run, int]]] = {
     f"disks: {FIRE_STEPS} FIRE steps": _fire,
@@ -157,9 +200,13 @@ PARTS: dict[str, Callable[[int], tuple[Run, int]]] = {
     "disks: measure": _of_minimum("sp", measure),
     "disks: elastic tensor": _of_minimum("sp", elastic_tensor),
     f"disks: G* at {len(OMEGA)} frequencies": _of_minimum("sp", lambda packing: complex_modulus(packing, OMEGA)),
+    f"disks: quasi-static shear to {STRAIN:g}": _of_random(lambda packing: quasistatic_shear(packing, STRAIN)),
+    f"disks: flow at {RATE:g} to {STRAIN:g}": _of_random(lambda packing: shear(packing, RATE, STRAIN)),
     "droplets: 10 forces": _forces_of_droplets,
     f"droplets: relax after kicks of {KICK:g}": _relax_droplets,
     "droplets: measure": _of_minimum("dp", measure),
+    f"droplets: G* at {len(OMEGA)} frequencies": _of_minimum("dp", lambda packing: complex_modulus(packing, OMEGA)),
+    f"droplets: {SWEEP[1]} states to {SWEEP[0]:g}": _sweep,
 }
 
 
@@ -168,9 +215,9 @@ class SizeScaling(TableStudy):
     """Time and memory of every part at several sizes, and what that makes of a million disks or 10^5 droplets."""
 
     name: str = "size-scaling"
-    title: str = "What large packings need: time and memory of each part of the work against N"
+    title: str = "What every task costs: time and memory against N, where the time goes, and what large packings need"
     kind: ClassVar[str] = "sizes"
-    columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes")
+    columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes", "most", "share")
 
     def tasks(self) -> Mapping[str, Task]:
         sizes = {
@@ -181,22 +228,26 @@ class SizeScaling(TableStudy):
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw seconds over N, with exponents and what follows for larger packings."""
-        figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+        figure = Figure(figsize=(9.5, 5.6), layout="constrained")
         axes = figure.subplots()
         lines = []
-        for part, rows in table.rows.groupby("part", sort=False):
+        for index, (part, rows) in enumerate(table.rows.groupby("part", sort=False)):
             n, seconds, peaks = (rows[name].to_numpy() for name in ("n", "seconds", "bytes"))
-            axes.loglog(n, seconds, "o-", label=str(part))
+            line = "-" if str(part).startswith("disks") else "--"
+            axes.loglog(n, seconds, label=str(part), linestyle=line, **sequence(index, len(PARTS)))
             measured = "; ".join(f"{a}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
             if len(n) < 2:
                 continue
             (exponent, at_one), wanted = exponent_of(n, seconds), _WANTED[str(part).partition(":")[0]]
             there = [f"{at_one * wanted**exponent:.3g} s", f"{memory_at(wanted, n, peaks) / 1e9:.2g} GB"]
-            lines.append([str(part), measured, f"{exponent:.2f}", f"{wanted:.0e}", *there])
+            most = f"{rows['most'].iloc[-1]} {100 * rows['share'].iloc[-1]:.0f} %"
+            lines.append([str(part), measured, f"{exponent:.2f}", most, f"{wanted:.0e}", *there])
         axes.set_xlabel("number of particles N")
         axes.set_ylabel("CPU time on one core, s")
-        axes.legend(fontsize=8)
-        columns = ["part", "N: seconds, memory", "time ~ N^", "wanted N", "time there", "memory there"]
+        axes.grid(alpha=0.25)
+        axes.legend(fontsize=8, **BESIDE)
+        columns = ["part", "N: seconds, memory", "time ~ N^", "most time at the largest N"]
+        columns += ["wanted N", "time there", "memory there"]
         return Shown(figure, f"{self.title}; {table.made}.", [TextTable(columns, lines)], table.rows)
 
 
