@@ -42,6 +42,9 @@ def above_onset(seed: int) -> Iterator[Row]:
     for distance, state in zip(DISTANCES, compress(onset, onset.phi + 0.1, 0.1, by="phi", nearest=1e-4, per_decade=2)):
         network = contacts(state)
         row: dict[str, Any] = {"seed": seed, "distance": float(distance), "pressure": _pressure(state)}
+        if not network.backbone:
+            yield row | {"note": "came loose"}
+            continue
         row["excess"] = 2 * (network.count - network.isostatic) / network.backbone
         try:
             c = elastic_tensor(state).relaxed
