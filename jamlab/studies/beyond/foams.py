@@ -205,10 +205,10 @@ def measure_foam(seed: int, vertices: int) -> Iterator[Row]:
     """Compare droplets with the dry foam that they decorate: films of tension 2 gamma + w (p_i + p_j), as a rim of
     half-width w adds w p to gamma, cells that hold a droplet, its rim and a third of every void beside it."""
     onset = jam("dp", 16, seed, nv_small=vertices, nv_large=round(17 / 12 * vertices), **FOAM)
-    *_, state = compress(onset, WET, 0.02)
+    *_, state = compress(onset, WET, 0.01)
     pairs = contacts(state).pairs
     sides = np.bincount(pairs.ravel(), minlength=state.n)
-    if sides.sum() != 6 * state.n:
+    if not state.converged or sides.sum() != 6 * state.n:
         return
     w, gamma = 0.5 * state.params["delta"], state.params["gamma"]
     pressure = state.params["ka"] * (state.params["a0"] - state.polygon_areas)
