@@ -47,20 +47,19 @@ VISCOSITY_EXPONENT = Published(2.77, 0.2, where="Olsson & Teitel 2011")
 SOFTENING_EXPONENT = Published(1.0, 0.1, where="Boschan et al. 2016")
 
 
-# shear modulus of packings of disks goes in proportion to their contacts beyond isostatic, their compression modulus
-# stays: Ellenbroek et al., Europhys. Lett. 87, 34004 (2009), abstract; contacts in excess go as the root of the pressure:
-# Wyart et al., Phys. Rev. E 72, 051306 (2005), abstract
+# abstracts of arXiv: the shear modulus of disks goes in proportion to contacts beyond isostatic, while that of
+# compression stays (Ellenbroek et al. 2009, 0907.0012); these contacts go as the root of the pressure (Wyart et al. 2005,
+# cond-mat/0508415)
 SHEAR_IN_CONTACTS = Published(1.0, 0.05, where="Ellenbroek et al. 2009")
 COMPRESSION_IN_CONTACTS = Published(0.0, 0.05, where="Ellenbroek et al. 2009")
 CONTACTS_IN_PRESSURE = Published(0.5, 0.05, where="Wyart et al. 2005")
 
 # gaps h and forces f at onset go as h^-gamma, f^theta at bucklers and f^theta' elsewhere; stability asks for gamma >=
-# 1/(2 + theta') and gamma >= (1 - theta)/2: Lerner et al., Soft Matter 9, 8252 (2013), abstract
+# 1/(2 + theta') and gamma >= (1 - theta)/2 (Lerner et al. 2013, 1302.3990)
 BOUND_BY_OTHERS = Published(0.0, relation=">", where="Lerner et al. 2013")
 BOUND_BY_BUCKLERS = Published(0.0, relation=">", where="Lerner et al. 2013")
 
-# amorphous packings of bidisperse disks jam from here to there, by the rate of cooling: Schreck et al., Phys. Rev. E 84,
-# 011305 (2011), abstract
+# amorphous packings of bidisperse disks jam from here to there, by the rate of cooling (Schreck et al. 2011, 1007.2162)
 ONSETS_OF_SCHRECK = (0.84, 0.853)
 
 

@@ -1,12 +1,11 @@
-"""Droplets where foam physics is exact: the hexagonal crystal, its dry limit, and one disordered foam of another code.
+"""Droplets where foam physics is exact: the hexagonal crystal, its dry limit, and disordered foams of another code.
 
-In a hexagonal crystal of droplets with area a, cells of area A_c have sides s = (2 A_c/3^1.5)^0.5. Rims of width delta = 2w
+In a hexagonal crystal of droplets with area a, cells of area A_c have sides s = (2 A_c/3^1.5)^0.5. Rims of width 2w
 that do not yield leave each outline the hexagon of side s - 2w/3^0.5 with corners rounded to a radius r:
 a = 1.5 3^0.5 (s - 2w/3^0.5)^2 - (2 3^0.5 - pi) r^2. The derivatives of its length, times line tension gamma, give the
-osmotic pressure, gamma ((s - 2w/3^0.5)/(s r) - 2/(3^0.5 s)). Shear leaves three films at 120 degrees in each corner, the
-Steiner tree of a triangle whose squared length is half the sum of its squared sides plus 2 3^0.5 times its area; with it
-G = gamma (1 + w/r)/(3^0.5 s), and 0.525 gamma/R for thin rims and A_c = pi R^2: the dry foam of Princen, J. Colloid
-Interface Sci. 91, 160 (1983), where gamma is half the tension of a film.
+osmotic pressure, gamma ((s - 2w/3^0.5)/(s r) - 2/(3^0.5 s)). Sheared films keep 120 degrees: they are the Steiner tree
+of a triangle, whose squared length is half the sum of squared sides plus 2 3^0.5 times its area. With it G is
+gamma (1 + w/r)/(3^0.5 s), for thin rims and A_c = pi R^2 0.525 gamma/R, half of what 0.525 tensions of a film would be.
 """
 
 import subprocess
@@ -34,7 +33,14 @@ from jamlab.studies.panels import FIT, PAPER, drawing, label, scale, sequence, s
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Row, Task
 
-LAW = {"gamma": 0.01, "ka": 10.0, "eps": 1.0, "delta": 0.02, "eta": 0.0, "contact": "outline"}  # thin rims, hard to press
+LAW = {
+    "gamma": 0.01,
+    "ka": 10.0,
+    "eps": 1.0,
+    "delta": 0.02,
+    "eta": 0.0,
+    "contact": "outline",
+}  # thin rims, hard to press
 VERTICES = (18, 24, 36, 48, 72)
 DENSITIES = (0.905, 0.985, 0.016)  # first, last, step of rho
 COMPARED = 0.953  # rho at which errors are drawn over the number of vertices
@@ -119,8 +125,6 @@ class Crystal(TableStudy):
             f"out; with {last} vertices, relative errors are: {worst}. {table.made}."
         )
         return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
-
-
 
 
 # a disordered foam, by Surface Evolver --------------------------------------------------------------------------------
@@ -261,9 +265,10 @@ class Foam(TableStudy):
                 out.keep(f"{what}, largest relative difference", [worst], vertices=[vertices])
         said = ", ".join(f"{name} {found.value:.1e}" for name, found in out.values.items())
         out.caption = (
-            f"16 droplets of two sizes, rims of width {FOAM['delta']:g} l that hardly yield, at rho = {WET:g}, beside "
-            "the dry foam of the same topology and areas as Surface Evolver relaxes it: wet corners decorate a dry "
-            f"foam, and change neither its films nor its G. {said} (pressures over the largest). {table.made}."
+            f"{rows['seed'].nunique()} states of 16 droplets of two sizes at rho = {WET:g}, with rims of width "
+            f"{FOAM['delta']:g} l that hardly yield (one with 48 vertices did not converge), beside the dry foam of "
+            "the same topology and areas as Surface Evolver relaxes it: wet corners decorate a dry foam, and change "
+            f"neither its films nor its G. {said} (pressures over the largest). {table.made}."
         )
         return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
 

@@ -47,7 +47,8 @@ def _pressure(packing: Packing) -> float:
 def above_onset(seed: int) -> Iterator[Row]:
     """Measure p, z, B, G and the numbers of modes by frequency of one packing at `DISTANCES` from its onset."""
     onset = jam(n=SIZE, seed=seed)
-    for distance, state in zip(DISTANCES, compress(onset, onset.phi + 0.1, 0.1, by="phi", nearest=1e-4, per_decade=2)):
+    states = compress(onset, onset.phi + 0.1, 0.1, by="phi", nearest=1e-4, per_decade=2)
+    for distance, state in zip(DISTANCES, states, strict=True):
         network = contacts(state)
         row: dict[str, Any] = {"seed": seed, "distance": float(distance), "pressure": _pressure(state)}
         if not network.backbone:
@@ -82,7 +83,11 @@ def at_onset(seed: int) -> Iterator[Row]:
     radii = 0.5 * (onset.diameters[near.i] + onset.diameters[near.j])[kept]
     gap = np.hypot(*near.r[kept].T) / radii - 1
     who = {"seed": seed, "beyond": network.count - network.isostatic, "disks": network.backbone}
-    parts = (("bucklers", force[buckled], FORCES), ("others", force[~buckled], FORCES), ("gaps", gap[gap > GAPS[0]], GAPS))
+    parts = (
+        ("bucklers", force[buckled], FORCES),
+        ("others", force[~buckled], FORCES),
+        ("gaps", gap[gap > GAPS[0]], GAPS),
+    )
     for what, values, edges in parts:
         scale = 1.0 if what == "gaps" else float(force.mean())
         counts = np.histogram(np.maximum(values / scale, edges[0]), edges)[0]
@@ -259,14 +264,20 @@ _NAMED = {"bucklers": "contacts of bucklers", "others": "other contacts", "gaps"
 
 def tail_exponent(edges: Array, counts: Array, low: float, high: float) -> float:
     """Exponent with which the number below a value grows between two powers of ten, by maximum likelihood of a power
-    law there; a fit of sums would count small values many times. counts: (packings, bins)."""
-    middle, width = np.log(np.sqrt(edges[1:] * edges[:-1])), np.log(10.0) * (high - low)
-    kept = (middle > np.log(10.0) * low) & (middle < np.log(10.0) * high)
-    weight = counts.sum(axis=0)[kept]
-    mean = float(weight @ (np.log(10.0) * high - middle[kept]) / max(weight.sum(), 1.0))
-    if weight.sum() < FEWEST or not 0 < mean < 0.5 * width:  # it would be negative
+    law in bins; a fit of sums would count small values many times. counts: (packings, bins)."""
+    ends = np.log10(edges)
+    kept = (ends[:-1] > low - 1e-3) & (ends[1:] < high + 1e-3)
+    weight, places = counts.sum(axis=0)[kept], edges[np.append(kept, False) | np.append(False, kept)] / 10.0**high
+
+    def score(e: float) -> float:
+        """Derivative in e of the sum over bins of n ln((b^e - a^e)/(1 - L^e)), the ends a, b, L over the highest."""
+        power = places**e
+        bins, log = np.diff(power * np.log(places)) / np.diff(power), np.log(places[0])
+        return float(weight @ bins + weight.sum() * power[0] * log / (1 - power[0]))
+
+    if weight.sum() < FEWEST or score(1e-3) * score(50.0) >= 0:
         return float("nan")
-    return float(brentq(lambda e: 1 / e - width / np.expm1(e * width) - mean, 1e-3, 50.0))
+    return float(brentq(score, 1e-3, 50.0))
 
 
 def _tails(groups: Sequence[Array], half: int = 0) -> Array:
@@ -308,7 +319,10 @@ class Onset(OfPackings):
         names = ("theta of bucklers", "theta of other contacts", "gamma of gaps")
         for k, name in enumerate(names):
             out.keep(name, found[k])
-        bounds = (("gamma - 1/(2 + theta')", published.BOUND_BY_OTHERS), ("gamma - (1 - theta)/2", published.BOUND_BY_BUCKLERS))
+        bounds = (
+            ("gamma - 1/(2 + theta')", published.BOUND_BY_OTHERS),
+            ("gamma - (1 - theta)/2", published.BOUND_BY_BUCKLERS),
+        )
         halves = {"lower half of the windows": _tails(groups, -1), "upper half": _tails(groups, 1)}
         for k, (name, number) in enumerate(bounds, 3):
             every = {half: float(values[k]) for half, values in halves.items() if np.isfinite(values[k])}
@@ -336,30 +350,27 @@ class Protocols(OfPackings):
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw the mean onset of the same starts by every way, and after cycles of compression."""
-        rows = _numeric(table.rows, ("cycle", "phi_J"))
+        rows = _numeric(table.rows, ("setting", "cycle", "phi_J"))
         out, (ways, cycles) = drawing(self.name, 1, 2, 5.2, 4.0)
-        once = rows[rows["way"] != "cycles"].assign(named=lambda t: t["way"] + " " + t["setting"].astype(str))
-        wide = once.pivot_table(index="seed", columns="named", values="phi_J", sort=False)
-        cycles.set_xscale("log", base=2)
-        for k, (way, part) in enumerate(once.groupby("way", sort=False)):
-            names = list(part["named"].unique())
-            found = out.keep(f"onset, {way}", mean_over_packings([wide[names].to_numpy()])[0], setting=part["setting"].unique())
-            out.curve(ways, _WAYS[way], part["setting"].unique().astype(float), found, band=False, **style(k))
         ways.set_xscale("log")
-        first = wide.iloc[:, 0]
-        for k, (amplitude, part) in enumerate(rows[rows["way"] == "cycles"].groupby("setting", sort=False)):
+        for k, (way, name) in enumerate(_WAYS.items()):
+            setting, phi = of_packings(rows[rows["way"] == way], "setting", "phi_J")
+            found = out.keep(f"onset, {name}", mean_over_packings([phi])[0], setting=setting)
+            out.curve(ways, name, setting, found, band=False, **style(k))
+        first = rows[(rows["way"] == "steps") & (rows["setting"] == STEPS[0])].set_index("seed")["phi_J"]
+        for k, (amplitude, part) in enumerate(rows[rows["way"] == "cycles"].groupby("setting")):
             number, phi = of_packings(part, "cycle", "phi_J")
             gain = mean_over_packings([phi - first.loc[sorted(part["seed"].unique())].to_numpy()[:, None]])[0]
-            out.keep(f"gain of {number[-1]:g} cycles by", [gain[-1]], dphi=[float(amplitude)])
-            out.curve(cycles, f"up to {amplitude} above", number, gain, band=False, **style(k))
+            out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[amplitude])
+            out.curve(cycles, f"up to {amplitude:g} above", number, gain, band=False, **style(k))
         low, high = published.ONSETS_OF_SCHRECK
         ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)
         label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
         label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
         said = "; ".join(f"{name} {out.write(name, 4)}" for name in out.values)
         out.caption = (
-            f"{wide.shape[0]} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
-            f"onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by rate of cooling, "
+            f"{len(first)} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
+            "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling, "
             f"{low} to {high}, Schreck et al. 2011. (b) Compressed above their first onset and back to where their "
             f"pressure is gone, again and again. {said}. {table.made}."
         )
