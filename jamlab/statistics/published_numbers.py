@@ -47,9 +47,8 @@ VISCOSITY_EXPONENT = Published(2.77, 0.2, where="Olsson & Teitel 2011")
 SOFTENING_EXPONENT = Published(1.0, 0.1, where="Boschan et al. 2016")
 
 
-# abstracts of arXiv: the shear modulus of disks goes in proportion to contacts beyond isostatic, while that of
-# compression stays (Ellenbroek et al. 2009, 0907.0012); these contacts go as the root of the pressure (Wyart et al. 2005,
-# cond-mat/0508415)
+# abstracts of arXiv: G of disks goes in proportion to contacts beyond isostatic, while B stays (Ellenbroek et al. 2009,
+# 0907.0012); these contacts go as the root of the pressure (Wyart et al. 2005, cond-mat/0508415)
 SHEAR_IN_CONTACTS = Published(1.0, 0.05, where="Ellenbroek et al. 2009")
 COMPRESSION_IN_CONTACTS = Published(0.0, 0.05, where="Ellenbroek et al. 2009")
 CONTACTS_IN_PRESSURE = Published(0.5, 0.05, where="Wyart et al. 2005")
