@@ -33,7 +33,7 @@ from jamlab.studies.panels import FIT, PAPER, drawing, label, scale, sequence, s
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Row, Task
 
-LAW = {
+LAW: dict[str, Any] = {
     "gamma": 0.01,
     "ka": 10.0,
     "eps": 1.0,
@@ -262,9 +262,9 @@ class Foam(TableStudy):
             out.curve(part, "equal", ends, ends, label=None, **FIT)
             name = what if what == "length" else "pressure less the mean"
             label(part, f"{name}, Surface Evolver  {unit}", f"{name}, droplets  {unit}", loc="upper left")
-        for name, of in rows.groupby("what"):
-            whole = of["theirs"].abs().max() if name == "pressure" else of["theirs"]
-            out.keep(f"{name}, largest relative difference", ((of["ours"] - of["theirs"]) / whole).abs().max())
+        for each, of in rows.groupby("what"):
+            whole = of["theirs"].abs().max() if each == "pressure" else of["theirs"]
+            out.keep(f"{each}, largest relative difference", ((of["ours"] - of["theirs"]) / whole).abs().max())
         said = ", ".join(f"{name} {found.value:.1e}" for name, found in out.values.items())
         out.caption = (
             f"{rows['seed'].nunique()} states of 16 droplets of two sizes at rho = {WET:g}, with rims of width "

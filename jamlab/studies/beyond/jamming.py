@@ -78,6 +78,7 @@ def at_onset(seed: int) -> Iterator[Row]:
     pairs = network.pairs[network.bearing]
     degree = np.bincount(pairs.ravel(), minlength=onset.n)
     buckled = (degree[pairs] == BUCKLED).any(axis=1)
+    assert onset.diameters is not None
     near = periodic_pairs(onset.positions, onset.box, 2.0 * onset.diameters.max())
     kept = ~network.rattlers[near.i] & ~network.rattlers[near.j]
     radii = 0.5 * (onset.diameters[near.i] + onset.diameters[near.j])[kept]
@@ -361,7 +362,7 @@ class Protocols(OfPackings):
         for k, (amplitude, part) in enumerate(rows[rows["way"] == "cycles"].groupby("setting")):
             number, phi = of_packings(part, "cycle", "phi_J")
             gain = mean_over_packings([phi - first.loc[sorted(part["seed"].unique())].to_numpy()[:, None]])[0]
-            out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[amplitude])
+            out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[float(str(amplitude))])
             out.curve(cycles, f"up to {amplitude:g} above", number, gain, band=False, **style(k))
         low, high = published.ONSETS_OF_SCHRECK
         ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)

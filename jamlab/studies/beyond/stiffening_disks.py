@@ -1,8 +1,9 @@
 """Draw pressure, contacts and G of Hertzian disks beside those of harmonic ones, above the onset of each packing.
 
-`stiffening_disks.csv.xz` has a row for each state: `jam(n=128, seed=seed, exponent=exponent, ensemble="shear-stabilized")`
-compressed by `compress(p, p.phi + 0.1, 0.1, by="phi", nearest=1e-3, per_decade=5)`, with the pressure, the contacts and
-particles of the backbone, and G averaged over all directions. States that came loose or are no minima are left out.
+`stiffening_disks.csv.xz` has a row for each state: `jam(n=128, seed=seed, exponent=exponent,
+ensemble="shear-stabilized")` compressed by `compress(p, p.phi + 0.1, 0.1, by="phi", nearest=1e-3, per_decade=5)`,
+with the pressure, the contacts and particles of the backbone, and G averaged over all directions. States that came
+loose or are no minima are left out.
 """
 
 from importlib import resources
