@@ -22,13 +22,8 @@ class Published(NamedTuple):
     value: float  # the number
     margin: float = 0.0  # the error that the paper states, else half a unit of its last digit, or what its words allow
     relation: str = "="  # "=", or ">" and "<" where the paper gives a bound only
-    # what an interval must be narrow against to tell anything: 0 stands for the value itself; the distance to onset of
-    # a packing fraction, A - 1 of a shape factor
-    scale: float = 0.0
     where: str = ""  # figure, table, equation or section that prints it
 
-
-NEAR_ONSET = 0.04  # scale of packing fractions and of z at onset: what models part at, and the spread of small systems
 
 # [B] tables 1 and 2, fits of eqs 13 and 14: z = z_J + z_0 d^0.5 + z_1 d and G = G_0 d^0.5 + G_1 d, d the distance from
 # onset in phi or rho; G of SP in eps/s_LS^2, of DP in eps_r/l^2. Table 1: z_J, onset, z_0, z_1; table 2: G_0, G_1
@@ -42,7 +37,7 @@ FLOW_AT_ONSET = Published(0.5, where="Tighe et al. 2010")
 
 # critical point, exponent of stress over rate there, of the yield stress and of the viscosity, with drag against the
 # mean flow and corrections to scaling: Olsson & Teitel, Phys. Rev. E 83, 030302 (2011)
-JAMMING_IN_SHEAR = Published(0.84347, 0.0002, scale=NEAR_ONSET, where="Olsson & Teitel 2011")
+JAMMING_IN_SHEAR = Published(0.84347, 0.0002, where="Olsson & Teitel 2011")
 STRESS_AT_ONSET = Published(0.28, 0.02, where="Olsson & Teitel 2011")
 YIELD_EXPONENT = Published(1.08, 0.03, where="Olsson & Teitel 2011")
 VISCOSITY_EXPONENT = Published(2.77, 0.2, where="Olsson & Teitel 2011")
@@ -50,6 +45,21 @@ VISCOSITY_EXPONENT = Published(2.77, 0.2, where="Olsson & Teitel 2011")
 # strain at which the answer of soft disks to shear stops being linear goes as this power of the pressure: Boschan et
 # al., Soft Matter 12, 5450 (2016)
 SOFTENING_EXPONENT = Published(1.0, 0.1, where="Boschan et al. 2016")
+
+
+# abstracts of arXiv: G of disks goes in proportion to contacts beyond isostatic, while B stays (Ellenbroek et al. 2009,
+# 0907.0012); these contacts go as the root of the pressure (Wyart et al. 2005, cond-mat/0508415)
+SHEAR_IN_CONTACTS = Published(1.0, 0.05, where="Ellenbroek et al. 2009")
+COMPRESSION_IN_CONTACTS = Published(0.0, 0.05, where="Ellenbroek et al. 2009")
+CONTACTS_IN_PRESSURE = Published(0.5, 0.05, where="Wyart et al. 2005")
+
+# gaps h and forces f at onset go as h^-gamma, f^theta at bucklers and f^theta' elsewhere; stability asks for gamma >=
+# 1/(2 + theta') and gamma >= (1 - theta)/2 (Lerner et al. 2013, 1302.3990)
+BOUND_BY_OTHERS = Published(0.0, relation=">", where="Lerner et al. 2013")
+BOUND_BY_BUCKLERS = Published(0.0, relation=">", where="Lerner et al. 2013")
+
+# amorphous packings of bidisperse disks jam from here to there, by the rate of cooling (Schreck et al. 2011, 1007.2162)
+ONSETS_OF_SCHRECK = (0.84, 0.853)
 
 
 def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
@@ -77,15 +87,15 @@ def table_entry(value: float) -> Published:
 
 def table_onset(value: float) -> Published:
     """z_J, phi_J or rho_J of table 1, known to 0.005."""
-    return Published(value, 0.005, scale=NEAR_ONSET, where="[B] sec 3, table 1")
+    return Published(value, 0.005, where="[B] sec 3, table 1")
 
 
 # [B] fig 4 and eq 11: rho - rho_J = C (dphi - dphi^1.5); shape factors A and areas a
 EQ_11_C = Published(1.21, 0.005, where="[B] caption of fig 11 b")
 EQ_11_C_OF_TEXT = Published(1.2, 0.05, where="[B] appendix")
-RHO_AT_UNIT_PHI = Published(0.95, 0.005, scale=0.04, where="[B] fig 1")
-RHO_AT_DENSEST = Published(1.0, 0.005, scale=0.04, where="[B] sec 3")  # phi = 1.24, eq 12
-RHO_AS_PHI = Published(0.88, 0.01, scale=0.04, where="[B] sec 3, fig 4 a")  # phi up to which rho is about phi
+RHO_AT_UNIT_PHI = Published(0.95, 0.005, where="[B] fig 1")
+RHO_AT_DENSEST = Published(1.0, 0.005, where="[B] sec 3")  # phi = 1.24, eq 12
+RHO_AS_PHI = Published(0.88, 0.01, where="[B] sec 3, fig 4 a")  # phi up to which rho is about phi
 THREE_OVERLAP = Published(0.0, 0.005, where="[B] sec 3, eq 9")  # of rho: what three disks share up to phi = 1.2
 AREA_FALLS = Published(0.04, 0.005, where="[B] sec 3, fig 4 b")  # drho where <a> begins to leave a_J
 LOST_AREA_EXPONENT = 2.5  # of 1 - <a>/a_J in drho, far from onset; fig 11 again
@@ -93,18 +103,18 @@ SHAPE_EXPONENTS = (0.67, 0.3)  # of drho in A - A_J, small and large A
 LAMBDA_OF_SHAPE = Published(0.67, 0.05, where="[B] caption of fig 4 c")  # of dphi in A - 1
 OMEGA_OF_CAPTION = Published(0.5, 0.05, where="[B] caption of fig 4 c")  # of drho in A - 1, small A - 1
 SHAPES = {  # mean A of packings: model, N, rho
-    ("sp", 64, 0.92): Published(1.01, 0.005, scale=0.03, where="[B] fig 2"),
-    ("dp", 64, 0.92): Published(1.03, 0.005, scale=0.03, where="[B] fig 2"),
-    ("dp", 128, 0.9895): Published(1.06, 0.005, scale=0.06, where="[B] fig 3"),  # 0.99 as printed
+    ("sp", 64, 0.92): Published(1.01, 0.005, where="[B] fig 2"),
+    ("dp", 64, 0.92): Published(1.03, 0.005, where="[B] fig 2"),
+    ("dp", 128, 0.9895): Published(1.06, 0.005, where="[B] fig 3"),  # 0.99 as printed
 }
-SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03, where="[B] caption of fig 4 c")
+SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, where="[B] caption of fig 4 c")
 SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">", where="[B] sec 3, fig 4 c")
-SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, scale=0.07, where="[B] sec 3, fig 4 c")
+SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, where="[B] sec 3, fig 4 c")
 CONFLUENCE = 0.16  # drho at which droplets are confluent
-AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01, scale=0.04, where="[B] sec 3, fig 4 b")
+AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01, where="[B] sec 3, fig 4 b")
 
 # [B] figs 5 to 7
-MODELS_PART = Published(0.88, 0.005, scale=NEAR_ONSET, where="[B] sec 3, fig 5")  # rho
+MODELS_PART = Published(0.88, 0.005, where="[B] sec 3, fig 5")  # rho
 ALPHA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alpha_0
 BETA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
 ROOT_NEAR_ONSET = Published(0.5, 0.05, where="[B] abstract, sec 4")  # of z - z_J and of G in drho, droplets
@@ -116,7 +126,7 @@ REGIME_1 = {  # exponents of z - z_J and of G nearest to onset
 }
 DOTTED_SLOPE = Published(0.8, 0.05, where="[B] caption of fig 6")  # of G, disks too
 LARGER_RATIO = Published(1.0, relation=">", where="[B] abstract, sec 3, tables 1 and 2")  # C_1/C_0, DP over SP
-EQ_13_ENDS = Published(0.98, 0.005, scale=0.04, where="[B] sec 3, fig 5 a")  # rho from which z of disks leaves eq 13
+EQ_13_ENDS = Published(0.98, 0.005, where="[B] sec 3, fig 5 a")  # rho from which z of disks leaves eq 13
 COLLAPSE_OF_SIZES = Published(0.0, 0.05, where="[B] sec 3, insets of fig 7")  # slope of (z_conf - z) N in N
 CONFLUENT_LIMIT = Published(0.0, 0.005, where="[B] sec 3")  # 1 - rho* of large droplet packings
 MISSING_CONTACTS_LIMIT = Published(2.0, 0.05, where="[B] sec 3, fig 7")  # (z_conf - z) N of disks at confluence
@@ -133,12 +143,12 @@ TRIANGLES_FROM = 0.97  # rho from which all voids of droplets have three sides
 DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005, where="[B] sec 3, fig 8 a")  # P_3 from there on
 PLATEAU_SHAPE = Published(4.87, 0.05, where="[B] sec 3")
 DENSE_DISK_TRIANGLES = Published(1.0, relation="<", where="[B] sec 3, fig 8 a")  # P_3 below rho = 1
-MORE_TRIANGLES = Published(0.88, 0.005, scale=NEAR_ONSET, where="[B] sec 3, fig 8 a")  # rho, P_3 of DP over SP
+MORE_TRIANGLES = Published(0.88, 0.005, where="[B] sec 3, fig 8 a")  # rho, P_3 of DP over SP
 DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<", where="[B] sec 3")
 
 # [B] fig 10
 THETA = Published(0.55, 0.005, where="[B] appendix, fig 10")  # sigma ~ N^-theta
-ONSET_LIMIT = Published(0.842, 0.0005, scale=0.01, where="[B] appendix, fig 10")
+ONSET_LIMIT = Published(0.842, 0.0005, where="[B] appendix, fig 10")
 
 SAME_ONSETS = Published(0.0, 0.1, where="[B] sec 4, appendix")  # mean rho_J of DP less phi_J of SP, over their width
 

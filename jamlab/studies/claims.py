@@ -14,7 +14,6 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
-RESOLVED = 0.25  # half-width of an interval over the scale of a number up to which it could have disagreed
 SUMMARY = "summary.txt"  # beside the figures, and beside the reference data
 _OF_NO_PAPER = ("dynamics-", "beyond-")  # figures whose numbers neither paper has
 
@@ -22,13 +21,12 @@ _OF_NO_PAPER = ("dynamics-", "beyond-")  # figures whose numbers neither paper h
 class Verdict(StrEnum):
     """What a number of a paper comes to."""
 
-    # the interval meets the paper's value within its margin whichever of its family is taken, and could have missed it
+    # by the rule of `Claim.compared`; the cause of a difference stands beside it, with the figure that shows it
     AGREES = "agrees"
-    # the interval of the whole family lies elsewhere; the cause stands beside it, with the figure that shows it
     DIFFERS = "differs"
     INCONSISTENT = "paper inconsistent"  # the paper contradicts itself, so that no measurement could settle the number
     CALIBRATED = "calibrated"  # parameters that the paper does not print were chosen to meet it: no independent test
-    UNDECIDED = "undecided"  # the interval would meet many other values too, or its family straddles the value
+    UNDECIDED = "undecided"  # neither, by the same rule
     MISSING = "not measured"  # the data do not give it with an interval, which takes five packings
 
 
@@ -51,16 +49,16 @@ class Claim:
     value: float
     low: float
     high: float
-    # paper, margin, relation, scale: see `jamlab.statistics.published_numbers.Published`
+    # paper, margin, relation: see `jamlab.statistics.published_numbers.Published`
     paper: float
     margin: float = 0.0
     relation: str = "="
-    scale: float = 0.0
     how: str = ""  # window, rule and convention of the measurement
     cause: str = ""  # why ours differs, in numbers where they come from the same tables
     shown_by: str = ""  # figure or command that shows the cause or the contradiction
     contradiction: str = ""  # of the paper with itself
     calibrated: str = ""  # why the number is no independent test
+    unlike: str = ""  # why ours was measured under other conditions, so that a difference would tell nothing
     where: str = ""  # section, figure or table of the paper
     kind: Kind = Kind.MEASURED  # see `Kind`
     family: Mapping[str, float] = field(default_factory=dict, hash=False)  # other windows, offsets, sizes -> value
@@ -77,22 +75,25 @@ class Claim:
         return max([0.0, *(-m for m in moved)]), max([0.0, *moved])
 
     @property
-    def meets(self) -> bool:
-        """Whether the interval meets the paper's value within its margin, or lies on the side of its bound."""
-        return self._meets(0.0, 0.0)
-
-    def _meets(self, below: float, above: float) -> bool:
-        """Whether the interval, its ends moved outwards, meets the paper's value."""
-        high, low = self.high + above >= self.paper - self.margin, self.low - below <= self.paper + self.margin
-        return self.measured and {"=": high and low, ">": high, "<": low}[self.relation]
+    def allowed(self) -> tuple[float, float]:
+        """Lowest and highest number that the data allow: the ends of the interval, moved as far as the family goes."""
+        below, above = self.systematic
+        return self.low - below, self.high + above
 
     @property
-    def resolved(self) -> bool:
-        """Whether the interval is narrow enough to have disagreed; that of a bound must lie on one side of it."""
-        if self.relation != "=":
-            below, above = self.systematic
-            return not self.low - below < self.paper < self.high + above
-        return 0.5 * (self.high - self.low) <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
+    def asked(self) -> tuple[float, float]:
+        """Lowest and highest number that the paper's words mean: its value within its margin, or all beyond a bound."""
+        low, high = self.paper - self.margin, self.paper + self.margin
+        return {"=": (low, high), ">": (low, np.inf), "<": (-np.inf, high)}[self.relation]
+
+    @property
+    def compared(self) -> Verdict:
+        """The rule, the same for every number: it agrees if every number that the data allow is one that the paper's
+        words mean, differs if none is, and is undecided else. Packings and choices of the fit count alike."""
+        (low, high), (least, most) = self.allowed, self.asked
+        if high < least or most < low:
+            return Verdict.DIFFERS
+        return Verdict.AGREES if least <= low and high <= most else Verdict.UNDECIDED
 
     @property
     def verdict(self) -> Verdict:
@@ -103,11 +104,7 @@ class Claim:
             return Verdict.MISSING
         if self.calibrated:
             return Verdict.CALIBRATED
-        below, above = self.systematic
-        if not self._meets(below, above):
-            return Verdict.DIFFERS
-        every = self.meets and self._meets(below, -below) and self._meets(-above, above)
-        return Verdict.AGREES if every and self.resolved else Verdict.UNDECIDED
+        return Verdict.UNDECIDED if self.unlike else self.compared
 
     @property
     def counted(self) -> bool:
@@ -130,17 +127,16 @@ class Claim:
             Verdict.AGREES: "",
             Verdict.DIFFERS: (self.cause or "no cause has been measured in these data") + shown,
             Verdict.INCONSISTENT: self.contradiction + shown,
-            Verdict.CALIBRATED: f"{'meets it; ' if self.meets else 'misses it; '}{self.calibrated}{shown}",
+            Verdict.CALIBRATED: f"{self.compared}; {self.calibrated}{shown}",
             Verdict.UNDECIDED: self._width,
         }[self.verdict]
 
     @property
     def _width(self) -> str:
         """Write why the number decides nothing."""
-        if not self.resolved or not self.family:
-            half = f"half the interval is {0.5 * (self.high - self.low):.2g}: it takes more packings"
-            return f"{half}; {self.spread}" if self.family else half
-        return f"{self.spread}; {self.cause}" if self.cause else self.spread
+        (low, high), half = self.allowed, 0.5 * (self.high - self.low)
+        wide = f", half of it {half:.2g} of packings" if half > self.margin and self.relation == "=" else ""
+        return "; ".join(filter(None, (self.unlike, f"from {low:.4g} to {high:.4g}{wide}", self.spread, self.cause)))
 
     @property
     def spread(self) -> str:
@@ -185,12 +181,12 @@ def claim(
     /,
     **words: str,
 ) -> Claim:
-    """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction
-    and calibrated, which makes it a fit target, of `Claim`, and where, if another place than that of the number says
-    it."""
+    """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction,
+    unlike and calibrated, which makes it a fit target, of `Claim`, and where, if another place than that of the number
+    says it."""
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") and kind is Kind.MEASURED else kind
-    number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)
+    number = (value, low, high, paper.value, paper.margin, paper.relation)
     return Claim(figure, quantity, *number, kind=kind, family=family or {}, **{"where": paper.where} | words)  # type: ignore[arg-type]
 
 

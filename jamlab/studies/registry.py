@@ -10,7 +10,7 @@ from typing import TypeVar
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file
-from jamlab.studies.beyond import polydispersity
+from jamlab.studies.beyond import foams, jamming, polydispersity
 from jamlab.studies.cost import (
     flows,
     making_packings,
@@ -46,7 +46,12 @@ _MAPS = (disk_minimisers, disk_packings, elastic_moduli, droplets, dynamics)
 MAPS: Mapping[str, Map] = _by_name(study for room in _MAPS for study in room.MAPS)
 
 
-OTHERS: Mapping[str, Study] = _by_name([Comparison(), size_scaling.STUDY, DropletCalibration(), polydispersity.STUDY])
+OTHERS: Mapping[str, Study] = _by_name(
+    [
+        *(Comparison(), size_scaling.STUDY, DropletCalibration(), polydispersity.STUDY),
+        *(jamming.ELASTICITY, jamming.ONSET, jamming.PROTOCOLS, foams.CRYSTAL, foams.FOAM_OF_OTHERS),
+    ]
+)
 FIGURES: Mapping[str, FigureStudy] = _by_name(figures())
 OWN = "jamlab-studies.txt"  # lists files with studies of users, in the working folder
 

@@ -87,7 +87,7 @@ def test_overshoot():
 
 def test_amplitudes_at_which_disks_soften_go_as_pressure():
     (exponent,) = drawn("amplitudes").claims
-    assert exponent.value == pytest.approx(1.0, abs=0.05) and exponent.agrees
+    assert exponent.value == pytest.approx(1.0, abs=0.05) and exponent.compared != "differs"
     soft = curve("amplitudes", "d", "softening")
     assert soft["y"].to_numpy() == pytest.approx(flow_tables.SOFT_OVER_PRESSURE * soft["x"].to_numpy(), rel=0.15)
 

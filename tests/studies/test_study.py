@@ -89,6 +89,8 @@ def test_all_that_ships_is_one_list(tmp_path):
         "size-scaling",
         "droplet-calibration",
         "polydispersity",
+        *("beyond-moduli", "beyond-forces-and-gaps", "beyond-protocols"),
+        *("beyond-droplet-crystal", "beyond-droplet-foam"),
     } == set(known)
     assert all(study.title and name == study.name for name, study in known.items())
     done = call(tmp_path, "study", "plan", "weather")

@@ -99,8 +99,9 @@ def _caption(out: Drawing, table: pd.DataFrame) -> str:
         name = "exponent of the slow limit of G' in line tension"
         out.keep(name, bootstrap(groups, exponent))
         text += (
-            f"At rho = {SCANNED:.2f} ({min(map(len, groups))} packings and more of each) its median grows as gamma to "
-            f"the power {out.write(name)} from gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l."
+            f"At rho = {SCANNED:.2f} ({min(map(len, groups))} packings and more of each) its median goes as gamma to "
+            f"the power {out.write(name)} from gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l, "
+            "which leaves the power undecided."
         )
     return text
 

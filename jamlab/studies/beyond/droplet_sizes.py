@@ -64,7 +64,10 @@ def _caption(out: Drawing, compressed: list[int], n: list[int]) -> str:
         limits = ", ".join(f"{out.write(f'{word}, limit, drho = {d:g}', 3)} at {d:g}" for d in held)
         parts.append(f"({letter}) {word} at fixed distances from onset; limit of 1/N -> 0: {limits}.")
     told = ", ".join(f"{out.write(f'{CROSSING}, N = {m}', 4)} for N = {m}" for m in compressed)
-    parts.append(f"(c) There are {FEW:g} more contacts (dashed) at {told}: as N^-a, a = {out.write('a')}.")
+    parts.append(
+        f"(c) There are {FEW:g} more contacts (dashed) at {told}: as N^-a, a = {out.write('a')}; with "
+        "fewer contacts a is another (boromand-6): undecided."
+    )
     unstable = of_sizes(UNSTABLE, compressed, ".2f")
     parts.append(f"(d) Boxes that would shear by themselves; 0.01 above onset {unstable}.")
     parts.append("(e) Onset.")
@@ -244,7 +247,7 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
     out.caption = (
         f"{n} droplets with more and more vertices (of small and of large ones), packings: {counts}; 95 % bands and "
         f"bars. Below: the same at a distance of {COMPARED:g} from onset over the inverse number of vertices of small "
-        f"droplets, with a line, each mean weighted by its error; limit of many vertices: {said}."
+        f"droplets, with a line, each mean weighted by its error; limit of many vertices, of packings so small: {said}."
     )
     return out
 

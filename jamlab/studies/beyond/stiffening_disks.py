@@ -1,8 +1,9 @@
 """Draw pressure, contacts and G of Hertzian disks beside those of harmonic ones, above the onset of each packing.
 
-`stiffening_disks.csv` has a row for each state: `jam(n=128, seed=seed, exponent=exponent, ensemble="shear-stabilized")`
-compressed by `compress(p, p.phi + 0.1, 0.1, by="phi", nearest=1e-3, per_decade=5)`, with the pressure, the contacts and
-particles of the backbone, and G averaged over all directions. States that came loose or are no minima are left out.
+`stiffening_disks.csv.xz` has a row for each state: `jam(n=128, seed=seed, exponent=exponent,
+ensemble="shear-stabilized")` compressed by `compress(p, p.phi + 0.1, 0.1, by="phi", nearest=1e-3, per_decade=5)`,
+with the pressure, the contacts and particles of the backbone, and G averaged over all directions. States that came
+loose or are no minima are left out.
 """
 
 from importlib import resources
@@ -30,8 +31,8 @@ EXPECTED = {  # powers of the distance, alpha - 1, 1/2 and alpha - 3/2
 
 def read_states() -> pd.DataFrame:
     """The table shipped with jamlab, with z - z_iso = 2 (N_c - (2 N' + 1))/N': both shears of the box are free."""
-    with resources.files("jamlab.studies.beyond").joinpath("stiffening_disks.csv").open("rb") as file:
-        table = pd.read_csv(file)
+    with resources.files("jamlab.studies.beyond").joinpath("stiffening_disks.csv.xz").open("rb") as file:
+        table = pd.read_csv(file, compression="xz")
     table["excess"] = 2 * (table["contacts"] - (2 * table["backbone"] + 1)) / table["backbone"]
     return table
 

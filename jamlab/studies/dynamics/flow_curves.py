@@ -1,5 +1,6 @@
 """Draw steady flow in time: flow curves of disks, their yield stress and overshoot, and droplets beside disks."""
 
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -12,7 +13,8 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PIN
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR
-from jamlab.studies.claims import write_interval
+from jamlab.studies.claims import Kind, vary, write_interval
+from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import average, bootstrap, mean_over_packings, nearest, of_packings, scaled, select_usual
 from jamlab.studies.panels import FIT, Drawing, drawing, label, model_style, scale, sequence
@@ -152,20 +154,21 @@ def _write_fit(out: Drawing, phi: float) -> str:
 def _claim_exponent_at_onset(out: Drawing, table: pd.DataFrame) -> None:
     """Claim the exponent of the stress over the rate at the packing fraction nearest to onset."""
     rows = table[(table["phi"] == ONSET) & (table["rate"] <= HIGHEST)]
-    found = None
-    if rows["rate"].nunique() > 1:
+    found, every = None, {}
+    if rows["rate"].nunique() > 2:
         rates, stress = of_packings(rows, "rate", "stress")
 
-        def slope(groups: list[Array]) -> float:
-            return float(np.polyfit(np.log(rates), np.log(average(groups[0])), 1)[0])
+        def slope(groups: list[Array], highest: float = HIGHEST) -> float:
+            return fit_exponent(*(part[rates <= highest] for part in (rates, average(groups[0]))))
 
         found = bootstrap([stress], slope)
+        every = vary(partial(slope, [stress]), *({"highest": float(rate)} for rate in rates[2:-1]))
     words = {
         "how": f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}",
         "cause": f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q",
         "shown_by": "jamlab figure dynamics-collapse",
     }
-    out.claim("exponent of stress over rate near onset", found, FLOW_AT_ONSET, **words)
+    out.claim("exponent of stress over rate near onset", found, FLOW_AT_ONSET, Kind.MEASURED, every, **words)
 
 
 def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
