@@ -59,11 +59,6 @@ class MeasuredTable:
         return {task for task, count in self.provenance["rows"].items() if found.get(task, 0) == count}
 
     @property
-    def seconds(self) -> float:
-        """CPU seconds that the tasks with rows took."""
-        return float(self.rows.groupby("task")["took"].first().sum())
-
-    @property
     def made(self) -> str:
         """One line: when, at which commits and with which versions."""
         sessions = self.provenance["sessions"]
@@ -121,10 +116,10 @@ def measure_table(
         if name in held:
             continue
         progress(done / len(tasks), name)
-        began = _cpu_time()
+        began = sum(os.times()[:4])  # of this process and of its children
         with one_core():
             rows = list(task())
-        cells = pd.concat([cells, _cells(name, _cpu_time() - began, rows, cells.columns)])
+        cells = pd.concat([cells, _cells(name, sum(os.times()[:4]) - began, rows, cells.columns)])
         held[name] = len(rows)
         sessions[-1]["tasks"] += 1
         _write(path, cells, provenance)
@@ -182,11 +177,6 @@ def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) 
         if spent > budget:
             break
     return best, result
-
-
-def _cpu_time() -> float:
-    spent = os.times()
-    return spent.user + spent.system + spent.children_user + spent.children_system
 
 
 def commit() -> str:

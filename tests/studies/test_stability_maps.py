@@ -12,6 +12,7 @@ import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
 from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli
 from jamlab.studies.failure.map import (
+    PAGE,
     SILENT,
     Axis,
     Map,
@@ -28,9 +29,9 @@ from jamlab.studies.failure.map import (
     summary,
     tick_text,
     worst_of,
-    write_maps,
 )
 from jamlab.studies.registry import MAPS
+from jamlab.studies.study import draw_tables
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
@@ -369,7 +370,7 @@ def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
 
 def test_a_page_of_shipped_maps(tmp_path):
     moved = {"moved": MAPS["moved"]}
-    found = write_maps(tmp_path, moved)
+    found = draw_tables(tmp_path, moved, PAGE)
     assert counts(moved, found)[0][:3] == ["moved", "144", "864"]
     page = (tmp_path / "stability.html").read_text()
     assert "data:image/png" in page and "shipped with jamlab" in page and (tmp_path / "moved.png").exists()

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,9 +18,8 @@ from jamlab.figures.html_page import TextTable
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
-from jamlab.processes.progress import Progress, no_progress
 from jamlab.studies.failure.plain_physics import plain_max_force
-from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
+from jamlab.studies.study import Page, Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task
 
 _RUNAWAY = 10.0  # times the energy at the start: a descent loses energy, rounding gains far less than this
@@ -123,13 +121,18 @@ class Axis:
     default: float | None = None  # jamlab's own, None where it has none
     logarithmic: bool = True  # whether factors count, or differences
 
+    def scale(self, values: Any) -> Any:
+        """Values on the scale of the axis."""
+        return np.log(np.asarray(values, dtype=np.float64)) if self.logarithmic else np.asarray(values, dtype=np.float64)
+
+    def back(self, scaled: Any) -> float:
+        """The value at a place on the scale."""
+        return float(np.exp(scaled) if self.logarithmic else scaled)
+
     def places(self, values: Any) -> Any:
         """Where values lie between the cells 0, 1, 2, ... of the axis; up to half a cell beyond the ends."""
-        known = np.array([float(v) for v in self.values])
-        scale = np.log if self.logarithmic else np.asarray
-        inside = np.interp(scale(values), scale(known), np.arange(len(known)))
-        below, above = scale(values) < scale(known[0]), scale(values) > scale(known[-1])
-        return inside - 0.5 * below + 0.5 * above
+        x, known = self.scale(values), self.scale(self.values)
+        return np.interp(x, known, np.arange(len(known))) - 0.5 * (x < known[0]) + 0.5 * (x > known[-1])
 
     def text(self, value: float | str) -> str:
         """A value as a label."""
@@ -211,21 +214,13 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
 
 def shares(chart: Map, table: pd.DataFrame, verdict: str) -> np.ndarray:
     """(y, x) share of the runs that ended in a verdict; not a number where none was made."""
-    found = np.full((len(chart.y.values), len(chart.x.values)), np.nan)
-    xs, ys = ([_name(v) for v in axis.values] for axis in (chart.x, chart.y))
-    for x, y, count, runs in zip(table["x"], table["y"], table[verdict], table["runs"], strict=True):
-        found[ys.index(_name(y)), xs.index(_name(x))] = count / runs
-    return found
+    found = table.assign(share=table[verdict] / table["runs"]).pivot(index="y", columns="x", values="share")
+    return found.reindex(index=chart.y.values, columns=chart.x.values).to_numpy(dtype=np.float64)
 
 
 def limits_of_rows(chart: Map, table: pd.DataFrame) -> np.ndarray:
     """(y,) limit of theory in each row; not a number where there is none."""
-    known = {_name(y): float(limit) for y, limit in zip(table["y"], table["limit"], strict=True)}
-    return np.array([known.get(_name(y), np.nan) for y in chart.y.values])
-
-
-def _name(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
+    return table.groupby("y")["limit"].first().reindex(chart.y.values).to_numpy(dtype=np.float64)
 
 
 # distance of a default from a boundary --------------------------------------------------------------------------------
@@ -311,25 +306,19 @@ def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray
         return float("nan")
     if other.default is None:
         return min((float(limit) for limit in limits[known]), key=distance._to)
-    scale, back = (np.log, np.exp) if distance.axis.logarithmic else (np.asarray, np.asarray)
-    return float(back(np.interp(other.places(other.default), rows[known], scale(limits[known]))))
+    axis = distance.axis
+    return axis.back(np.interp(other.places(other.default), rows[known], axis.scale(limits[known])))
 
 
 def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:
     """Where failures that last to an end of the axis begin, nearest to the default; itself if it fails there."""
-    values = np.array([float(v) for v in axis.values])
-    scale, back = (np.log, np.exp) if axis.logarithmic else (np.asarray, np.asarray)
-    x, start = scale(values), scale(default)
+    x, start = axis.scale(axis.values), axis.scale(default)
     if np.interp(start, x, failed) > _HALF:
         return default
-    failed = np.where(_scattered(failed), 0.0, failed)
-    crossings = []
-    for a, b, low, high in zip(x[:-1], x[1:], failed[:-1], failed[1:], strict=True):
-        if (low - _HALF) * (high - _HALF) <= 0 and low != high:
-            crossings.append(a + (b - a) * (_HALF - low) / (high - low))
-    if not crossings:
-        return float("nan")
-    return float(back(min(crossings, key=lambda c: abs(c - start))))
+    above = np.where(_scattered(failed), 0.0, failed) - _HALF
+    k = np.flatnonzero((above[:-1] * above[1:] <= 0) & (above[:-1] != above[1:]))
+    crossings = x[k] - (x[k + 1] - x[k]) * above[k] / (above[k + 1] - above[k])
+    return axis.back(crossings[np.abs(crossings - start).argmin()]) if len(k) else float("nan")
 
 
 def _scattered(failed: np.ndarray) -> np.ndarray:
@@ -342,21 +331,7 @@ def _scattered(failed: np.ndarray) -> np.ndarray:
 # pictures and tables --------------------------------------------------------------------------------------------------
 
 
-def write_maps(
-    out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
-) -> dict[str, pd.DataFrame]:
-    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map. With
-    `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships."""
-    tables = measured(out, maps, measure=measure, progress=progress)
-    write_page(
-        out,
-        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2),
-        {name: chart.heading for name, chart in maps.items()},
-        lambda name: maps[name].show(tables[name]),
-        source_fact(measure),
-        progress=progress,
-    )
-    return {name: table.rows for name, table in tables.items()}
+PAGE = Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2)
 
 
 def counts(maps: Mapping[str, Map], found: Mapping[str, pd.DataFrame]) -> list[list[str]]:
