@@ -233,7 +233,6 @@ def compare(
         comparison_tables,
         jolted_minimum,
         notes,
-        summary,
         write_comparison,
         write_recipe,
     )
@@ -251,7 +250,7 @@ def compare(
     if out is not None:
         write_comparison(out, rows, analysis, n, phi)
     if as_json:
-        print_json(summary(rows, analysis))
+        print_json({"rows": rows, "analysis": analysis})
         return
     for table in comparison_tables(rows, analysis, n, phi):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])

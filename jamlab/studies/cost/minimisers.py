@@ -20,7 +20,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.other_codes.compare import PEERS, jamlab_descent, jolted_minimum
+from jamlab.studies.other_codes.compare import PEERS, Jamlab, jolted_minimum
 from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer
 from jamlab.studies.table import shortest
 
@@ -185,7 +185,7 @@ def measure_codes(seed: int) -> Iterator[Trial]:
     for n in [n for n, packings in _PACKINGS.items() if seed <= packings]:
         start, minimum = jolted_minimum(n, seed, _PHI, _JOLT[n])
         bearing = ~contacts(minimum).rattlers
-        descend = jamlab_descent(start)
+        descend = Jamlab().descent(start)
         exact, nearly = (descend(force, MOST_STEPS) for force in _REFERENCE)
         known = _distance(nearly, exact, start, bearing)
         for name, runs in _runs_of_all(start).items():
@@ -202,8 +202,7 @@ def measure_codes(seed: int) -> Iterator[Trial]:
 
 def _runs_of_all(start: Packing) -> dict[str, list[Run]]:
     apart = [peer for peer in PEERS if peer.apart]
-    found = {"jamlab": _runs(jamlab_descent, start)}
-    found |= {peer.name: _runs(peer.descent, start) for peer in PEERS if not peer.apart}
+    found = {peer.name: _runs(peer.descent, start) for peer in (Jamlab(), *PEERS) if not peer.apart}
     theirs = run_side_by_side(_runs_apart, [(peer, start) for peer in apart], 1)
     return found | {peer.name: runs for peer, runs in zip(apart, theirs, strict=True)}
 
