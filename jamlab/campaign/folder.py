@@ -51,6 +51,9 @@ from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.verified_file import add_checksum, checksum, opened
 
 
+_ONSET = ("rho_J", "phi_J")
+
+
 @dataclass(frozen=True)
 class TaskFile:
     """What tables need of a file."""
@@ -117,6 +120,7 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
     """Read everything except the positions; with `table`, that table alone."""
     with _campaign(path) as file:
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
+        onset = [float(file[f"tables/onset/{name}"][0]) if "tables/onset" in file else np.nan for name in _ONSET]
         return TaskFile(
             task=group.attrs["task"],
             parameters=_parameters(path, file),
@@ -132,14 +136,8 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
             cpu_seconds=float(group.attrs.get("cpu_seconds", np.nan)),
-            onset=_onset(file),
+            onset=(onset[0], onset[1]),
         )
-
-
-def _onset(file: Any) -> tuple[float, float]:
-    if "tables/onset" not in file:
-        return np.nan, np.nan
-    return float(file["tables/onset/rho_J"][0]), float(file["tables/onset/phi_J"][0])
 
 
 def read_gaps(path: Path) -> tuple[Parameters, list[dict[str, str]]]:

@@ -11,7 +11,6 @@ import importlib
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -235,11 +234,15 @@ def _no_module(observable: str, module: str, folders: Sequence[str], reason: str
 def load_function(observable: str, folders: Sequence[str]) -> Function:
     """Import the function of an observable `module:function`, from the folders first."""
     module, _, name = observable.partition(":")
-    with _search(folders):
-        try:
-            found = importlib.import_module(module)
-        except Exception as error:  # the module is the user's: whatever it raises is reported with its name
-            raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
+    before = list(sys.path)
+    sys.path[:0] = folders
+    importlib.invalidate_caches()
+    try:
+        found = importlib.import_module(module)
+    except Exception as error:  # the module is the user's: whatever it raises is reported with its name
+        raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
+    finally:
+        sys.path[:] = before
     function = getattr(found, name, None)
     if not callable(function):
         place = getattr(found, "__file__", module)
@@ -284,15 +287,3 @@ def _row(observable: str, function: Function, packing: Packing, state: int) -> d
     if not row:
         raise InputError(f"observable {observable} returned {{}} for state {state}: return at least one number")
     return {column: float(value) for column, value in row.items()}
-
-
-@contextmanager
-def _search(folders: Sequence[str]) -> Iterator[None]:
-    """Look for modules in these folders first."""
-    before = list(sys.path)
-    sys.path[:0] = folders
-    importlib.invalidate_caches()
-    try:
-        yield
-    finally:
-        sys.path[:] = before

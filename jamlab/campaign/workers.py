@@ -191,7 +191,12 @@ class Workers:
         """Number of workers to come; 1 where a scheduler has its own."""
         if self.count or self.scheduler is not None or self.slurm:
             return self.count or 1
-        return _local_workers(self.ranks)
+        if self.ranks > (cores := available_cores()):
+            raise InputError(
+                f"ranks = {self.ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, or"
+                " --workers to share cores"
+            )
+        return cores // self.ranks
 
     def _slurm_cluster(self, security: "Security") -> "SLURMCluster":
         from dask_jobqueue import SLURMCluster
@@ -247,17 +252,6 @@ def _certificate(folder: Path) -> "Iterator[Security]":
         shown = {f"tls_{role}_cert": str(certificate) for role in ("client", "scheduler", "worker")}
         held = {f"tls_{role}_key": str(key) for role in ("client", "scheduler", "worker")}
         yield Security(require_encryption=True, tls_ca_file=str(certificate), **shown, **held)
-
-
-def _local_workers(ranks: int) -> int:
-    """Number of workers of so many cores each that fit into those that this process may use."""
-    cores = available_cores()
-    if ranks > cores:
-        raise InputError(
-            f"ranks = {ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, or"
-            " --workers to share cores"
-        )
-    return cores // ranks
 
 
 def _check_cores(client: "Client", address: str, ranks: int) -> None:

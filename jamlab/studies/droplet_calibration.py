@@ -7,7 +7,7 @@ modelled as a sum of parabolas, one in log2 of each parameter through its three 
 that bring all of them closest to the paper.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -48,17 +48,12 @@ class Target(NamedTuple):
     source: str
 
 
-def _targets() -> Iterator[tuple[str, Target]]:
-    for d in DISTANCES["z"]:
-        yield f"z({d:g})", Target(table_contacts("DP(ρ)", d), 0.1, "table 1")
-    for d in DISTANCES["G"]:
-        modulus = table_modulus("DP(ρ)", d)
-        yield f"G({d:g})", Target(modulus, 0.1 * modulus, "table 2")
-    yield "A", Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence")
-    yield "area deficit", Target(0.0, 0.01, "fig 11c: constant")
-
-
-TARGETS: Mapping[str, Target] = dict(_targets())
+TARGETS: Mapping[str, Target] = {
+    **{f"z({d:g})": Target(table_contacts("DP(ρ)", d), 0.1, "table 1") for d in DISTANCES["z"]},
+    **{f"G({d:g})": Target(g := table_modulus("DP(ρ)", d), 0.1 * g, "table 2") for d in DISTANCES["G"]},
+    "A": Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence"),
+    "area deficit": Target(0.0, 0.01, "fig 11c: constant"),
+}
 
 
 def _centre(law: Mapping[str, float]) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """Maps where packings of disks fail: pressures, polydispersity, the search for onset, quasi-static sweeps."""
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -89,31 +90,29 @@ _CHECK = (
     "Forces, pressure and the shear modulus anew, over all pairs and images, with a dense Hessian by complex steps."
 )
 
+_AT_PRESSURE = Map(
+    "pressure",
+    "Packings at a pressure, and their shear modulus",
+    Axis("pressure, k", _PRESSURES),
+    Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
+    2,
+    lambda n, seed: (n, seed),
+    lambda start, pressure: try_pressure(start[0], pressure, start[1]),
+    "Refused: pressures out of reach of the force tolerance, unstable packings in a box that cannot shear, and "
+    "searches that end in a basin without the pressure.",
+    _CHECK,
+    (lambda start: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
+)
 MAPS = (
-    Map(
-        "pressure",
-        "Packings at a pressure, and their shear modulus",
-        Axis("pressure, k", _PRESSURES),
-        Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
-        2,
-        lambda n, seed: (n, seed),
-        lambda start, pressure: try_pressure(start[0], pressure, start[1]),
-        "Refused: pressures out of reach of the force tolerance, unstable packings in a box that cannot shear, and "
-        "searches that end in a basin without the pressure.",
-        _CHECK,
-        (lambda start: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
-    ),
-    Map(
-        "pressure-sheared",
-        "Packings at a pressure in a box that shears until no shear stress is left",
-        Axis("pressure, k", _PRESSURES),
-        Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
-        3,
-        lambda n, seed: (n, seed),
-        lambda start, pressure: try_pressure(start[0], pressure, start[1], ensemble="shear-stabilized"),
-        "Refused besides: searches of few disks near onset that end without the pressure; another seed may meet it.",
-        _CHECK,
-        (lambda start: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
+    _AT_PRESSURE,
+    replace(
+        _AT_PRESSURE,
+        name="pressure-sheared",
+        title="Packings at a pressure in a box that shears until no shear stress is left",
+        seeds=3,
+        attempt=lambda start, pressure: try_pressure(start[0], pressure, start[1], ensemble="shear-stabilized"),
+        meaning="Refused besides: searches of few disks near onset that end without the pressure; another seed may "
+        "meet it.",
     ),
     Map(
         "polydisperse",

@@ -279,7 +279,10 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
         limits = np.full(len(failed), np.nan)  # those are limits of x
     if axis.default is None:
         return None
-    lines = list(range(len(failed))) if other.default is None else _around(other)
+    lines = list(range(len(failed)))
+    if other.default is not None:  # its cell, or both between which it lies
+        place = float(np.clip(other.places(other.default), 0, len(failed) - 1))
+        lines = sorted({int(np.floor(place)), int(np.ceil(place))})
     works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the parameter fail
     name = "y" if axis is chart.x else "x"
     boundaries = {k: _boundary(axis, axis.default, failed[k]) for k in works}
@@ -291,12 +294,6 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     nearest = min(found, key=lambda distance: distance.far)
     limit = _limit(nearest, other, limits[works], np.array(works))
     return replace(nearest, limit=limit, scattered=sum(int(_scattered(failed[k]).sum()) for k in works))
-
-
-def _around(axis: Axis) -> list[int]:
-    """The cell of a default, or both between which it lies."""
-    place = float(np.clip(axis.places(axis.default), 0, len(axis.values) - 1))
-    return sorted({int(np.floor(place)), int(np.ceil(place))})
 
 
 def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray) -> float:
