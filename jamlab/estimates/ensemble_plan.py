@@ -62,7 +62,11 @@ def plan_mean(
     reference = table[reference_way()]
     if not is_known(reference, reference, quantity, at):
         raise InputError(f"rho = {rho}: too few packings of {reference.way} in the table have {quantity}; take another")
-    records = [r for r in table.values() if _gives(r.way, quantity) and model in ("auto", r.way.model)]
+    records = [r for r in table.values() if model in ("auto", r.way.model)]
+    if quantity == ONSET:  # carried droplets have none of their own
+        records = [r for r in records if r.way.start != "carried"]
+    if quantity in ("g", "b"):  # disks have other moduli
+        records = [r for r in records if r.way.nv is not None]
     if not records:
         raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
     rows = [_option(record, reference, quantity, at, error) for record in records]
@@ -81,23 +85,14 @@ def plan_mean(
     return EnsemblePlan(quantity, at, scatter=one, correction=correction, options=options, **facts)
 
 
-def interval(deviation: float, freedom: float, packings: int) -> float:
+def interval(deviation: float, freedom: float, packings: int = 1) -> float:
     """Half the width of the 95 % interval of a mean over some packings."""
-    return _student(freedom) * deviation / math.sqrt(packings)
-
-
-def _student(freedom: float) -> float:
-    return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
+    return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) * deviation / math.sqrt(packings)
 
 
 def reference_way() -> EnsembleWay:
     """Droplets from the start, whose mean is estimated."""
     return EnsembleWay("droplets", N, default_vertices())
-
-
-def _gives(way: EnsembleWay, quantity: str) -> bool:
-    """Whether a way has the quantity: carried droplets have no onset of their own, disks other moduli."""
-    return not ((quantity == ONSET and way.start == "carried") or (quantity in ("g", "b") and way.nv is None))
 
 
 def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, error: float) -> dict[str, Any]:
@@ -108,7 +103,7 @@ def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, 
     bias_error = 0.0
     if record is not reference:
         off = difference(record, reference, quantity, rho)
-        bias_error = _student(off.freedom) * off.error
+        bias_error = interval(off.error, off.freedom)
     one = scatter(record, quantity, rho)
     aim = room(error, bias_error)
     packings = bisect_left(

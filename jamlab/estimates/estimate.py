@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
@@ -214,20 +214,24 @@ def _choice(plan: EnsemblePlan) -> Choice:
 def _run(
     plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
 ) -> tuple[Sample, list[int], Stop]:
-    numbers = _packing_seeds(seed)
-    seeds: list[int] = []
+    rng = np.random.default_rng([seed, 20])
+    seeds: list[int] = []  # far from those of the table
     found: list[tuple[float, float]] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
     expected = round(plan.packings / plan.scatter.share)
 
     def make(count: int) -> list[tuple[float, float]]:
         before = len(seeds)
-        batch = [next(numbers) for _ in range(count)]
+        batch = [int(rng.integers(1_000_000, 2**31)) for _ in range(count)]
         seeds.extend(batch)
 
         def done(made: int) -> None:
             tried = before + made
-            progress(tried / max(expected, len(seeds)), f"{tried} packings{_mean_so_far(found, plan.correction)}")
+            good = np.array([value for value, _ in found if math.isfinite(value)])
+            text = f"{tried} packings"
+            if len(good) > 1:
+                text += f", mean {good.mean() + plan.correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
+            progress(tried / max(expected, len(seeds)), text)
 
         if processes > 1:
             found.extend(run_side_by_side(one, batch, processes, done=done))
@@ -242,11 +246,6 @@ def _run(
     return made, seeds, stopped
 
 
-def _mean_so_far(found: Sequence[tuple[float, float]], correction: float) -> str:
-    good = np.array([value for value, _ in found if math.isfinite(value)])
-    return f", mean {good.mean() + correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}" if len(good) > 1 else ""
-
-
 def make_one(
     seed: int, report: Callable[..., None] = lambda *step: None, *, way: EnsembleWay, quantity: str, rho: float
 ) -> tuple[float, float]:
@@ -258,10 +257,3 @@ def make_one(
     except ConvergenceError:
         value = math.nan
     return value, time.process_time() - began
-
-
-def _packing_seeds(seed: int) -> Iterator[int]:
-    """Seeds of an ensemble, far from those of the table."""
-    rng = np.random.default_rng([seed, 20])
-    while True:
-        yield int(rng.integers(1_000_000, 2**31))

@@ -101,16 +101,11 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
             return rows[name].to_numpy(dtype=np.float64).reshape(-1, len(levels))
 
         values = {name: column(name) for name in QUANTITIES} | {ONSET: column(ONSET)[:, :1]}
-        way = _way(*cast("tuple[Any, ...]", key))
+        start, n, nv, contact, tolerance = (None if pd.isna(part) else part for part in cast("tuple[Any, ...]", key))
+        vertices: Any = tuple(int(count) for count in nv.split("/")) if nv else None
+        way = EnsembleWay(start, int(n), vertices, contact, tolerance)
         found[way] = WayRecord(way, column("seed")[:, 0].astype(np.int64), levels, values, column("seconds"))
     return found
-
-
-def _way(start: str, n: int, nv: str | float, contact: str | float, tolerance: float) -> EnsembleWay:
-    small, large = (int(count) for count in nv.split("/")) if isinstance(nv, str) else (0, 0)
-    vertices = (small, large) if large else None
-    least = None if np.isnan(tolerance) else float(tolerance)
-    return EnsembleWay(start, int(n), vertices, contact if isinstance(contact, str) else None, least)
 
 
 QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter
@@ -174,7 +169,7 @@ def deviations(record: WayRecord, quantity: str) -> Array:
     """(k,) standard deviation from packing to packing at every level; nan where fewer than two have a value."""
     values = record.values[quantity]
     count = _count(record, quantity)
-    squares = np.nansum((values - _sum(values) / np.maximum(count, 1)) ** 2, axis=0)
+    squares = np.nansum((values - np.nansum(values, axis=0) / np.maximum(count, 1)) ** 2, axis=0)
     found = np.sqrt(squares / np.maximum(count - 1, 1))
     return np.where(count > 1, np.maximum(found, 0.5 * QUANTUM.get(quantity, 0.0) / record.way.n), np.nan)
 
@@ -186,11 +181,7 @@ def _levels(record: WayRecord, quantity: str) -> Array:
 def _mean(record: WayRecord, quantity: str) -> tuple[Array, Array]:
     """(k,) means at the levels, and their variances; nan where none has a value."""
     count = np.where(_count(record, quantity) > 0, _count(record, quantity), np.nan)
-    return _sum(record.values[quantity]) / count, deviations(record, quantity) ** 2 / count
-
-
-def _sum(values: Array) -> Array:
-    return np.asarray(np.nansum(values, axis=0))
+    return np.nansum(record.values[quantity], axis=0) / count, deviations(record, quantity) ** 2 / count
 
 
 def _count(record: WayRecord, quantity: str) -> Array:
