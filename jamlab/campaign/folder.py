@@ -50,7 +50,6 @@ from jamlab.packing.hdf5 import file_image
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.verified_file import add_checksum, checksum, opened
 
-
 _ONSET = ("rho_J", "phi_J")
 
 

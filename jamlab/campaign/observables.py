@@ -145,9 +145,10 @@ class Correlation(Linear):
     correlation_omega: Frequencies
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
-        omega = self.correlation_omega
-        found = zip(omega, displacement_correlations(packing, omega, how["law"], prestress=how["prestress"]), strict=True)
-        return [{"omega": w, "delta": c.delta, "c": c.correlation, "box": packing.box[0, 0]} for w, c in found]
+        omega, box = self.correlation_omega, packing.box[0, 0]
+        found = displacement_correlations(packing, omega, how["law"], prestress=how["prestress"])
+        curves = zip(omega, found, strict=True)
+        return [{"omega": w, "delta": c.delta, "c": c.correlation, "box": box} for w, c in curves]
 
     def seconds(self, size: Size) -> float:
         each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])

@@ -193,8 +193,8 @@ class Workers:
             return self.count or 1
         if self.ranks > (cores := available_cores()):
             raise InputError(
-                f"ranks = {self.ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, or"
-                " --workers to share cores"
+                f"ranks = {self.ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, "
+                "or --workers to share cores"
             )
         return cores // self.ranks
 

@@ -51,7 +51,7 @@ def jam(
     _make("jam", "to onset", **locals())
 
 
-def _make(command: str, stage: str, *, law: list[str] | None, out: Path, force: bool, as_json: bool, **how: Any) -> None:
+def _make(command: str, stage: str, law: list[str] | None, out: Path, force: bool, as_json: bool, **how: Any) -> None:
     """Make a packing by `jamlab.jam` or `jamlab.pack`, with all options of the command that have a value."""
     import jamlab
 

@@ -36,7 +36,7 @@ from jamlab.flow.shear_run import TRANSIENT
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
+from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import equivalent_time, nonlinear_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room

@@ -13,15 +13,14 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies.beyond import polydispersity
 from jamlab.studies.cost import (
     flows,
-    making_packings,
     measurements,
     minimisers,
-    model_size,
+    packings,
     size_scaling,
 )
 from jamlab.studies.cost.chart import Chart
 from jamlab.studies.droplet_calibration import DropletCalibration
-from jamlab.studies.failure import disk_minimisers, disk_packings, droplets, dynamics, elastic_moduli
+from jamlab.studies.failure import disks, droplets, dynamics, elastic_moduli
 from jamlab.studies.failure.map import Map
 from jamlab.studies.gallery import FigureStudy
 from jamlab.studies.gallery import studies as figures
@@ -37,12 +36,12 @@ def _by_name(studies: Iterable[S]) -> dict[str, S]:
 
 CHARTS: Mapping[str, Chart] = _by_name(
     [
-        *(minimisers.DISKS, minimisers.DROPLETS, making_packings.ONSET, making_packings.PRESSURE),
+        *(minimisers.DISKS, minimisers.DROPLETS, packings.ONSET, packings.PRESSURE),
         *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, measurements.SPECTRUM, measurements.DROPLET_SPECTRUM),
-        *(model_size.VERTICES, flows.INERTIA, flows.SOLVERS, model_size.MEANS, minimisers.CODES),
+        *(packings.VERTICES, flows.INERTIA, flows.SOLVERS, packings.MEANS, minimisers.CODES),
     ]
 )
-_MAPS = (disk_minimisers, disk_packings, elastic_moduli, droplets, dynamics)
+_MAPS = (disks, elastic_moduli, droplets, dynamics)
 MAPS: Mapping[str, Map] = _by_name(study for room in _MAPS for study in room.MAPS)
 
 

@@ -119,7 +119,7 @@ def measure_table(
         began = sum(os.times()[:4])  # of this process and of its children
         with one_core():
             rows = list(task())
-        cells = pd.concat([cells, _cells(name, sum(os.times()[:4]) - began, rows, cells.columns)])
+        cells = pd.concat([cells, _cells(name, sum(os.times()[:4]) - began, rows, list(cells))])
         held[name] = len(rows)
         sessions[-1]["tasks"] += 1
         _write(path, cells, provenance)
@@ -140,11 +140,11 @@ def _begin(path: Path, columns: list[str], facts: dict[str, Any]) -> tuple[pd.Da
     return cells[cells["task"].isin(held)], before.provenance | {"rows": held}
 
 
-def _cells(task: str, took: float, rows: Iterable[Row], columns: Iterable[str]) -> pd.DataFrame:
+def _cells(task: str, took: float, rows: Iterable[Row], columns: list[str]) -> pd.DataFrame:
     """Rows of a task, as text."""
     full = [{"task": task, "took": took, **row} for row in rows]
     if unknown := {name for row in full for name in row} - set(columns):
-        raise ValueError(f"columns {sorted(unknown)} of task {task} are not among {list(columns)}")
+        raise ValueError(f"columns {sorted(unknown)} of task {task} are not among {columns}")
     return pd.DataFrame([[_text(row.get(name)) for name in columns] for row in full], columns=columns, dtype=str)
 
 

@@ -18,8 +18,7 @@ from jamlab.studies.other_codes.compare import (
     write_comparison,
     write_recipe,
 )
-from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters, plain_point
-from jamlab.studies.other_codes.peers import Lammps
+from jamlab.studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters, plain_point
 from jamlab.studies.table import measure_table
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
-from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli
+from jamlab.studies.failure import disks, dynamics, elastic_moduli
 from jamlab.studies.failure.map import (
     PAGE,
     SILENT,
@@ -109,7 +109,7 @@ def test_wrong_forces_and_moduli_are_seen(packing):
     g = jamlab.shear_modulus(packing)
     for right, wrong in (
         (balanced("converged", packing, 1e-12), balanced("converged", moved, 1e-12)),
-        (disk_packings.modulus_trial(packing, g), disk_packings.modulus_trial(packing, 1.001 * g)),
+        (disks.modulus_trial(packing, g), disks.modulus_trial(packing, 1.001 * g)),
     ):
         assert (judged(right).verdict, judged(wrong).verdict) == ("converged", SILENT)
 
@@ -173,14 +173,14 @@ def test_a_wrong_spectrum_is_seen(monkeypatch):
 
 def test_a_minimiser_that_lies_is_seen(monkeypatch):
     """`relax` that stops early and calls it converged."""
-    jolted = disk_minimisers.jolt_minimum(8, 1.0)
+    jolted = disks.jolt_minimum(8, 1.0)
 
     def lies(session, tolerance):
         found = jamlab.protocols.relaxation.relax(session, 1e-6)
         return replace(found, evaluation=replace(found.evaluation, max_force=0.1 * tolerance), converged=True)
 
-    monkeypatch.setattr(disk_minimisers, "relax", lies)
-    assert attempt(partial(disk_minimisers.try_tolerance, jolted, 1e-12)).verdict == SILENT
+    monkeypatch.setattr(disks, "relax", lies)
+    assert attempt(partial(disks.try_tolerance, jolted, 1e-12)).verdict == SILENT
 
 
 def test_verdicts_of_minimisations():
@@ -195,10 +195,10 @@ def test_verdicts_of_minimisations():
 
 def test_overdamped_steps_on_both_sides_of_their_limit():
     """2 over the largest eigenvalue of the Hessian: 10 % below converges, 10 % above does not."""
-    jolted = disk_minimisers.jolt_minimum(16, 0.95, 1)
+    jolted = disks.jolt_minimum(16, 0.95, 1)
     limit = MAPS["overdamped"].limit[0](jolted)
-    assert disk_minimisers.try_overdamped_steps(jolted, 0.9 * limit, 5000).verdict == "converged"
-    assert disk_minimisers.try_overdamped_steps(jolted, 1.1 * limit, 1000).verdict in ("stalled", "blew up")
+    assert disks.try_overdamped_steps(jolted, 0.9 * limit, 5000).verdict == "converged"
+    assert disks.try_overdamped_steps(jolted, 1.1 * limit, 1000).verdict in ("stalled", "blew up")
 
 
 def test_contacts_change_at_the_strain_that_linear_response_foretells():

@@ -10,7 +10,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.engine.installation import lammps_class
 from jamlab.errors import ConvergenceError
-from jamlab.estimates.ensemble_way import bring_on, default_way
+from jamlab.estimates.ways import bring_on, default_way
 from jamlab.flow.overdamped_session import OverdampedSession, background_drag, solver_residual
 from jamlab.flow.shear import TOLERANCE, shear
 from jamlab.geometry.vertex_contacts import touching_disks

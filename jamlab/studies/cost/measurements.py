@@ -12,7 +12,7 @@ from jamlab.arrays import Complex
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
-from jamlab.estimates.ensemble_way import bring_on, default_way
+from jamlab.estimates.ways import bring_on, default_way
 from jamlab.geometry.packing_fraction import METHODS, packing_fraction
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import EngineError, InputError
-from jamlab.estimates.ensemble_way import bring_on, default_way
+from jamlab.estimates.ways import bring_on, default_way
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
@@ -21,7 +21,7 @@ from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.studies.cost.chart import Chart, Trial
 from jamlab.studies.other_codes.compare import PEERS, Jamlab, jolted_minimum
-from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer
+from jamlab.studies.other_codes.peers import MOST_STEPS, Descent, Peer
 from jamlab.studies.table import shortest
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units

@@ -15,7 +15,7 @@ from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.studies.failure.disk_minimisers import Jolted, jolt, try_descent
+from jamlab.studies.failure.disks import Jolted, jolt, try_descent
 from jamlab.studies.failure.map import Axis, Map, Trial, balanced, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import plain_packing_fraction
 

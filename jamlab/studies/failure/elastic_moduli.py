@@ -19,7 +19,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.rounding_error import ROUNDING
-from jamlab.studies.failure.disk_packings import modulus_trial
+from jamlab.studies.failure.disks import modulus_trial
 from jamlab.studies.failure.map import Axis, Map, Trial, log_axis
 from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
 

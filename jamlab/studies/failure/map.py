@@ -123,7 +123,8 @@ class Axis:
 
     def scale(self, values: Any) -> Any:
         """Values on the scale of the axis."""
-        return np.log(np.asarray(values, dtype=np.float64)) if self.logarithmic else np.asarray(values, dtype=np.float64)
+        plain = np.asarray(values, dtype=np.float64)
+        return np.log(plain) if self.logarithmic else plain
 
     def back(self, scaled: Any) -> float:
         """The value at a place on the scale."""

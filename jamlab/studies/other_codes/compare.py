@@ -28,8 +28,21 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.storage.atomic_file import atomic_file, make_folder
-from jamlab.studies.other_codes.peer import MOST_STEPS, Analyst, Descent, Peer, Point, mean_diameters, plain_point
-from jamlab.studies.other_codes.peers import ASE, JaxDEM, JaxMD, Lammps, Matscipy, OpenMM
+from jamlab.studies.other_codes.peers import (
+    ASE,
+    MOST_STEPS,
+    Analyst,
+    Descent,
+    JaxDEM,
+    JaxMD,
+    Lammps,
+    Matscipy,
+    OpenMM,
+    Peer,
+    Point,
+    mean_diameters,
+    plain_point,
+)
 from jamlab.studies.study import Page, Shown, TableStudy, write_page
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
@@ -54,7 +67,7 @@ COLUMNS = (  # of one code of the comparison, None where there is nothing to say
     *("cold_ratio", "warm_ratio"),  # over jamlab's
     "note",  # what a reader must know
 )
-ANALYSIS_COLUMNS = ("name", "version", "quantity", "difference", "note")  # the same of a library, over the largest value
+ANALYSIS_COLUMNS = ("name", "version", "quantity", "difference", "note")  # the same of a library
 Row = dict[str, Any]
 
 
@@ -283,8 +296,8 @@ class Comparison(TableStudy):
     def show(self, table: MeasuredTable) -> Shown:
         tables = []
         for n, part in table.rows.groupby("n"):
-            rows, analysis = (part[part["part"] == name].to_dict("records") for name in ("rows", "analysis"))
-            tables += comparison_tables(rows, analysis, int(str(n)), self.phi)
+            both: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
+            tables += comparison_tables(*both, int(str(n)), self.phi)
         return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
 
 
