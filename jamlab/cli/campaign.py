@@ -288,8 +288,8 @@ def merge(
     as_json: Json = False,
 ) -> None:
     """Copy finished tasks from other folders."""
+    from jamlab.campaign.campaign import merge as copy
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.exchange import merge as copy
 
     campaign = open_campaign(file, out)
     expect_output(campaign.folder.path)
@@ -312,8 +312,8 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write tables, or the frames of every task."""
+    from jamlab.campaign.campaign import export as write
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.exchange import export as write
 
     expect_output(to)
     written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep, replace=force)]

@@ -11,13 +11,7 @@ from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies.beyond import polydispersity
-from jamlab.studies.cost import (
-    flows,
-    measurements,
-    minimisers,
-    packings,
-    size_scaling,
-)
+from jamlab.studies.cost import measurements, minimisers, packings, size_scaling
 from jamlab.studies.cost.chart import Chart
 from jamlab.studies.droplet_calibration import DropletCalibration
 from jamlab.studies.failure import disks, droplets, dynamics, elastic_moduli
@@ -38,7 +32,7 @@ CHARTS: Mapping[str, Chart] = _by_name(
     [
         *(minimisers.DISKS, minimisers.DROPLETS, packings.ONSET, packings.PRESSURE),
         *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, measurements.SPECTRUM, measurements.DROPLET_SPECTRUM),
-        *(packings.VERTICES, flows.INERTIA, flows.SOLVERS, packings.MEANS, minimisers.CODES),
+        *(packings.VERTICES, measurements.INERTIA, measurements.SOLVERS, packings.MEANS, minimisers.CODES),
     ]
 )
 _MAPS = (disks, elastic_moduli, droplets, dynamics)

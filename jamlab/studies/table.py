@@ -107,7 +107,8 @@ def measure_table(
     `progress` is called before each task. A file with other facts, which all rows share, is refused and not gone on
     with."""
     check_target(path)
-    cells, provenance = _begin(path, [*_FIRST, *columns], json.loads(json.dumps(dict(facts))))
+    names = [*_FIRST, *columns]
+    cells, provenance = _begin(path, names, json.loads(json.dumps(dict(facts))))
     session: dict[str, Any] = {"commit": commit(), "date": datetime.now(UTC).date().isoformat(), "versions": versions()}
     sessions, held = provenance["sessions"], provenance["rows"]
     if not sessions or sessions[-1] | session != sessions[-1]:
@@ -119,7 +120,8 @@ def measure_table(
         began = sum(os.times()[:4])  # of this process and of its children
         with one_core():
             rows = list(task())
-        cells = pd.concat([cells, _cells(name, sum(os.times()[:4]) - began, rows, list(cells))])
+        more = _cells(name, sum(os.times()[:4]) - began, rows, names)
+        cells = pd.concat([cells, more])
         held[name] = len(rows)
         sessions[-1]["tasks"] += 1
         _write(path, cells, provenance)

@@ -297,7 +297,7 @@ class Comparison(TableStudy):
         tables = []
         for n, part in table.rows.groupby("n"):
             both: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
-            tables += comparison_tables(*both, int(str(n)), self.phi)
+            tables += comparison_tables(both[0], both[1], int(str(n)), self.phi)
         return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
 
 
