@@ -262,7 +262,7 @@ def test_a_slow_code_is_cut_short_and_stands_for_tighter_tolerances(monkeypatch)
         return run
 
     monkeypatch.setattr(minimisers, "_LIMIT", 0.025)
-    met, cut, same = minimisers._runs(prepare, start)
+    met, cut, same = minimisers._runs((prepare, start))
     assert not (met.note or met.cut) and cut.cut and "0.025 s" in cut.note and same is cut
     assert 0.0125 < cut.seconds < 0.05 and 60 < given[-1] <= 125
     assert np.abs(cut.positions - minimum.positions).max() < np.abs(met.positions - minimum.positions).max()

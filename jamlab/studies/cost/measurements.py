@@ -98,7 +98,7 @@ def dense_modulus(packing: Packing) -> float:
     return float(modulus_along(tensor, AVERAGING_ANGLES).mean())
 
 
-def _relax(start: Packing, tolerance: float) -> Packing:
+def _relax(start: Packing, tolerance: float | None = None) -> Packing:
     with Session(start) as session:
         relax(session, tolerance)
         return session.packing()
@@ -124,7 +124,7 @@ _ROUNDING = 1e-15  # of areas of order 1: what the two exact ways, which share n
 def measure_fractions(seed: int) -> Iterator[Trial]:
     """Measure all methods on one packing at three phi, against 1 minus the voids, which needs no overlap areas."""
     for phi in _PHI:
-        packing = _relax_disks(seed, phi)
+        packing = _relax(random_disks(_DISKS, seed, phi=phi))
         reference = 1.0 - float(voids(packing).area.sum()) / packing.area
         panel = f"φ = {phi:g}"
         for method in METHODS["sp"]:
@@ -146,12 +146,6 @@ def covered(packing: Packing, count: int, seed: int) -> float:
         apart -= sides * np.round(apart / sides)
         inside |= (apart**2).sum(axis=1) < 0.25 * diameter**2
     return float(inside.mean())
-
-
-def _relax_disks(seed: int, phi: float) -> Packing:
-    with Session(random_disks(_DISKS, seed, phi=phi)) as session:
-        relax(session)
-        return session.packing()
 
 
 FRACTIONS = Chart(

@@ -92,11 +92,6 @@ def try_moved(disturbed: Disturbed, distance: float) -> Trial:
     return Trial("converged", f"G = {found:.3g}", abs(found - disturbed.modulus) / disturbed.affine, _NEAR)
 
 
-def refused_beyond(disturbed: Disturbed) -> float:
-    """Distance at which the largest force is 1 % of the pressure times the diameter: stiffness is 1."""
-    return LARGEST_IMBALANCE * float(disturbed.packing.provenance["pressure"])
-
-
 _START = float(defaults("strain")["strain"])
 _CHECK = (
     "G anew, from a dense Hessian by complex steps of the force law; an error above 1 % of the affine modulus fails."
@@ -169,7 +164,8 @@ MAPS = (
         try_moved,
         "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
         _CHECK,
-        (refused_beyond, "1 % of the overlap"),
+        # where the largest force is 1 % of the pressure times the diameter: stiffness is 1
+        (lambda start: LARGEST_IMBALANCE * float(start.packing.provenance["pressure"]), "1 % of the overlap"),
     ),
     Map(
         "spectrum-frequency",
