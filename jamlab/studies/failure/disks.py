@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,7 @@ class Jolted:
         return np.asarray(linalg.eigvalsh(hessian(self.minimum).toarray()))
 
 
+@lru_cache(maxsize=16)
 def jolt_minimum(n: int, phi: float, seed: int = 1) -> Jolted:
     """Find a minimum and move its disks a little."""
     return jolt(random_disks(n, seed, phi=phi), seed)
@@ -130,6 +131,7 @@ def try_tolerance(jolted: Jolted, tolerance: float) -> Trial:
     return balanced(verdict, packing, tolerance)
 
 
+@lru_cache(maxsize=16)
 def loosen(count: int, seed: int) -> Jolted:
     """24 disks, some of which are so small that they rattle."""
     start = random_disks(24, seed, phi=1.0)
@@ -161,12 +163,11 @@ _MINIMISERS = (
         log_axis("time step, τ", 0.02, 20.0, 0.1),
         linear_axis(_PHI, 0.85, 1.18),
         8,
-        lambda phi, seed: jolt_minimum(16, phi, seed),
-        lambda jolted, x: try_fire(jolted, x, 0.1),
+        lambda x, phi, seed: try_fire(jolt_minimum(16, phi, seed), x, 0.1),
         "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
         "farther on it blows up.",
         _CHECK,
-        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
+        (lambda phi, seed: 2 / np.sqrt(jolt_minimum(16, phi, seed).stiffnesses[-1]), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "fire-dmax",
@@ -174,11 +175,10 @@ _MINIMISERS = (
         log_axis("longest move in a step, mean diameter", 1e-8, 1e3, 0.1),
         Axis("N", (8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96)),
         4,
-        lambda n, seed: jolt_minimum(n, 0.9, seed),
-        lambda jolted, x: try_fire(jolted, 0.1, x),
+        lambda x, n, seed: try_fire(jolt_minimum(n, 0.9, seed), 0.1, x),
         "Short moves end before the minimum is met; long ones are cut by the time step before they do harm.",
         _CHECK,
-        (way_over_steps, "way to the minimum over 10 000 steps"),
+        (lambda n, seed: way_over_steps(jolt_minimum(n, 0.9, seed)), "way to the minimum over 10 000 steps"),
     ),
     Map(
         "overdamped",
@@ -186,11 +186,10 @@ _MINIMISERS = (
         log_axis("time step over drag, τ₁", 0.05, 2.0),
         linear_axis(_PHI, 0.85, 1.18),
         2,
-        lambda phi, seed: jolt_minimum(16, phi, seed),
-        lambda jolted, x: try_overdamped_steps(jolted, x, 3000),
+        lambda x, phi, seed: try_overdamped_steps(jolt_minimum(16, phi, seed), x, 3000),
         "Explicit steps are stable below 2 over the largest eigenvalue of the Hessian.",
         _CHECK,
-        (lambda jolted: float(2 / jolted.stiffnesses[-1]), "$2/\\lambda_{\\max}$"),
+        (lambda phi, seed: 2 / jolt_minimum(16, phi, seed).stiffnesses[-1], "$2/\\lambda_{\\max}$"),
     ),
     Map(
         "gradients-rattlers",
@@ -198,11 +197,13 @@ _MINIMISERS = (
         log_axis("steps allowed", 10, SOLVERS.relaxation.cg_steps * 2, SOLVERS.relaxation.cg_steps),
         Axis("small disks, of 24", tuple(range(12)), logarithmic=False),
         6,
-        loosen,
-        try_gradients,
+        lambda steps, count, seed: try_gradients(loosen(count, seed), steps),
         "Rattlers that just touch and soft modes cost steps; `relax` lets FIRE and Newton steps follow.",
         _CHECK,
-        (steps_of_gradients, "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$"),
+        (
+            lambda count, seed: steps_of_gradients(loosen(count, seed)),
+            "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
+        ),
     ),
     Map(
         "large-n",
@@ -210,11 +211,10 @@ _MINIMISERS = (
         log_axis("largest force asked for, ε/d", 1e-17, 1e-6, force_tolerance("sp")),
         Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
         1,
-        lambda n, seed: jolt_minimum(n, 0.9, seed),
-        try_tolerance,
+        lambda tolerance, n, seed: try_tolerance(jolt_minimum(n, 0.9, seed), tolerance),
         "The floor is the rounding of positions and of sums of forces; `converged` is False below it.",
         _CHECK,
-        (lambda jolted: float(np.spacing(jolted.minimum.box.max())), "last digit of a position"),
+        (lambda n, seed: np.spacing(jolt_minimum(n, 0.9, seed).minimum.box.max()), "last digit of a position"),
     ),
 )
 
@@ -223,7 +223,7 @@ _SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction t
 _SAME_MODULUS = 1e-6  # of the affine modulus: two ways to sum the same second derivatives
 
 
-def try_pressure(n: int, pressure: float, seed: int, **how: Any) -> Trial:
+def try_pressure(pressure: float, n: int, seed: int, **how: Any) -> Trial:
     """A packing at a pressure, its forces, pressure and shear modulus; `how` as in `pack`."""
     packing = pack(n, pressure, seed, **how)  # refuses what did not converge
     return worst_of(
@@ -243,7 +243,7 @@ def modulus_trial(packing: Packing, modulus: float, allowed: float = _SAME_MODUL
     return Trial("converged", f"G = {modulus:.3g}", abs(modulus - plain) / scale, allowed)
 
 
-def try_onset(n: int, tolerance: float, seed: int) -> Trial:
+def try_onset(tolerance: float, n: int, seed: int) -> Trial:
     """A packing at onset: forces, and the contact energy per disk within its window."""
     packing = jam("sp", n, seed, tolerance=tolerance)
     if not packing.converged:
@@ -257,7 +257,7 @@ def try_onset(n: int, tolerance: float, seed: int) -> Trial:
     )
 
 
-def try_step(rho: float, seed: int, step: float) -> Trial:
+def try_step(step: float, rho: float, seed: int) -> Trial:
     """A sweep with steps of one length: its last state, and whether shorter steps end in another minimum."""
     packing, finest = _sweep(rho, seed, step), _sweep(rho, seed, _FINEST)
     if not (packing.converged and packing.on_target):
@@ -293,12 +293,11 @@ _AT_PRESSURE = Map(
     Axis("pressure, k", _PRESSURES),
     Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
     2,
-    lambda n, seed: (n, seed),
-    lambda start, pressure: try_pressure(start[0], pressure, start[1]),
+    try_pressure,
     "Refused: pressures out of reach of the force tolerance, unstable packings in a box that cannot shear, and "
     "searches that end in a basin without the pressure.",
     _WITH_MODULUS,
-    (lambda start: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
+    (lambda *_: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
 )
 MAPS = (
     *_MINIMISERS,
@@ -308,7 +307,7 @@ MAPS = (
         name="pressure-sheared",
         title="Packings at a pressure in a box that shears until no shear stress is left",
         seeds=3,
-        attempt=lambda start, pressure: try_pressure(start[0], pressure, start[1], ensemble="shear-stabilized"),
+        attempt=partial(try_pressure, ensemble="shear-stabilized"),
         meaning="Refused besides: searches of few disks near onset that end without the pressure; another seed may "
         "meet it.",
     ),
@@ -318,11 +317,10 @@ MAPS = (
         log_axis("large over small diameter", 1.0, 11.0, 1.4),
         linear_axis("number share of the large disks", 1 / 24, 23 / 24, 0.5),
         2,
-        lambda large, seed: (large, seed),
-        lambda start, ratio: try_pressure(24, 1e-2, start[1], ratio=ratio, large=start[0]),
+        lambda ratio, large, seed: try_pressure(1e-2, 24, seed, ratio=ratio, large=large),
         "Few large disks among many small ones leave most of them rattling; beyond a ratio of 10 jamlab refuses.",
         _WITH_MODULUS,
-        (lambda start: LARGEST_RATIO, "largest ratio that is taken"),
+        (lambda *_: LARGEST_RATIO, "largest ratio that is taken"),
     ),
     Map(
         "onset",
@@ -330,13 +328,12 @@ MAPS = (
         log_axis("largest force asked for, ε/d", 1e-16, 1e-6, force_tolerance("sp")),
         Axis("N", (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40)),
         2,
-        lambda n, seed: (n, seed),
-        lambda start, tolerance: try_onset(start[0], tolerance, start[1]),
+        try_onset,
         "Contacts at onset press with 1e-8 and more; a force left must stay far below, so jamlab refuses above "
         "1e-9, and below what rounding leaves.",
         "Forces and contact energy anew, over all pairs and images; the energy must lie in its window.",
         (
-            lambda start: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
+            lambda *_: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
             "contact force at onset, $\\sqrt{2u}$",
         ),
     ),
@@ -346,8 +343,7 @@ MAPS = (
         _RHO_STEPS,
         linear_axis("true packing fraction ρ", 0.85, 0.999),
         2,
-        lambda rho, seed: (rho, seed),
-        lambda start, step: try_step(start[0], start[1], step),
+        try_step,
         "Long steps jump to other minima, which are minima all the same; near confluence ρ is missed.",
         "Forces anew; ρ anew as the area of a union of polygons.",
     ),

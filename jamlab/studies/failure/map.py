@@ -1,6 +1,7 @@
 """A stability map: two conditions, the runs at every pair of them, how they ended, how far defaults are from that."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
@@ -158,12 +159,11 @@ class Map(TableStudy):
     x: Axis
     y: Axis
     seeds: int  # runs at every pair
-    prepare: Callable[[Any, int], Any]  # function of y and seed: where the runs of a row start
-    attempt: Callable[[Any, Any], Trial]  # function of what is prepared and x: one run
+    attempt: Callable[[Any, Any, int], Trial]  # function of x, y and seed: one run
     meaning: str  # what the map shows
     check: str  # what the independent check of every run is
-    # function of what is prepared: x where theory puts the boundary; and what that is
-    limit: tuple[Callable[[Any], float], str] | None = None
+    # function of y and seed: x where theory puts the boundary; and what that is
+    limit: tuple[Callable[[Any, int], float], str] | None = None
     elsewhere: str = "another basin"  # what "another basin" is in this map
     kind: ClassVar[str] = "map"
     columns: ClassVar[Sequence[str]] = COLUMNS
@@ -187,18 +187,13 @@ class Map(TableStudy):
 
     def rows(self, y: float | str) -> Iterator[dict[str, Any]]:
         """Make all runs of one y, and count their verdicts for every x."""
-        starts, limits, refusals = [], [], []
-        for seed in range(1, self.seeds + 1):
-            try:
-                starts.append(self.prepare(y, seed))
-            except JamlabError as error:  # then every run of the row is refused
-                refusals.append(Trial("refused", str(error).splitlines()[0]))
-                continue
-            if self.limit is not None:
-                limits.append(self.limit[0](starts[-1]))
+        seeds, limits = range(1, self.seeds + 1), []
+        for seed in seeds if self.limit else ():
+            with suppress(JamlabError):  # then every run of the seed is refused
+                limits.append(float(self.limit[0](y, seed)))  # type: ignore[index]
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
-            trials = [attempt(partial(self.attempt, start, x)) for start in starts] + refusals
+            trials = [attempt(partial(self.attempt, x, y, seed)) for seed in seeds]
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 
 
