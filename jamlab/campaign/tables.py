@@ -58,24 +58,20 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     import pandas as pd
 
     check_choice("table", name, TABLES)
-    parts: list[dict[str, Any]] = []
+    parts: list[pd.DataFrame] = []
     own: dict[str, str] = {}
     for task in names:
         file = read_task_file(folder.task_file(task), None if name == "states" else name)
         columns = _states(file) | _own(file, own) if name == "states" else _columns(file, name)
         if columns:
             p = file.parameters
-            parts.append({"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble, **columns})
-    parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
-    counts = [next(len(v) for v in part.values() if isinstance(v, np.ndarray)) for part in parts]
-    frames = {}
-    for column in (*TABLE_COLUMNS[name], *sorted(own)):
-        values = [
-            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), count)
-            for part, count in zip(parts, counts, strict=True)
-        ]
-        frames[column] = np.concatenate(values) if values else np.empty(0)
-    return pd.DataFrame(frames)
+            who = {"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble}
+            parts.append(pd.DataFrame(who | columns))
+    wanted = [*TABLE_COLUMNS[name], *sorted(own)]
+    if not parts:
+        return pd.DataFrame({column: np.empty(0) for column in wanted})
+    rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
+    return rows[wanted]
 
 
 def _columns(file: TaskFile, name: str) -> dict[str, Any]:

@@ -113,15 +113,13 @@ def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
     if "centre" not in tables:
         raise InputError("there is no sweep 'centre' to compare with: run the whole scan")
     centre = tables["centre"].set_index("seed")
-    rows = []
+    found = {}
     for name, table in tables.items():
         here = table.set_index("seed")
-        for column in here.columns:
-            values = here[column].dropna()
-            change = (here[column] - centre[column]).dropna()
-            numbers = (values.mean(), values.sem(), change.mean(), change.sem(), len(values))
-            rows.append((name, column, *numbers))
-    return pd.DataFrame(rows, columns=["set", "observable", *_NUMBERS, "packings"])
+        change = here - centre
+        numbers = (here.mean(), here.sem(), change.mean(), change.sem())
+        found[name] = pd.DataFrame(dict(zip(_NUMBERS, numbers, strict=True)) | {"packings": here.count()})
+    return pd.concat(found, names=["set", "observable"]).reset_index()
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[f
             yield first.row(rho)
             for way in group[1:]:
                 if rho <= MODELS_PART.value:
-                    carried[way] = first.hand_over(way)
+                    carried[way] = _Chain(way, seed, first)
                 else:
                     carried[way].advance(rho)
                 yield carried[way].row(rho)
@@ -131,9 +131,6 @@ class _Chain:
         packing = self.packing
         if packing is not None and not (rho <= self.onset):
             self._timed(lambda: bring_on(self.way, packing, rho))
-
-    def hand_over(self, way: EnsembleWay) -> "_Chain":
-        return _Chain(way, self.seed, self)
 
     def row(self, rho: float) -> dict[str, Any]:
         found = dict.fromkeys(QUANTITIES, float("nan"))
