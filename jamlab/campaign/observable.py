@@ -1,9 +1,9 @@
 """What an observable of a campaign is: one class with all that files, names of tasks, tables, plans and plots need.
 
 A subclass says which keys a sweep gives for it (its fields), which columns a task file holds (`stored`) and a table
-shows (`columns`), how the states of a task are measured (`measure`), on what the result depends (`depends_on`), what
-that costs (`seconds`, `rows`), and how axes are labelled (`labels`). `observables.py` lists all of them. Observables
-of the user's own are functions `module:function` that take a packing and return numbers.
+shows (`columns`), how a state is measured in one of several ways (`one`, `cases`), on what the result depends
+(`depends_on`), what that costs (`seconds`, `rows`), and how axes are labelled (`labels`). `observables.py` lists all of
+them. Observables of the user's own are functions `module:function` that take a packing and return numbers.
 """
 
 import ast

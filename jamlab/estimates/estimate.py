@@ -334,30 +334,6 @@ def estimate(
         met, none = plan.error <= error, np.empty(0)
         few = (math.nan, plan.error, met, plan.packings, 0, plan.seconds)
         return Estimate(*few, _choice(plan), none, none.astype(np.int64), Stop.PLANNED)
-    found, seeds, stopped = _run(plan, error, seed, processes, progress)
-    good = found.good
-    return Estimate(
-        value=float(np.mean(good)) + plan.correction,
-        error=found.error,
-        met=found.error <= error,
-        packings=len(good),
-        left_out=len(seeds) - len(good),
-        seconds=found.seconds,
-        choice=_choice(plan),
-        values=np.array(good),
-        seeds=np.array(seeds)[np.isfinite(found.values)],
-        stopped=stopped,
-    )
-
-
-def _choice(plan: EnsemblePlan) -> Choice:
-    name = plan.quantity
-    return Choice(plan.way, {name: plan.error}, {name: plan.correction}, plan.seconds, plan.options, plan.packings)
-
-
-def _run(
-    plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
-) -> tuple[Sample, list[int], Stop]:
     rng = np.random.default_rng([seed, 20])
     seeds: list[int] = []  # far from those of the table
     found: list[tuple[float, float]] = []
@@ -369,8 +345,8 @@ def _run(
         batch = [int(rng.integers(1_000_000, 2**31)) for _ in range(count)]
         seeds.extend(batch)
 
-        def done(made: int) -> None:
-            tried = before + made
+        def done(many: int) -> None:
+            tried = before + many
             good = np.array([value for value, _ in found if math.isfinite(value)])
             text = f"{tried} packings"
             if len(good) > 1:
@@ -381,13 +357,29 @@ def _run(
             found.extend(run_side_by_side(one, batch, processes, done=done))
         else:
             with threadpool_limits(1):
-                for made, number in enumerate(batch, 1):
+                for many, number in enumerate(batch, 1):
                     found.append(one(number))
-                    done(made)
+                    done(many)
         return found[before:]
 
     made, stopped = sample(plan, error, make)
-    return made, seeds, stopped
+    return Estimate(
+        value=float(np.mean(made.good)) + plan.correction,
+        error=made.error,
+        met=made.error <= error,
+        packings=len(made.good),
+        left_out=len(seeds) - len(made.good),
+        seconds=made.seconds,
+        choice=_choice(plan),
+        values=np.array(made.good),
+        seeds=np.array(seeds)[np.isfinite(made.values)],
+        stopped=stopped,
+    )
+
+
+def _choice(plan: EnsemblePlan) -> Choice:
+    name = plan.quantity
+    return Choice(plan.way, {name: plan.error}, {name: plan.correction}, plan.seconds, plan.options, plan.packings)
 
 
 def make_one(
