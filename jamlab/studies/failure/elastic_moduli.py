@@ -1,6 +1,5 @@
 """Maps where moduli fail: finite strains, states off their minimum; G* at extreme frequencies and damping."""
 
-from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import numpy as np
@@ -66,31 +65,15 @@ def opening_strain(packing: Packing, *, affine: bool = False) -> float:
     return float(np.min(overlap / np.maximum(apart, 1e-300)))
 
 
-@dataclass(frozen=True)
-class Disturbed:
-    """A minimum, its modulus, and directions in which its disks are moved away from it."""
-
-    packing: Packing
-    modulus: float
-    affine: float
-    directions: np.ndarray
+_plain_modulus = cache(plain_shear_modulus)
 
 
-@lru_cache(maxsize=16)
-def disturb(pressure: float, seed: int) -> Disturbed:
-    """A minimum and random directions; the longest is 1."""
-    packing = at_pressure(pressure, seed)
+def try_moved(packing: Packing, seed: int, distance: float) -> Trial:
+    """G by linear response where disks were moved off their minimum at random, the farthest by a distance."""
     moves = np.random.default_rng(seed).standard_normal(packing.positions.shape)
-    affine = float(shear_modulus(packing, "affine"))
-    return Disturbed(packing, plain_shear_modulus(packing), affine, moves / np.hypot(*moves.T).max())
-
-
-def try_moved(disturbed: Disturbed, distance: float) -> Trial:
-    """G by linear response where disks lie a distance away from their minimum."""
-    packing = disturbed.packing
-    moved = packing.with_state(positions=packing.positions + distance * disturbed.directions)
-    found = float(shear_modulus(moved))
-    return Trial("converged", f"G = {found:.3g}", abs(found - disturbed.modulus) / disturbed.affine, _NEAR)
+    moved = packing.with_state(positions=packing.positions + distance * (moves / np.hypot(*moves.T).max()))
+    found, affine = float(shear_modulus(moved)), float(shear_modulus(packing, "affine"))
+    return Trial("converged", f"G = {found:.3g}", abs(found - _plain_modulus(packing)) / affine, _NEAR)
 
 
 _START = float(defaults("strain")["strain"])
@@ -148,7 +131,7 @@ MAPS = (
         log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
         Axis("pressure, k", _PRESSURES),
         6,
-        lambda distance, p, seed: try_moved(disturb(p, seed), distance),
+        lambda distance, p, seed: try_moved(at_pressure(p, seed), seed, distance),
         "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
         _CHECK,
         # where the largest force is 1 % of the pressure times the diameter: stiffness is 1

@@ -343,8 +343,14 @@ def _table(chart: Map, table: pd.DataFrame) -> TextTable:
     lines, marks = [], []
     for row in shown.to_dict("records"):
         marks.append(SILENT if row[SILENT] else max(VERDICTS, key=lambda verdict: row[verdict]))
-        values = [v if isinstance(v, str) else f"{v:.3g}" for v in (row["x"], row["y"])]
-        lines.append([*values, *(str(int(row[verdict])) for verdict in VERDICTS), str(row["note"])])
+        lines.append(
+            [
+                chart.x.text(row["x"]),
+                chart.y.text(row["y"]),
+                *(str(int(row[verdict])) for verdict in VERDICTS),
+                str(row["note"]),
+            ]
+        )
     columns = [chart.x.label, chart.y.label, *VERDICTS, "worst run"]
     return TextTable(columns, lines, marks=marks, folded=f"{len(lines)} pairs of conditions in numbers")
 
@@ -354,13 +360,9 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     figure = Figure(figsize=_SIZE, layout="constrained")
     axes = figure.subplots()
     handles = [*_fill_cells(axes, chart, table), *_draw_limit(axes, chart, table), *_draw_defaults(axes, chart)]
-    for axis, ticks, labels, name in (
-        (chart.x, axes.set_xticks, axes.set_xticklabels, axes.set_xlabel),
-        (chart.y, axes.set_yticks, axes.set_yticklabels, axes.set_ylabel),
-    ):
-        ticks(range(len(axis.values)))
-        labels([tick_text(value) for value in axis.values], fontsize=TICK - 1)
-        name(axis.label, fontsize=LABEL)
+    for axis, side in ((chart.x, axes.xaxis), (chart.y, axes.yaxis)):
+        side.set_ticks(range(len(axis.values)), [tick_text(value) for value in axis.values], fontsize=TICK - 1)
+        side.set_label_text(axis.label, fontsize=LABEL)
     if max(len(tick_text(value)) for value in chart.x.values) > 4:
         axes.tick_params(axis="x", rotation=45)
     axes.tick_params(length=0)
@@ -406,11 +408,9 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
 
 
 def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
-    if chart.limit is None:
-        return []
     limits = limits_of_rows(chart, table)
     rows = np.flatnonzero(np.isfinite(limits))
-    if not len(rows):
+    if chart.limit is None or not len(rows):
         return []
     places = chart.x.places(limits[rows])
     if len(rows) == 1:
