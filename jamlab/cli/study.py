@@ -292,7 +292,7 @@ def list_studies(
 )
 def plan(names: Names, out: Results = Path("jamlab-results"), as_json: Json = False) -> None:
     """Say how many tasks are left and how long they take, without running anything."""
-    print_plan(_chosen(names), out, as_json)
+    print_plan(_chosen(names).values(), out, as_json)
 
 
 @study.command(
@@ -304,7 +304,7 @@ def run(names: Names, out: Results = Path("jamlab-results")) -> None:
     """Measure what a folder of results does not hold; saved task by task, so that it goes on where it stopped."""
     chosen = _chosen(names)
     expect_output(out)
-    for each in chosen:
+    for each in chosen.values():
         each.run(out, tell)
     out_console.print(f"Draw it: jamlab study draw {' '.join(names)} --from {out}", soft_wrap=True, highlight=False)
 
@@ -324,7 +324,7 @@ def draw(
     """Draw studies from a folder of results, or from the data that ship: pictures, numbers, one HTML page."""
     from jamlab.studies.study import Page, file_names, source_fact, write_page
 
-    chosen = {each.name: each for each in _chosen(names)}
+    chosen = _chosen(names)
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
     check_targets(out, file_names(chosen, "studies"), replace=force)
@@ -374,14 +374,10 @@ def add(
     _save_tables(source, out, commit, only or [], keep=(out / RECORD).exists())
 
 
-def _chosen(names: list[str]) -> "list[Study]":
-    from jamlab.checks import check_choice
-    from jamlab.studies.registry import studies
+def _chosen(names: list[str]) -> "dict[str, Study]":
+    from jamlab.studies.registry import chosen, studies
 
-    known = studies()
-    for name in names:
-        check_choice("study", name, known)
-    return [known[name] for name in dict.fromkeys(names)]
+    return chosen(studies(), names, "study")
 
 
 STYLES = {"differs": "red", "undecided": "yellow"}  # of verdicts in the terminal

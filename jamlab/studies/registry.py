@@ -85,8 +85,8 @@ def add_studies(file: Path, folder: Path = Path()) -> list[Study]:
     return found
 
 
-def chosen(studies: Mapping[str, S], names: Sequence[str]) -> dict[str, S]:
-    """Studies of these names, all if none is given."""
+def chosen(studies: Mapping[str, S], names: Sequence[str], what: str = "") -> dict[str, S]:
+    """Studies of these names, all if none is given; `what` they are, by default their kind."""
     for name in names:
-        check_choice(next(iter(studies.values())).kind, name, studies)
+        check_choice(what or next(iter(studies.values())).kind, name, studies)
     return {name: studies[name] for name in names or studies}
