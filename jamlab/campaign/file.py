@@ -337,11 +337,6 @@ class CampaignTable(FileTable):
         return value
 
 
-def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
-    """Read and check a campaign file; errors as in `check_campaign`."""
-    return check_campaign(read_text(path), path)
-
-
 def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
     """Check the text of a campaign file."""
     try:

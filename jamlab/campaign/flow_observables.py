@@ -4,13 +4,13 @@ A run that has no answer, such as one whose drag is too weak to be resolved, has
 """
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jamlab.campaign.file_values import FileTable, Frequencies, Rates
+from jamlab.campaign.file_values import FileTable, Frequencies, Rates, Tolerances
 from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, Size, floats
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep import LONGEST, creep
@@ -105,19 +105,17 @@ class _Run(Driven):
         """Run once by the law and the point that stand in a row, and return the columns of this run."""
 
     def measure(self, of: Measured) -> list[Row]:
-        return list(self._rows(of))
+        return super().measure(replace(of, last=getattr(self.how, "last", False)))
 
-    def _rows(self, of: Measured) -> Iterator[Row]:
-        first = len(of.states.packings) - 1 if getattr(self.how, "last", False) else 0
-        for k, packing, state in of.each()[first:]:
-            for law, columns in self.damping.with_columns(self.how.alpha):
-                for point in self.points():
-                    row = state | columns | point
-                    try:
-                        found = self.drive(packing, law, row)
-                    except ConvergenceError:
-                        found = self._MISSING | {"converged": False}
-                    yield row | found | {"converged": of.states.converged[k] and found["converged"]}
+    def cases(self) -> list[tuple[dict[str, Any], Row]]:
+        laws = self.damping.with_columns(self.how.alpha)
+        return [({"law": law, "row": columns | p}, columns | p) for law, columns in laws for p in self.points()]
+
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        return [self.drive(packing, **how)]
+
+    def without_answer(self) -> list[Row]:
+        return [self._MISSING | {"converged": False}]
 
     def accuracy(self, row: Row) -> Row:
         """Tolerance of a run, and its background drag: Stokes drag is itself one."""

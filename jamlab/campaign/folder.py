@@ -50,6 +50,8 @@ from jamlab.packing.hdf5 import file_image
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 from jamlab.storage.verified_file import add_checksum, checksum, opened
 
+_ONSET = ("rho_J", "phi_J")
+
 
 @dataclass(frozen=True)
 class TaskFile:
@@ -67,6 +69,7 @@ class TaskFile:
     seconds: float
     cpu_seconds: float
     onset: tuple[float, float]  # rho_J and phi_J; nan for packings that were not compressed from onset
+    missing: list[dict[str, str]]  # `state` and `reason` of each state that could not be made
 
 
 def write_task_file(
@@ -114,12 +117,17 @@ def damage(path: Path, task: str) -> str | None:
 
 
 def read_task_file(path: Path, table: str | None = None) -> TaskFile:
-    """Read everything except the positions; with `table`, that table alone."""
+    """Read everything except the positions; with `table`, that table alone, or none if there is no such table."""
     with _campaign(path) as file:
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
+        try:
+            parameters = Parameters.from_record(json.loads(group.attrs["parameters"]))
+        except StorageError as error:
+            raise StorageError(f"{path} holds {error}") from error
+        onset = [float(file[f"tables/onset/{name}"][0]) if "tables/onset" in file else np.nan for name in _ONSET]
         return TaskFile(
             task=group.attrs["task"],
-            parameters=_parameters(path, file),
+            parameters=parameters,
             units=file["parameters"].attrs["units"],
             observables={name: element["value"][()] for name, element in file["observables"].items()},
             tables={
@@ -132,20 +140,9 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
             cpu_seconds=float(group.attrs.get("cpu_seconds", np.nan)),
-            onset=_onset(file),
+            onset=(onset[0], onset[1]),
+            missing=json.loads(group.attrs["missing"]),
         )
-
-
-def _onset(file: Any) -> tuple[float, float]:
-    if "tables/onset" not in file:
-        return np.nan, np.nan
-    return float(file["tables/onset/rho_J"][0]), float(file["tables/onset/phi_J"][0])
-
-
-def read_gaps(path: Path) -> tuple[Parameters, list[dict[str, str]]]:
-    """Read the parameters, and `state` and `reason` of each missing state. Errors as in `read_task_file`."""
-    with _campaign(path) as file:
-        return _parameters(path, file), json.loads(file["campaign"].attrs["missing"])
 
 
 def read_last_state(path: Path) -> dict[str, float]:
@@ -172,13 +169,6 @@ def _campaign(path: Path) -> Iterator[Any]:
         if "campaign" not in file:
             raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
         yield file
-
-
-def _parameters(path: Path, file: Any) -> Parameters:
-    try:
-        return Parameters.from_record(json.loads(file["campaign"].attrs["parameters"]))
-    except StorageError as error:
-        raise StorageError(f"{path} holds {error}") from error
 
 
 COPY = "campaign.toml"
@@ -242,10 +232,10 @@ class CampaignFolder:
         """Return, for finished tasks that lack states: task -> which states, and why they could not be made."""
         found = {}
         for name in sorted(names):
-            parameters, missing = read_gaps(self.task_file(name))
-            if missing:
-                lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in missing)
-                found[name] = f"{parameters.label} lacks {lines}"
+            file = read_task_file(self.task_file(name), "")
+            if file.missing:
+                lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in file.missing)
+                found[name] = f"{file.parameters.label} lacks {lines}"
         return found
 
     def move_aside(self, name: str) -> Path:

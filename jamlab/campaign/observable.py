@@ -1,9 +1,9 @@
 """What an observable of a campaign is: one class with all that files, names of tasks, tables, plans and plots need.
 
 A subclass says which keys a sweep gives for it (its fields), which columns a task file holds (`stored`) and a table
-shows (`columns`), how the states of a task are measured (`measure`), on what the result depends (`depends_on`), what
-that costs (`seconds`, `rows`), and how axes are labelled (`labels`). `observables.py` lists all of them. Observables
-of the user's own are functions `module:function` that take a packing and return numbers.
+shows (`columns`), how a state is measured in one of several ways (`one`, `cases`), on what the result depends
+(`depends_on`), what that costs (`seconds`, `rows`), and how axes are labelled (`labels`). `observables.py` lists all of
+them. Observables of the user's own are functions `module:function` that take a packing and return numbers.
 """
 
 import ast
@@ -11,7 +11,6 @@ import importlib
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.campaign.file_values import DampingLaws, FileTable, Tolerances
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.packing import Packing
 
 Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
@@ -58,14 +57,16 @@ class Measured:
     states: TaskStates
     pressure: Array
     tolerances: Tolerances
+    last: bool = False  # whether only the last state is measured
 
     def each(self) -> list[tuple[int, Packing, Row]]:
         """List the states by number, each with the columns that begin its rows."""
         targets = self.states.target_pressures
-        return [
+        found = [
             (k, packing, {"state": k, "pressure": self.pressure[k], "target_pressure": targets[k]})
             for k, packing in enumerate(self.states.packings)
         ]
+        return found[-1:] if self.last else found
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,7 @@ class Observable(FileTable):
     needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
     only: ClassVar[str] = ""  # the one model that it is for; "" for both
     labels: ClassVar[dict[str, str]] = {}  # column -> label of its axis in plots
+    refusal: ClassVar[type[JamlabError]] = ConvergenceError  # of a packing that is not jammed, or unstable
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -113,9 +115,32 @@ class Observable(FileTable):
     def check(self, sites: float) -> None:
         """Raise ValueError for packings of so many sites that cannot be measured."""
 
-    @abstractmethod
     def measure(self, of: Measured) -> list[Row]:
         """Measure the states of a task, row by row; an unstable packing has nan or no row."""
+        rows = []
+        for k, packing, state in of.each():
+            for how, columns in self.cases():
+                try:
+                    found = self.one(packing, of.tolerances, **how)
+                except self.refusal:
+                    found = self.without_answer()
+                for row in found:
+                    if "converged" in row:
+                        row["converged"] = of.states.converged[k] & row["converged"]
+                    rows.append(state | columns | row)
+        return rows
+
+    def cases(self) -> list[tuple[dict[str, Any], Row]]:
+        """Ways in which each state is measured: arguments of `one`, and columns that tell them apart."""
+        return [({}, {})]
+
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        """Measure a state in one way; its rows without the columns of state and way."""
+        raise NotImplementedError
+
+    def without_answer(self) -> list[Row]:
+        """Rows of a state that `one` refuses."""
+        return []
 
     def depends_on(self, tolerances: Tolerances) -> Any:
         """On what the rows of given states depend: two that are equal have the same table."""
@@ -142,6 +167,9 @@ class Driven(Observable):
     def check(self, sites: float) -> None:
         if not self.damping.count:
             raise ValueError(f"observable {self.name!r} needs a damping law: add contact or stokes to damping")
+
+    def cases(self) -> list[tuple[dict[str, Any], Row]]:
+        return [({"law": law}, columns) for law, columns in self.damping.with_columns()]
 
 
 def measure_tables(observables: list[Observable], of: Measured, known: Mapping[str, Columns]) -> dict[str, Columns]:
@@ -206,11 +234,15 @@ def _no_module(observable: str, module: str, folders: Sequence[str], reason: str
 def load_function(observable: str, folders: Sequence[str]) -> Function:
     """Import the function of an observable `module:function`, from the folders first."""
     module, _, name = observable.partition(":")
-    with _search(folders):
-        try:
-            found = importlib.import_module(module)
-        except Exception as error:  # the module is the user's: whatever it raises is reported with its name
-            raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
+    before = list(sys.path)
+    sys.path[:0] = folders
+    importlib.invalidate_caches()
+    try:
+        found = importlib.import_module(module)
+    except Exception as error:  # the module is the user's: whatever it raises is reported with its name
+        raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
+    finally:
+        sys.path[:] = before
     function = getattr(found, name, None)
     if not callable(function):
         place = getattr(found, "__file__", module)
@@ -255,15 +287,3 @@ def _row(observable: str, function: Function, packing: Packing, state: int) -> d
     if not row:
         raise InputError(f"observable {observable} returned {{}} for state {state}: return at least one number")
     return {column: float(value) for column, value in row.items()}
-
-
-@contextmanager
-def _search(folders: Sequence[str]) -> Iterator[None]:
-    """Look for modules in these folders first."""
-    before = list(sys.path)
-    sys.path[:0] = folders
-    importlib.invalidate_caches()
-    try:
-        yield
-    finally:
-        sys.path[:] = before

@@ -24,7 +24,7 @@ from jamlab.campaign.observable import (
     Size,
     floats,
 )
-from jamlab.errors import BoundaryError, ConvergenceError
+from jamlab.errors import BoundaryError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.orientational_order import orientational_order
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -63,13 +63,9 @@ class Linear(Driven):
 
     prestress: Prestress = Field(default=[True])
 
-    def each_law(self, of: Measured) -> list[tuple[int, Packing, tuple[Any, bool], Row]]:
-        """List states and laws, with the columns that begin the rows of each."""
-        found = []
-        for k, packing, row in of.each():
-            for law, columns in self.damping.with_columns():
-                found += [(k, packing, (law, p), row | columns | {"prestress": p}) for p in self.prestress]
-        return found
+    def cases(self) -> list[tuple[dict[str, Any], Row]]:
+        laws = super().cases()
+        return [(how | {"prestress": p}, columns | {"prestress": p}) for how, columns in laws for p in self.prestress]
 
     @property
     def solutions(self) -> int:
@@ -98,18 +94,13 @@ class Spectra(Linear):
 
     omega: Frequencies
 
-    def measure(self, of: Measured) -> list[Row]:
-        rows, omega = [], np.array(self.omega)
-        for k, packing, how, row in self.each_law(of):
-            try:
-                spectrum = complex_modulus(packing, omega, how[0], prestress=how[1])
-            except ConvergenceError:  # not jammed, or unstable in a fixed box
-                found: Row = dict.fromkeys(self._OF_MODULUS, np.nan) | {"converged": False}
-            else:
-                found = {name: getattr(spectrum, name) for name in self._OF_MODULUS}
-                found["converged"] = of.states.converged[k] & (spectrum.error <= of.tolerances.spectrum_error)
-            rows.append(row | {"omega": omega} | found)
-        return rows
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        spectrum = complex_modulus(packing, self.omega, how["law"], prestress=how["prestress"])
+        found = {name: getattr(spectrum, name) for name in self._OF_MODULUS}
+        return [{"omega": spectrum.omega, **found, "converged": spectrum.error <= tolerances.spectrum_error}]
+
+    def without_answer(self) -> list[Row]:
+        return [{"omega": np.array(self.omega), **dict.fromkeys(self._OF_MODULUS, np.nan), "converged": False}]
 
     def depends_on(self, tolerances: Tolerances) -> Any:
         return self, tolerances.spectrum_error
@@ -130,17 +121,15 @@ class Quasistatic(Observable):
 
     prestress: Prestress = Field(default=[True])
 
-    def measure(self, of: Measured) -> list[Row]:
-        rows = []
-        for _, packing, row in of.each():
-            for prestress in self.prestress:
-                try:
-                    motion = slow_shear(packing, prestress=prestress)
-                    found: Row = {column: getattr(motion, name) for column, name in self._MEDIANS.items()}
-                except ConvergenceError:  # not jammed, or unstable in a fixed box
-                    found = dict.fromkeys(self._MEDIANS, np.nan)
-                rows.append(row | {"prestress": prestress} | found)
-        return rows
+    def cases(self) -> list[tuple[dict[str, Any], Row]]:
+        return [({"prestress": p}, {"prestress": p}) for p in self.prestress]
+
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        motion = slow_shear(packing, prestress=how["prestress"])
+        return [{column: getattr(motion, name) for column, name in self._MEDIANS.items()}]
+
+    def without_answer(self) -> list[Row]:
+        return [dict.fromkeys(self._MEDIANS, np.nan)]
 
     def seconds(self, size: Size) -> float:
         each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
@@ -155,17 +144,11 @@ class Correlation(Linear):
 
     correlation_omega: Frequencies
 
-    def measure(self, of: Measured) -> list[Row]:
-        rows = []
-        for _, packing, how, row in self.each_law(of):
-            try:
-                correlations = displacement_correlations(packing, self.correlation_omega, how[0], prestress=how[1])
-            except ConvergenceError:  # not jammed, or unstable in a fixed box
-                continue
-            for omega, found in zip(self.correlation_omega, correlations, strict=True):
-                curve = {"delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
-                rows.append(row | {"omega": omega} | curve)
-        return rows
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        omega, box = self.correlation_omega, packing.box[0, 0]
+        found = displacement_correlations(packing, omega, how["law"], prestress=how["prestress"])
+        curves = zip(omega, found, strict=True)
+        return [{"omega": w, "delta": c.delta, "c": c.correlation, "box": box} for w, c in curves]
 
     def seconds(self, size: Size) -> float:
         each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
@@ -189,16 +172,9 @@ class Modes(Driven):
             most = LARGEST_DENSE // 2
             raise ValueError(f"observable 'modes' of {sites:g} vertices: at most {most}; lower n or their vertices")
 
-    def measure(self, of: Measured) -> list[Row]:
-        rows = []
-        for _, packing, row in of.each():
-            for law, columns in self.damping.with_columns():
-                try:
-                    found = mode_motion(packing, law)
-                except ConvergenceError:  # not jammed, or unstable in a fixed box
-                    continue
-                rows.append(row | columns | {name: getattr(found, name) for name in self._OF_MODES})
-        return rows
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        found = mode_motion(packing, how["law"])
+        return [{name: getattr(found, name) for name in self._OF_MODES}]
 
     def seconds(self, size: Size) -> float:
         return size.states * self.damping.count * size.seconds(self._SECONDS)
@@ -210,7 +186,7 @@ class Modes(Driven):
 class VoidsOfStates(Observable):
     """Voids that do not percolate, a row each; no rows of a packing whose outlines cross."""
 
-    name = "voids"
+    name, refusal = "voids", BoundaryError  # of outlines that cross
     stored: ClassVar[Schema] = {"state": WHOLE, "sides": WHOLE, **floats("area", "perimeter", "shape", "particle_area")}
     columns = ("state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area")
     _SECONDS: ClassVar[dict[str, Points]] = {
@@ -218,19 +194,11 @@ class VoidsOfStates(Observable):
         "dp": ((16, 0.0055), (32, 0.008)),
     }
 
-    def measure(self, of: Measured) -> list[Row]:
-        rows: list[Row] = []
-        for k, packing, _ in of.each():
-            try:
-                found = voids(packing)
-            except BoundaryError:  # outlines cross
-                continue
-            closed = found.percolating == 0
-            if not closed.any():
-                continue
-            row: Row = {name: getattr(found, name)[closed] for name in ("sides", "area", "perimeter", "shape")}
-            rows.append(row | {"state": k, "particle_area": (packing.area - found.area.sum()) / packing.n})
-        return rows
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        found = voids(packing)
+        closed = found.percolating == 0
+        row: Row = {name: getattr(found, name)[closed] for name in ("sides", "area", "perimeter", "shape")}
+        return [row | {"particle_area": (packing.area - found.area.sum()) / packing.n}] if closed.any() else []
 
     def seconds(self, size: Size) -> float:
         return size.states * size.seconds(self._SECONDS[size.model])
@@ -255,13 +223,10 @@ class Order(Observable):
     }
     _SECONDS: ClassVar[Points] = ((32, 0.0017), (128, 0.0036), (512, 0.012), (2048, 0.046))
 
-    def measure(self, of: Measured) -> list[Row]:
-        rows = []
-        for _, packing, row in of.each():
-            found = orientational_order(packing)
-            row |= {"psi_6": found.mean_local, "psi_6_overall": found.overall}
-            rows.append(row | {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBORS})
-        return rows
+    def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
+        found = orientational_order(packing)
+        shares = {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBORS}
+        return [{"psi_6": found.mean_local, "psi_6_overall": found.overall, **shares}]
 
     def seconds(self, size: Size) -> float:
         return size.states * size.seconds(self._SECONDS)

@@ -61,7 +61,15 @@ def precision(batch: Batch, folder: CampaignFolder, finished: set[str], failed: 
     while True:
         for name in (next(names) for _ in range(wanted - done)):
             if name in finished:
-                _take(values, batch, folder, name)
+                state = read_last_state(folder.task_file(name))
+                for column, found in values.items():
+                    if column not in state:
+                        raise InputError(
+                            f"until.{column} of sweep {batch.sweep}: table states has no such column: use one of "
+                            f"{', '.join(state)}"
+                        )
+                    if state["converged"] and math.isfinite(state[column]):
+                        found.append(state[column])
             elif name not in failed:
                 return Precision(wanted, {column: standard_error(found) for column, found in values.items()})
         done, errors = wanted, {column: standard_error(found) for column, found in values.items()}
@@ -76,17 +84,6 @@ def wanted_batches(batches: Sequence[Batch], folder: CampaignFolder) -> list[Bat
     """Cut batches to the seeds that are wanted by now. Errors as in `precision`."""
     finished, failed = folder.finished(), folder.failed()
     return [batch.first(precision(batch, folder, finished, failed).seeds) for batch in batches]
-
-
-def _take(values: dict[str, list[float]], batch: Batch, folder: CampaignFolder, name: str) -> None:
-    state = read_last_state(folder.task_file(name))
-    for column, found in values.items():
-        if column not in state:
-            raise InputError(
-                f"until.{column} of sweep {batch.sweep}: table states has no such column: use one of {', '.join(state)}"
-            )
-        if state["converged"] and math.isfinite(state[column]):
-            found.append(state[column])
 
 
 def standard_error(values: Sequence[float]) -> float:
@@ -249,13 +246,6 @@ def measuring_seconds(parameters: Parameters, known: Collection[str] = ()) -> fl
     return seconds + size.states * size.seconds(_STATES_TIME[size.model]) * (STATES not in known)
 
 
-def task_bytes(parameters: Parameters) -> int:
-    """Estimate the size of the file of one task."""
-    size = parameters.size
-    rows = sum(o.rows(size) * sum(kind.itemsize for kind in o.stored.values()) for o in parameters.observables)
-    return int(_FILE_BYTES + size.states * (_POSITION_BYTES * size.sites + _STATE_BYTES + rows))
-
-
 @cache
 def machine_speed() -> float:
     """CPU time of measurements of a crystal of disks on this machine, over that where times were measured. It takes a
@@ -322,8 +312,11 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
     for source in stored:
         shared = shared_tables(parameters, source.parameters)
         total += measuring_seconds(parameters, shared) * DRIVING * machine_speed()
-    counts = (len(batch.seeds), len(left), len(stored), parameters.size.states)
-    cost = (total * batch.ranks, len(left) * task_bytes(parameters), seconds is not None and not stored)
+    size = parameters.size
+    rows = sum(o.rows(size) * sum(kind.itemsize for kind in o.stored.values()) for o in parameters.observables)
+    each_file = int(_FILE_BYTES + size.states * (_POSITION_BYTES * size.sites + _STATE_BYTES + rows))
+    counts = (len(batch.seeds), len(left), len(stored), size.states)
+    cost = (total * batch.ranks, len(left) * each_file, seconds is not None and not stored)
     return Estimate(batch.sweep, parameters.model, parameters.n, *counts, *cost, batch.until, batch.ranks)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from jamlab.campaign.file import STATES
-from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_gaps, read_task_file
+from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_task_file
 from jamlab.campaign.observable import TaskStates
 from jamlab.campaign.tasks import Batch, Parameters, Task, state_key
 from jamlab.engine.session import Session
@@ -126,7 +126,7 @@ class StoredStates:
                     self.add(task)
         for name in sorted(foreign):
             try:
-                self.add(Task(name, read_gaps(folder.task_file(name))[0]))
+                self.add(Task(name, read_task_file(folder.task_file(name), "").parameters))
             except StorageError:  # damaged: it cannot serve, and `status --verify` reports those that matter
                 continue
 
@@ -155,6 +155,5 @@ def read_stored(folder: CampaignFolder, name: str) -> tuple[TaskFile, TaskStates
     path = folder.task_file(name)
     if not path.exists() or damage(path, name) is not None:
         return None
-    file, (_, missing) = read_task_file(path), read_gaps(path)
-    states = TaskStates(read_all(path), file.target_pressure.tolist(), file.converged.tolist(), missing)
-    return file, states
+    file = read_task_file(path)
+    return file, TaskStates(read_all(path), file.target_pressure.tolist(), file.converged.tolist(), file.missing)

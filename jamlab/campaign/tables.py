@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
@@ -58,24 +58,20 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     import pandas as pd
 
     check_choice("table", name, TABLES)
-    parts: list[dict[str, Any]] = []
+    parts: list[pd.DataFrame] = []
     own: dict[str, str] = {}
     for task in names:
         file = read_task_file(folder.task_file(task), None if name == "states" else name)
         columns = _states(file) | _own(file, own) if name == "states" else _columns(file, name)
         if columns:
             p = file.parameters
-            parts.append({"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble, **columns})
-    parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
-    counts = [next(len(v) for v in part.values() if isinstance(v, np.ndarray)) for part in parts]
-    frames = {}
-    for column in (*TABLE_COLUMNS[name], *sorted(own)):
-        values = [
-            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), count)
-            for part, count in zip(parts, counts, strict=True)
-        ]
-        frames[column] = np.concatenate(values) if values else np.empty(0)
-    return pd.DataFrame(frames)
+            who = {"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble}
+            parts.append(pd.DataFrame(who | columns))
+    wanted = [*TABLE_COLUMNS[name], *sorted(own)]
+    if not parts:
+        return pd.DataFrame({column: np.empty(0) for column in wanted})
+    rows = pd.concat(parts).sort_values(["model", "n", "seed", "task"], kind="stable", ignore_index=True)
+    return rows[wanted]
 
 
 def _columns(file: TaskFile, name: str) -> dict[str, Any]:
@@ -195,7 +191,10 @@ def aggregate(
         raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
     if resamples < 1:
         raise InputError(f"resamples = {resamples}: must be 1 or more")
-    keys = {name: _round_keys(frame[name]) for name in by}
+    keys = {name: frame[name] for name in by}
+    for name, key in keys.items():
+        if key.dtype.kind == "f":
+            keys[name] = key.map(lambda value: float(f"{value:.{_DIGITS}g}"))
     if along is not None:
         numbers = frame[along].to_numpy(np.float64)
         edges = choose_bins(numbers)[0] if edges is None else edges
@@ -207,7 +206,10 @@ def aggregate(
         return pd.DataFrame()
     middle, rows = STATISTICS[statistic], []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
-        _refuse_unlike(part)
+        for name in ("ensemble", "units"):
+            if name in part and part[name].nunique() > 1:
+                found = " and ".join(sorted(map(str, part[name].unique())))
+                raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
         labels = group if isinstance(group, tuple) else (group,)
         row: dict[str, Any] = dict(zip(keys, labels, strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
@@ -219,29 +221,16 @@ def aggregate(
             packings = kept.groupby(["model", "n", "seed"])[name].mean().to_numpy(np.float64)
             row |= {name: np.nan, f"{name}_low": np.nan, f"{name}_high": np.nan, f"{name}_packings": len(packings)}
             if len(packings):
-                found = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
-                row |= {name: float(found.value), f"{name}_low": float(found.low), f"{name}_high": float(found.high)}
+                mean = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
+                row |= {name: float(mean.value), f"{name}_low": float(mean.low), f"{name}_high": float(mean.high)}
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _round_keys(column: pd.Series[Any]) -> pd.Series[Any]:
-    if column.dtype.kind != "f":
-        return column
-    return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))
 
 
 def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
     for name in names:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
-
-
-def _refuse_unlike(part: pd.DataFrame) -> None:
-    for name in ("ensemble", "units"):
-        if name in part and part[name].nunique() > 1:
-            found = " and ".join(sorted(map(str, part[name].unique())))
-            raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
 
 
 ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
@@ -279,7 +268,8 @@ def draw_means(
     for name in (value, along):
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: plot one that does")
-    keys = [by, *(name for name in _UNLIKE if name != by and _differs_within(frame, by, name))]
+    unlike = frame.groupby(by, dropna=False)[[name for name in _UNLIKE if name in frame and name != by]].nunique() > 1
+    keys = [by, *unlike.columns[unlike.any()]]  # what is unlike gets a curve each, never a mean
     found = choose_bins(frame[along].to_numpy(np.float64))
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
     drawn = 0
@@ -287,10 +277,15 @@ def draw_means(
         means = aggregate(part, [value], (), along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
         if len(means):
             means = means[np.isfinite(means[value])]
+        few = means[f"{value}_packings"] < _FEW * means["packings"] if len(means) else np.empty(0, bool)
         plain = MODEL_STYLE.get(str(group[0])) if keys == ["model"] else None
         look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": _name(keys, group)}
         look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
-        notes = [str(look["label"]), *_left_out(part, value, along, edges), *_selection(means, value)]
+        notes = [str(look["label"]), *_left_out(part, value, along, edges)]
+        if few.any():  # means of a selection: fewer than half of the packings have a value
+            have, of = means.loc[few, [f"{value}_packings", "packings"]].to_numpy(np.int64).T
+            least = int(np.argmin(have / of))
+            notes.append(f"hollow: a selection, down to the {have[least]} of {of[least]} packings that have {value}")
         look["label"] = "\n".join(
             line for note in notes for line in textwrap.wrap(note, _LEGEND_WIDTH, break_on_hyphens=False)
         )
@@ -300,13 +295,8 @@ def draw_means(
         drawn += len(means)
         x, y, low, high = means[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
         bars = axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
-        if (few := _few(means, value)).any():
-            line = bars.lines[0]
-            hollow: dict[str, Any] = {
-                "marker": line.get_marker(),
-                "markersize": line.get_markersize(),
-                "color": line.get_color(),
-            }
+        if few.any():
+            hollow = {name: getattr(bars.lines[0], f"get_{name}")() for name in ("marker", "markersize", "color")}
             axes.plot(x[few], y[few], linestyle="none", markerfacecolor="white", **hollow)
     if not drawn:
         raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
@@ -325,11 +315,6 @@ def _name(keys: list[str], group: tuple[Any, ...]) -> str:
     return ", ".join(words)
 
 
-def _differs_within(frame: pd.DataFrame, by: str, name: str) -> bool:
-    """Whether rows of one group differ in a column: what is unlike gets a curve each, never a mean."""
-    return name in frame.columns and bool((frame.groupby(by, dropna=False)[name].nunique() > 1).any())
-
-
 def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
     x = part[along].to_numpy(np.float64)
     outside = ~((x >= edges[0]) & (x < edges[-1]))
@@ -337,20 +322,6 @@ def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[
     counts = ((outside.sum(), "outside the bins"), (missing.sum(), f"without {value}"))
     text = ", ".join(f"{count} {reason}" for count, reason in counts if count)
     return [f"states left out: {text}"] if text else []
-
-
-def _few(means: pd.DataFrame, value: str) -> NDArray[np.bool_]:
-    """Whether a point is the mean of a selection: of fewer than half of its packings, since others have no value."""
-    return np.array(means[f"{value}_packings"] < _FEW * means["packings"], dtype=np.bool_)
-
-
-def _selection(means: pd.DataFrame, value: str) -> list[str]:
-    """Say in the legend that some points are means of a selection."""
-    if not len(means) or not (few := _few(means, value)).any():
-        return []
-    have, of = means.loc[few, [f"{value}_packings", "packings"]].to_numpy(np.int64).T
-    least = int(np.argmin(have / of))
-    return [f"hollow: a selection, down to the {have[least]} of {of[least]} packings that have {value}"]
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:

@@ -11,18 +11,16 @@ import shutil
 import socket
 import subprocess
 import tempfile
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from jamlab.campaign.folder import CERTIFICATE
 from jamlab.errors import EngineError, InputError
 from jamlab.processes.cores import available_cores
-from jamlab.processes.side_by_side import start_child
+from jamlab.processes.side_by_side import Children
 
 if TYPE_CHECKING:
     from dask_jobqueue import SLURMCluster
@@ -62,14 +60,6 @@ class Crew(Protocol):
         """Wait for the next call that ends; its key and what it returned, None if its workers died again and again."""
 
 
-class _Child(NamedTuple):
-    """A process, the call that it carries, and whether it is known to have begun."""
-
-    process: "subprocess.Popen[bytes]"
-    key: str
-    call: Call
-
-
 def carry(call: Call, report: Callable[..., None]) -> Any:
     """Carry a call in a process of `LocalCrew`, which hears first that the process is up."""
     report()
@@ -78,90 +68,42 @@ def carry(call: Call, report: Callable[..., None]) -> Any:
 
 
 class LocalCrew:
-    """Processes on this machine, started when there is something to do; a context manager."""
+    """Processes on this machine; one that dies is replaced, and its call is carried again."""
 
-    def __init__(self, count: int) -> None:
-        self.width = count
-        self._waiting: deque[tuple[str, Call]] = deque()
-        self._busy: dict[Connection, _Child] = {}
-        self._idle: list[tuple[Connection, subprocess.Popen[bytes]]] = []
-        self._begun: set[Connection] = set()
+    def __init__(self, children: Children) -> None:
+        self.width = children.count
+        self._children = children
+        self._begun: set[str] = set()
         self._deaths: Counter[str] = Counter()
         self._early = 0
 
-    def __enter__(self) -> "LocalCrew":
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        ends = [*self._idle, *((connection, child.process) for connection, child in self._busy.items())]
-        for _, process in ends:
-            process.kill()
-        for connection, process in ends:
-            process.wait()
-            connection.close()
-
     def submit(self, key: str, call: Call) -> None:
         """Have a call carried by the next process that is free."""
-        self._waiting.append((key, call))
-        self._hand_out()
+        self._children.submit(key, call)
 
     def wait(self) -> tuple[str, Any]:
         """Wait for the next call that ends; see `Crew`."""
         while True:
-            connection = wait(list(self._busy))[0]
-            assert isinstance(connection, Connection)
-            try:
-                kind, content = connection.recv()
-            except (EOFError, ConnectionError):
-                key = self._bury(connection)
-                if self._deaths[key] > _MOST_DEATHS:
-                    return key, None
-                continue
-            if kind == "report":
-                self._begun.add(connection)
-                self._early = 0
-                continue
-            child = self._busy.pop(connection)
-            self._begun.discard(connection)
-            self._idle.append((connection, child.process))
-            self._hand_out()
+            key, kind, content = self._children.wait()
+            if kind == "result":
+                return key, content
             if kind == "error":
                 raise EngineError(f"workers cannot run a task: {content}") from content
-            return child.key, content
-
-    def _hand_out(self) -> None:
-        while self._waiting and len(self._busy) < self.width:
-            connection, process = self._idle.pop() if self._idle else self._start()
-            key, call = self._waiting.popleft()
-            self._busy[connection] = _Child(process, key, call)
-            with contextlib.suppress(ConnectionError):  # it died; `wait` finds out
-                connection.send(call)
-
-    def _start(self) -> "tuple[Connection, subprocess.Popen[bytes]]":
-        ours, theirs = Pipe()
-        with theirs:  # closed here, so that a process that dies ends its connection
-            process = start_child(theirs.fileno())
-        with contextlib.suppress(ConnectionError):
-            ours.send(carry)
-        return ours, process
-
-    def _bury(self, connection: Connection) -> str:
-        """Put the call of a process that died first in the queue again; returns its key."""
-        child = self._busy.pop(connection)
-        connection.close()
-        child.process.kill()
-        code = child.process.wait()
-        if connection in self._begun:
-            self._begun.discard(connection)
-            self._deaths[child.key] += 1
-        else:
-            self._early += 1
-            if self._early > _EARLY_DEATHS * self.width:
-                raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
-        if self._deaths[child.key] <= _MOST_DEATHS:
-            self._waiting.appendleft((child.key, child.call))
-        self._hand_out()
-        return child.key
+            if kind == "report":
+                self._begun.add(key)
+                self._early = 0
+                continue
+            call, code = content
+            if key in self._begun:
+                self._deaths[key] += 1
+                if self._deaths[key] > _MOST_DEATHS:
+                    return key, None
+            else:
+                self._early += 1
+                if self._early > _EARLY_DEATHS * self.width:
+                    raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
+            self._begun.discard(key)
+            self._children.submit(key, call, first=True)
 
 
 class DaskCrew:
@@ -226,8 +168,8 @@ class Workers:
     def crew(self) -> Iterator[Crew]:
         """Start or find workers; what is started ends with the block."""
         if self.scheduler is None and not self.slurm:
-            with LocalCrew(self.expected) as local:
-                yield local
+            with Children(carry, self.expected) as children:
+                yield LocalCrew(children)
             return
         import dask
         from distributed import Client
@@ -249,7 +191,12 @@ class Workers:
         """Number of workers to come; 1 where a scheduler has its own."""
         if self.count or self.scheduler is not None or self.slurm:
             return self.count or 1
-        return _local_workers(self.ranks)
+        if self.ranks > (cores := available_cores()):
+            raise InputError(
+                f"ranks = {self.ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, "
+                "or --workers to share cores"
+            )
+        return cores // self.ranks
 
     def _slurm_cluster(self, security: "Security") -> "SLURMCluster":
         from dask_jobqueue import SLURMCluster
@@ -305,17 +252,6 @@ def _certificate(folder: Path) -> "Iterator[Security]":
         shown = {f"tls_{role}_cert": str(certificate) for role in ("client", "scheduler", "worker")}
         held = {f"tls_{role}_key": str(key) for role in ("client", "scheduler", "worker")}
         yield Security(require_encryption=True, tls_ca_file=str(certificate), **shown, **held)
-
-
-def _local_workers(ranks: int) -> int:
-    """Number of workers of so many cores each that fit into those that this process may use."""
-    cores = available_cores()
-    if ranks > cores:
-        raise InputError(
-            f"ranks = {ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, or"
-            " --workers to share cores"
-        )
-    return cores // ranks
 
 
 def _check_cores(client: "Client", address: str, ranks: int) -> None:

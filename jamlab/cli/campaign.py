@@ -21,7 +21,7 @@ from jamlab.storage.atomic_file import check_target
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
     from jamlab.campaign.driver import Outcome
-    from jamlab.campaign.plan import Estimate, SweepStatus
+    from jamlab.campaign.plan import SweepStatus
     from jamlab.campaign.tasks import Batch
 
 _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
@@ -84,7 +84,13 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
         print_json({**totals, "tasks": sum(line.left for line in lines), "sweeps": [vars(line) for line in lines]})
         return
     names = ["sweep", "model", "n", "tasks", "left", "stored", "states", "core time", "size", "time from"]
-    print_table(f"campaign {campaign.name}", names, [_format_cells(line) for line in lines])
+    cells = []
+    for line in lines:
+        counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored, line.states)]
+        source = "finished tasks" if line.measured else "estimate"
+        size_of = f"{line.bytes / 1e6:.1f} MB"
+        cells.append([line.sweep, line.model, *counts, _format_time(line.seconds), size_of, source])
+    print_table(f"campaign {campaign.name}", names, cells)
     left, time = sum(line.left for line in lines), _format_time(seconds)
     out_console.print(f"{left} tasks left: about {time} on {cores} free cores, {size / 1e6:.0f} MB")
     if stored := sum(line.stored for line in lines):
@@ -96,12 +102,6 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
         if line.until and line.left:
             aims = ", ".join(f"{column} to {error:g}" for column, error in line.until.items())
             out_console.print(f"{line.sweep} {line.model} n={line.n}: at most, until the means are known: {aims}")
-
-
-def _format_cells(line: "Estimate") -> list[str]:
-    counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored, line.states)]
-    source = "finished tasks" if line.measured else "estimate"
-    return [line.sweep, line.model, *counts, _format_time(line.seconds), f"{line.bytes / 1e6:.1f} MB", source]
 
 
 def _format_spent(*sweeps: "SweepStatus") -> list[str]:
@@ -288,8 +288,8 @@ def merge(
     as_json: Json = False,
 ) -> None:
     """Copy finished tasks from other folders."""
+    from jamlab.campaign.campaign import merge as copy
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.exchange import merge as copy
 
     campaign = open_campaign(file, out)
     expect_output(campaign.folder.path)
@@ -312,8 +312,8 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write tables, or the frames of every task."""
+    from jamlab.campaign.campaign import export as write
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.exchange import export as write
 
     expect_output(to)
     written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep, replace=force)]

@@ -11,7 +11,6 @@ from jamlab.campaign.plan import SweepStatus
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, picture, write_report
-from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.verified_file import versions
@@ -49,23 +48,14 @@ def _section(campaign: Campaign, name: str, parts: list[SweepStatus]) -> Section
     states = campaign.table("states", name) if campaign.finished(name) else None
     if states is None or not len(states):
         return Section(name, tables=[table])
-    fragment = _explorer(campaign.packings(states["task"].iloc[0]))
+    packings, shown = campaign.packings(states["task"].iloc[0]), None
+    fragment = Markup("<p>{} particles: too many to draw here, `jamlab explore` does.</p>").format(packings[0].n)
+    if packings[0].n <= _MOST_PARTICLES:
+        fragment = explorer_fragment(packings, every=-(-len(packings) // _MOST_STATES))
     along = next(known for column, known in _ALONG.items() if np.isfinite(states[column]).any())
-    picture = _means(campaign, name, along, [column for column in MEANS if np.isfinite(states[column]).any()])
-    return Section(name, picture, _CAPTION if picture else "", [table], fragment)
-
-
-def _explorer(packings: list[Packing]) -> Markup:
-    """Every k-th state, so that a page of many sweeps stays light; nothing of packings too large to draw."""
-    if packings[0].n > _MOST_PARTICLES:
-        return Markup("<p>{} particles: too many to draw here, `jamlab explore` does.</p>").format(packings[0].n)
-    return explorer_fragment(packings, every=-(-len(packings) // _MOST_STATES))
-
-
-def _means(campaign: Campaign, name: str, along: str, columns: list[str]) -> bytes | None:
-    if not columns:
-        return None
-    figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")
-    for axes, column in zip(figure.subplots(1, len(columns), squeeze=False)[0], columns, strict=True):
-        campaign.plot(column, along=along, by="n", sweep=name, ax=axes)
-    return picture(figure)
+    if columns := [column for column in MEANS if np.isfinite(states[column]).any()]:
+        figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")
+        for axes, column in zip(figure.subplots(1, len(columns), squeeze=False)[0], columns, strict=True):
+            campaign.plot(column, along=along, by="n", sweep=name, ax=axes)
+        shown = picture(figure)
+    return Section(name, shown, _CAPTION if shown else "", [table], fragment)

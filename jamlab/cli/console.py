@@ -45,20 +45,17 @@ def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str
     """Print a table of text on stdout; columns that do not fit follow below, beside the first column again."""
     out_console.print()
     print_note(title)
-    rest = list(range(1, len(columns)))
+    rest, unbounded = list(range(1, len(columns))), out_console.options.update(max_width=10_000)
     while True:
         shown = [0, *rest]
-        while len(shown) > 2 and not _fits(_table(columns, lines, shown)):
+        table = _table(columns, lines, shown)
+        while len(shown) > 2 and Measurement.get(out_console, unbounded, table).maximum > out_console.width:
             shown.pop()
-        out_console.print(_table(columns, lines, shown))
+            table = _table(columns, lines, shown)
+        out_console.print(table)
         rest = [k for k in rest if k not in shown]
         if not rest:
             return
-
-
-def _fits(table: Table) -> bool:
-    unbounded = out_console.options.update(max_width=10_000)
-    return Measurement.get(out_console, unbounded, table).maximum <= out_console.width
 
 
 def _table(columns: Sequence[str], lines: Sequence[Sequence[str]], shown: Iterable[int]) -> Table:
@@ -157,7 +154,8 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
         measured = measure_all(packings, progress=progress)
     if out is not None:
         write(out, packings, measured)
-    marks = [_mark(p) for p in packings]
+    # None where no minimisation is known, as in a dump without that word
+    marks = [None if p.max_force is None and not p.converged else p.converged and p.on_target for p in packings]
     if as_json:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
         facts = {"out": out and str(out), "onset": packings[-1].onset, "converged": marks, "labels": LABELS}
@@ -182,13 +180,6 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     print_not_stable(reasons)
     if out is not None:
         print_note(f"wrote {out}")
-
-
-def _mark(packing: "Packing") -> bool | None:
-    """Whether a state is what was asked for; None where no minimisation is known, as in a dump without that word."""
-    if packing.max_force is None and not packing.converged:
-        return None
-    return packing.converged and packing.on_target
 
 
 def _cell(name: str, value: float) -> str:

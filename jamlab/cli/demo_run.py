@@ -67,21 +67,14 @@ def run_demo(
     make_folder(out)
     try:
         check_targets(out, _FILES, replace=force)
-        return _run_into(out, n, seed, to, progress)
+        run, models = partial(_run_model, n=n, seed=seed, to=to, out=out), ("sp", "dp")
+        found = run_side_by_side(run, models, len(models), report=lambda model, *step: progress[model](*step))
     finally:
         if missing and out.is_dir() and not any(out.iterdir()):
             out.rmdir()
-
-
-def _run_into(
-    out: Path, n: int, seed: int, to: float, progress: Mapping[str, Progress]
-) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    run, models = partial(_run_model, n=n, seed=seed, to=to, out=out), ("sp", "dp")
-    found = run_side_by_side(run, models, len(models), report=lambda model, *step: progress[model](*step))
     sweeps = dict(zip(models, found, strict=True))
     try:
-        densest = sweeps["sp"].packings[-1]
-        spectrum: Spectra | None = mean_spectra([densest], OMEGA)[0]
+        spectrum: Spectra | None = mean_spectra([sweeps["sp"].packings[-1]], OMEGA)[0]
     except ConvergenceError:
         spectrum = None
     for sweep in sweeps.values():
@@ -148,19 +141,18 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
     ]
     for heading, (name, figure, caption) in pictures.items():
         sections.append(Section(heading, save_picture(figure, out / name), caption))
-    sections.append(Section("Numbers", tables=[_table(sweep) for sweep in sweeps.values()]))
+    tables = []
+    for sweep in sweeps.values():
+        units = unit_labels(sweep.packings[0])
+        of = {"pressure": units["stress"], "G": units["stress"], "max force": units["force"]}
+        columns = [f"{name} [{of[name]}]" if name in of else name for name in HEADINGS]
+        tables.append(TextTable(columns, table_rows(sweep), MODEL_STYLE[sweep.model]["label"]))
+    sections.append(Section("Numbers", tables=tables))
     times = {f"wall time {model.upper()}": f"{sweep.seconds:.1f} s" for model, sweep in sweeps.items()}
     law = ", ".join(f"{k} = {v}" for k, v in sweeps["dp"].packings[-1].params.items() if k != "a0")
     facts = facts | {"DP parameters": law} | times | versions() | {"Python": platform.python_version()}
     heading = "Jamming of disks and deformable polygons"
     write_report(out / "index.html", heading, _LEAD, sections, facts, explorer_assets())
-
-
-def _table(sweep: ModelSweep) -> TextTable:
-    units = unit_labels(sweep.packings[0])
-    in_brackets = {"pressure": units["stress"], "G": units["stress"], "max force": units["force"]}
-    columns = [f"{name} [{in_brackets[name]}]" if name in in_brackets else name for name in HEADINGS]
-    return TextTable(columns, table_rows(sweep), MODEL_STYLE[sweep.model]["label"])
 
 
 def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure, str]]:

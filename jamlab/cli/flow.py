@@ -132,13 +132,24 @@ def expect_files(options: FlowOptions) -> None:
 def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], options: FlowOptions) -> None:
     """Write picture and table of a result that is in its file already, and print columns in formats, with notes."""
     if options.plot is not None:
-        _draw(found, options.plot)
+        from matplotlib.figure import Figure
+
+        from jamlab.figures.html_page import save_picture
+        from jamlab.plotting.drawable import CURVES
+
+        figure = Figure(figsize=CURVES, layout="constrained")
+        found.plot(figure.subplots())
+        save_picture(figure, options.plot)
     if options.csv is not None:
         import pandas as pd
 
         write_rows(pd.DataFrame(_rows(found)), options.csv)
     if options.as_json:
-        print_json(_plain(found) | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
+        content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
+        content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
+        plain = {f.name: getattr(found, f.name) for f in fields(found)}
+        content |= {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
+        print_json(content | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
         return
     count = len(getattr(found, next(iter(columns))))
     shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
@@ -156,27 +167,6 @@ def _rows(found: "Flow") -> dict[str, Any]:
     arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
     return {name: value for name, value in arrays.items() if len(value) == count}
-
-
-def _draw(found: "Flow", path: Path) -> None:
-    from matplotlib.figure import Figure
-
-    from jamlab.figures.html_page import save_picture
-    from jamlab.plotting.drawable import CURVES
-
-    figure = Figure(figsize=CURVES, layout="constrained")
-    found.plot(figure.subplots())
-    save_picture(figure, path)
-
-
-def _plain(found: "Flow") -> dict[str, Any]:
-    content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
-    content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
-    for f in fields(found):
-        value = getattr(found, f.name)
-        if isinstance(value, bool | int | float | str):
-            content[f.name] = value
-    return content
 
 
 _SHEAR_COLUMNS = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stress": ".5g", "viscous_stress": ".4g"}

@@ -49,16 +49,18 @@ def jam(
 ) -> None:
     """Make a packing at jamming onset, after Boromand et al., section 2.3; interrupted, it leaves nothing, since what
     it passes is at no onset."""
-    from jamlab.protocols.onset import jam as run
+    _make("jam", "to onset", **locals())
+
+
+def _make(command: str, stage: str, law: list[str] | None, out: Path, force: bool, as_json: bool, **how: Any) -> None:
+    """Make a packing by `jamlab.jam` or `jamlab.pack`, with all options of the command that have a value."""
+    import jamlab
 
     check_target(out, replace=force)
     expect_output(out)
-    with progress_bar("to onset") as progress:
-        how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
-        given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-        how |= {name: value for name, value in given.items() if value is not None}
-        how |= {"large": large, "sizes": sizes, "ranks": ranks, **law_values(law)}
-        packing = run(model, n, seed, progress=progress, **how)
+    given = {name: value for name, value in how.items() if value is not None} | law_values(law)
+    with progress_bar(stage) as progress:
+        packing = getattr(jamlab, command)(progress=progress, **given)
     print_packings([packing], out, as_json)
 
 
@@ -79,15 +81,7 @@ def pack(
 ) -> None:
     """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe; interrupted, it
     leaves nothing, since what it passes has another pressure."""
-    from jamlab.protocols.target_pressure import pack as run
-
-    check_target(out, replace=force)
-    expect_output(out)
-    with progress_bar("to pressure") as progress:
-        how: dict[str, Any] = {"ensemble": ensemble, "ranks": ranks, "tolerance": tolerance, "ratio": ratio}
-        how |= {"large": large, "sizes": sizes, **law_values(law)}
-        packing = run(n, pressure, seed, progress=progress, **how)
-    print_packings([packing], out, as_json)
+    _make("pack", "to pressure", **locals())
 
 
 def compress(

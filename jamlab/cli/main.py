@@ -10,12 +10,11 @@ from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
 from jamlab.cli import campaign
-from jamlab.cli.analyze import analyze
+from jamlab.cli.analyze import analyze, explore
 from jamlab.cli.console import err_console
 from jamlab.cli.demo import demo
 from jamlab.cli.doctor import decks, doctor
 from jamlab.cli.estimate import estimate
-from jamlab.cli.explore import explore
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal

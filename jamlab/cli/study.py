@@ -1,6 +1,7 @@
 """`jamlab study`, `chart`, `figure`, `calibrate`, `compare`: evidence planned, run and drawn, and your own studies."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +15,7 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets, make_folder
 
 if TYPE_CHECKING:
-    from jamlab.studies.study import Study
+    from jamlab.studies.study import Page, Study, TableStudy
 
 
 chart = typer.Typer(
@@ -42,19 +43,11 @@ def speed_accuracy(
     as_json: Json = False,
 ) -> None:
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
-    from dataclasses import asdict
-
-    from jamlab.studies.cost.chart import OFF_COLUMNS, defaults_off_the_front, write_charts
+    from jamlab.studies.cost.chart import OFF_COLUMNS, PAGE, defaults_off_the_front, write_charts
     from jamlab.studies.registry import CHARTS, chosen
-    from jamlab.studies.study import file_names
 
     charts = chosen(CHARTS, topic or ())
-    if plan:
-        print_plan(charts.values(), out, as_json)
-        return
-    check_targets(out, file_names(charts, "speed-accuracy", each=False), replace=force)
-    expect_output(out)
-    found = write_charts(out, charts, measure=measure, progress=tell)
+    found = _draw_page(write_charts, charts, PAGE, measure, plan, out, force, as_json)
     beaten = defaults_off_the_front(charts, found)
     if as_json:
         points: dict[str, Any] = {name: [asdict(p) for p in rows] for name, rows in found.items()}
@@ -65,6 +58,24 @@ def speed_accuracy(
         for reason, name in {row[-1]: row[0].partition(":")[0] for row in beaten}.items():
             out_console.print(f"{name}: {reason}", soft_wrap=True, highlight=False)
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
+
+
+def _draw_page(
+    write: Callable[..., dict[str, Any]],
+    studies: "Mapping[str, TableStudy]",
+    page: "Page",
+    *options: Any,
+) -> dict[str, Any]:
+    """Draw one page of charts or maps by the options of the command, and end it if it only asks for the plan."""
+    from jamlab.studies.study import file_names
+
+    measure, plan, out, force, as_json = options
+    if plan:
+        print_plan(studies.values(), out, as_json)
+        raise typer.Exit
+    check_targets(out, file_names(studies, page.name, each=False), replace=force)
+    expect_output(out)
+    return write(out, studies, page, measure=measure, progress=tell)
 
 
 def tell(share: float, text: str) -> None:
@@ -99,17 +110,12 @@ def stability(
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
-    from jamlab.studies.failure.map import COUNTED, counts, write_maps
+    from jamlab.studies.failure.map import COUNTED, PAGE, counts
     from jamlab.studies.registry import MAPS, chosen
-    from jamlab.studies.study import file_names
+    from jamlab.studies.study import draw_tables
 
     named = chosen(MAPS, maps or ())
-    if plan:
-        print_plan(named.values(), out, as_json)
-        return
-    check_targets(out, file_names(named, "stability", each=False), replace=force)
-    expect_output(out)
-    found = write_maps(out, named, measure=measure, progress=tell)
+    found = _draw_page(draw_tables, named, PAGE, measure, plan, out, force, as_json)
     if as_json:
         cells: dict[str, Any] = {name: table.to_dict("records") for name, table in found.items()}
         print_json({"out": str(out), "maps": cells})
@@ -125,14 +131,12 @@ def all_charts(
     measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts"), force: Force = False
 ) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
-    if plan:
-        from jamlab.studies.registry import CHARTS, MAPS
-
-        print_plan([*CHARTS.values(), *MAPS.values()], out, as_json=False)
-        return
-    from jamlab.studies.registry import MAPS
+    from jamlab.studies.registry import CHARTS, MAPS
     from jamlab.studies.study import file_names
 
+    if plan:
+        print_plan([*CHARTS.values(), *MAPS.values()], out, as_json=False)
+        return
     check_targets(out, file_names(MAPS, "stability", each=False), replace=force)
     speed_accuracy(measure=measure, out=out, force=force)
     stability(measure=measure, out=out, force=force)
@@ -229,7 +233,6 @@ def compare(
         comparison_tables,
         jolted_minimum,
         notes,
-        summary,
         write_comparison,
         write_recipe,
     )
@@ -247,7 +250,7 @@ def compare(
     if out is not None:
         write_comparison(out, rows, analysis, n, phi)
     if as_json:
-        print_json(summary(rows, analysis))
+        print_json({"rows": rows, "analysis": analysis})
         return
     for table in comparison_tables(rows, analysis, n, phi):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
@@ -289,7 +292,7 @@ def list_studies(
 )
 def plan(names: Names, out: Results = Path("jamlab-results"), as_json: Json = False) -> None:
     """Say how many tasks are left and how long they take, without running anything."""
-    print_plan(_chosen(names), out, as_json)
+    print_plan(_chosen(names).values(), out, as_json)
 
 
 @study.command(
@@ -301,7 +304,7 @@ def run(names: Names, out: Results = Path("jamlab-results")) -> None:
     """Measure what a folder of results does not hold; saved task by task, so that it goes on where it stopped."""
     chosen = _chosen(names)
     expect_output(out)
-    for each in chosen:
+    for each in chosen.values():
         each.run(out, tell)
     out_console.print(f"Draw it: jamlab study draw {' '.join(names)} --from {out}", soft_wrap=True, highlight=False)
 
@@ -321,7 +324,7 @@ def draw(
     """Draw studies from a folder of results, or from the data that ship: pictures, numbers, one HTML page."""
     from jamlab.studies.study import Page, file_names, source_fact, write_page
 
-    chosen = {each.name: each for each in _chosen(names)}
+    chosen = _chosen(names)
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
     check_targets(out, file_names(chosen, "studies"), replace=force)
@@ -371,14 +374,10 @@ def add(
     _save_tables(source, out, commit, only or [], keep=(out / RECORD).exists())
 
 
-def _chosen(names: list[str]) -> "list[Study]":
-    from jamlab.checks import check_choice
-    from jamlab.studies.registry import studies
+def _chosen(names: list[str]) -> "dict[str, Study]":
+    from jamlab.studies.registry import chosen, studies
 
-    known = studies()
-    for name in names:
-        check_choice("study", name, known)
-    return [known[name] for name in dict.fromkeys(names)]
+    return chosen(studies(), names, "study")
 
 
 STYLES = {"differs": "red", "undecided": "yellow"}  # of verdicts in the terminal

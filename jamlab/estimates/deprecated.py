@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 
 from jamlab.checks import checked
-from jamlab.estimates.ensemble_plan import EnsemblePlan, plan_mean
+from jamlab.estimates.estimate import EnsemblePlan, plan_mean
 from jamlab.estimates.options import warn_renamed
 from jamlab.flow.flow_cost import cost_of_flow, require_time
 from jamlab.packing.packing import Packing

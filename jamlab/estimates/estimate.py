@@ -1,30 +1,174 @@
-"""A mean over packings of droplets to an error asked for, from the cheapest packings that give it."""
+"""A mean over packings of droplets to an error asked for, from the cheapest packings that give it.
+
+The interval of a mean over m packings made in some way has two parts: their scatter, t s / sqrt(m), which more packings
+reduce, and what is not known about the way itself, the standard error of its difference from the reference in the
+table, which they do not. A way is used only where the second part leaves room for the first.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
 
 from jamlab.arrays import Array
-from jamlab.checks import check_seed, checked
+from jamlab.checks import check_choice, check_number, check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.estimates.ensemble_plan import EnsemblePlan, interval, plan_mean
-from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, bring_on, find_onset, refuse_sizes, value_at
 from jamlab.estimates.model_choice import Choice
+from jamlab.estimates.options import OldWords, Why, judge, taken
+from jamlab.estimates.ways import (
+    ONSET,
+    EnsembleWay,
+    N,
+    Scatter,
+    WayRecord,
+    Ways,
+    bring_on,
+    default_vertices,
+    difference,
+    find_onset,
+    is_known,
+    read_ways,
+    refuse_sizes,
+    scatter,
+    value_at,
+)
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.size_distributions import Sizes
-from jamlab.statistics.confidence import room
+from jamlab.statistics.confidence import CONFIDENCE, room
+
+ENSEMBLE_QUANTITIES = {
+    "z": "contacts per particle without rattlers",
+    "g": "relaxed shear modulus, mean over directions, eps/l^2",
+    "b": "relaxed bulk modulus, eps/l^2",
+    ONSET: "true packing fraction at jamming onset",
+    "a": "mean shape factor above that of a free particle, A - A_J",
+    "void_sides": "mean number of sides of a void",
+}
+FEWEST, MOST = 4, 100_000  # packings
+_LEAST_YIELD = 0.5  # of the share of seeds of which droplets have a value: the few that jam stand for no others
+_LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
+
+
+@dataclass(frozen=True, eq=False)
+class EnsemblePlan(OldWords):
+    """How a mean will be estimated, and what that should cost."""
+
+    # quantity, rho: of which the mean is wanted; rho is nan for "rho-J"
+    quantity: str
+    rho: float
+    way: EnsembleWay  # how packings are made
+    packings: int  # number of them with a value that is expected to do
+    error: float  # half the width expected of the 95 % interval
+    bias_error: float  # part of `error` that more packings do not reduce: what the table knows about the way
+    correction: float  # to add to the mean over packings, from the table; 0 for droplets
+    seconds: float  # expected CPU time on the machine of the table
+    scatter: Scatter  # of one packing
+    options: pd.DataFrame  # a row for each way, see `jamlab.Choice`; also `packings` and `bias_error`
+
+    __repr__ = short_repr
+
+
+def plan_mean(
+    quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
+) -> EnsemblePlan:
+    """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
+    table = read_ways() if table is None else table
+    at = _check(table, quantity, rho, error, model)
+    reference = table[reference_way()]
+    if not is_known(reference, reference, quantity, at):
+        raise InputError(f"rho = {rho}: too few packings of {reference.way} in the table have {quantity}; take another")
+    records = [r for r in table.values() if model in ("auto", r.way.model)]
+    if quantity == ONSET:  # carried droplets have none of their own
+        records = [r for r in records if r.way.start != "carried"]
+    if quantity in ("g", "b"):  # disks have other moduli
+        records = [r for r in records if r.way.nv is not None]
+    if not records:
+        raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
+    rows = [_option(record, reference, quantity, at, error) for record in records]
+    options = judge(rows, "seconds", nearest="bias_error")
+    row = taken(options)
+    if row is None:
+        raise InputError(f"model = {model!r}: too few of its packings in the table have {quantity}, take 'auto'")
+    best = rows[row]
+    if best["why"] is None and best["error"] > error:
+        raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best['error']:.2g}")
+    one = scatter(records[row], quantity, at)
+    correction = 0.0
+    if records[row] is not reference:
+        correction = -difference(records[row], reference, quantity, at).value
+    facts = {name: value for name, value in best.items() if name != "why"}
+    return EnsemblePlan(quantity, at, scatter=one, correction=correction, options=options, **facts)
+
+
+def interval(deviation: float, freedom: float, packings: int = 1) -> float:
+    """Half the width of the 95 % interval of a mean over some packings."""
+    return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) * deviation / math.sqrt(packings)
+
+
+def reference_way() -> EnsembleWay:
+    """Droplets from the start, whose mean is estimated."""
+    return EnsembleWay("droplets", N, default_vertices())
+
+
+def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, error: float) -> dict[str, Any]:
+    """What a way takes, and whether something speaks against it."""
+    if not is_known(record, reference, quantity, rho):
+        unknown = dict.fromkeys(("error", "bias_error", "seconds"), math.nan)
+        return {"way": record.way, "packings": 0, **unknown, "why": Why.UNKNOWN}
+    bias_error = 0.0
+    if record is not reference:
+        off = difference(record, reference, quantity, rho)
+        bias_error = interval(off.error, off.freedom)
+    one = scatter(record, quantity, rho)
+    aim = room(error, bias_error)
+    packings = bisect_left(
+        range(MOST), True, FEWEST, key=lambda m: interval(one.deviation, one.freedom + m - 1, m) <= aim
+    )
+    reached = math.hypot(interval(one.deviation, one.freedom + packings - 1, packings), bias_error)
+    seconds = packings / max(one.share, 1e-3) * one.seconds
+    why = None
+    if one.share < _LEAST_YIELD * scatter(reference, quantity, rho).share:
+        why, bias_error = Why.FAILS, math.nan
+    elif bias_error > _LARGEST_SHARE * error:
+        why = Why.UNSURE
+    columns = {"packings": packings, "error": reached, "bias_error": bias_error, "seconds": seconds}
+    return {"way": record.way, **columns, "why": why}
+
+
+def _check(table: Ways, quantity: str, rho: float | None, error: float, model: str) -> float:
+    """Refuse what the table does not tell; gives the packing fraction, nan at onset."""
+    check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
+    check_choice("model", model, ("auto", "sp", "dp"))
+    check_number("error", error, math.inf)
+    reference = table.get(reference_way())
+    if reference is None:
+        raise InputError(
+            f"the table has no {reference_way()}: `dp.parameters` changed; make it anew with `jamlab chart estimates`"
+        )
+    if quantity == ONSET:
+        return math.nan
+    low, high = reference.levels[0], reference.levels[-1]
+    if rho is None:
+        raise InputError(f"{quantity} needs rho, a true packing fraction: give one in {low:g} .. {high:g}")
+    if not low <= rho <= high:
+        raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; take a campaign beyond it")
+    return rho
+
 
 Make = Callable[[int], Sequence[tuple[float, float]]]  # number of seeds -> value (nan: none) and seconds of each
 
@@ -101,7 +245,7 @@ class Estimate:
     """A mean over packings, with its 95 % interval value -+ error.
 
     Attributes:
-        value: mean, in the unit of `jamlab.estimates.ensemble_plan.ENSEMBLE_QUANTITIES`.
+        value: mean, in the unit of `jamlab.estimates.estimate.ENSEMBLE_QUANTITIES`.
         error: half the width of its 95 % interval; of the scatter of the packings and of what is known of their way.
         met: whether `error` is at most the one asked for.
         packings: that the mean is over.
@@ -190,18 +334,45 @@ def estimate(
         met, none = plan.error <= error, np.empty(0)
         few = (math.nan, plan.error, met, plan.packings, 0, plan.seconds)
         return Estimate(*few, _choice(plan), none, none.astype(np.int64), Stop.PLANNED)
-    found, seeds, stopped = _run(plan, error, seed, processes, progress)
-    good = found.good
+    rng = np.random.default_rng([seed, 20])
+    seeds: list[int] = []  # far from those of the table
+    found: list[tuple[float, float]] = []
+    one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
+    expected = round(plan.packings / plan.scatter.share)
+
+    def make(count: int) -> list[tuple[float, float]]:
+        before = len(seeds)
+        batch = [int(rng.integers(1_000_000, 2**31)) for _ in range(count)]
+        seeds.extend(batch)
+
+        def done(many: int) -> None:
+            tried = before + many
+            good = np.array([value for value, _ in found if math.isfinite(value)])
+            text = f"{tried} packings"
+            if len(good) > 1:
+                text += f", mean {good.mean() + plan.correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
+            progress(tried / max(expected, len(seeds)), text)
+
+        if processes > 1:
+            found.extend(run_side_by_side(one, batch, processes, done=done))
+        else:
+            with threadpool_limits(1):
+                for many, number in enumerate(batch, 1):
+                    found.append(one(number))
+                    done(many)
+        return found[before:]
+
+    made, stopped = sample(plan, error, make)
     return Estimate(
-        value=float(np.mean(good)) + plan.correction,
-        error=found.error,
-        met=found.error <= error,
-        packings=len(good),
-        left_out=len(seeds) - len(good),
-        seconds=found.seconds,
+        value=float(np.mean(made.good)) + plan.correction,
+        error=made.error,
+        met=made.error <= error,
+        packings=len(made.good),
+        left_out=len(seeds) - len(made.good),
+        seconds=made.seconds,
         choice=_choice(plan),
-        values=np.array(good),
-        seeds=np.array(seeds)[np.isfinite(found.values)],
+        values=np.array(made.good),
+        seeds=np.array(seeds)[np.isfinite(made.values)],
         stopped=stopped,
     )
 
@@ -209,42 +380,6 @@ def estimate(
 def _choice(plan: EnsemblePlan) -> Choice:
     name = plan.quantity
     return Choice(plan.way, {name: plan.error}, {name: plan.correction}, plan.seconds, plan.options, plan.packings)
-
-
-def _run(
-    plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
-) -> tuple[Sample, list[int], Stop]:
-    numbers = _packing_seeds(seed)
-    seeds: list[int] = []
-    found: list[tuple[float, float]] = []
-    one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
-    expected = round(plan.packings / plan.scatter.share)
-
-    def make(count: int) -> list[tuple[float, float]]:
-        before = len(seeds)
-        batch = [next(numbers) for _ in range(count)]
-        seeds.extend(batch)
-
-        def done(made: int) -> None:
-            tried = before + made
-            progress(tried / max(expected, len(seeds)), f"{tried} packings{_mean_so_far(found, plan.correction)}")
-
-        if processes > 1:
-            found.extend(run_side_by_side(one, batch, processes, done=done))
-        else:
-            with threadpool_limits(1):
-                for made, number in enumerate(batch, 1):
-                    found.append(one(number))
-                    done(made)
-        return found[before:]
-
-    made, stopped = sample(plan, error, make)
-    return made, seeds, stopped
-
-
-def _mean_so_far(found: Sequence[tuple[float, float]], correction: float) -> str:
-    good = np.array([value for value, _ in found if math.isfinite(value)])
-    return f", mean {good.mean() + correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}" if len(good) > 1 else ""
 
 
 def make_one(
@@ -258,10 +393,3 @@ def make_one(
     except ConvergenceError:
         value = math.nan
     return value, time.process_time() - began
-
-
-def _packing_seeds(seed: int) -> Iterator[int]:
-    """Seeds of an ensemble, far from those of the table."""
-    rng = np.random.default_rng([seed, 20])
-    while True:
-        yield int(rng.integers(1_000_000, 2**31))

@@ -36,7 +36,7 @@ from jamlab.flow.shear_run import TRANSIENT
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
+from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import equivalent_time, nonlinear_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
@@ -200,23 +200,24 @@ def _for_oscillation(
         errors[name] = float(abs(value - best) / abs(best) * (1 + error) + error)  # of the best, which itself errs
     if law_number(law) not in (STOKES, 1.0):
         values["equivalent damping"], errors["equivalent damping"] = best, error
-    cycles = _cycles(spectrum, omega)
+    slowest = spectrum.tau_star if np.isfinite(spectrum.tau_star) else 0.0  # relaxes to e^-3; then two are compared
+    cycles = 3 + int(np.ceil(min(3.0 * slowest * omega / (2 * np.pi), 17.0)))
     run = 4.0 * (amplitude or 0.0) * cycles
     errors["oscillation"] = RUN_ERROR
     options = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
     way = str(options.at[taken(options), "way"])
     least, other = _least_drag(packing, law, omega, best, tolerance, way)
-    calls = {
-        "static modulus": lambda: Call(shear_modulus),
-        "linear spectrum": lambda: Call(complex_modulus, omega=[omega], damping=linear),
-        "equivalent damping": lambda: Call(
-            complex_modulus, omega=[omega], damping=_equivalent_law(packing, law, omega, abs(best) * (amplitude or 0.0))
-        ),
-        "oscillation": lambda: Call(oscillate, omega=omega, amplitude=amplitude, damping=law, cycles=cycles),
-    }
-    strain = run if way == "oscillation" else 0.0
-    kept = (0, 0) if way == "oscillation" else kept  # runs are what checks are held against
-    return FlowChoice(way, errors[way], options, least, strain, values.get(way), calls[way](), other, kept, outside)
+    call, strain = Call(shear_modulus), 0.0
+    if way == "oscillation":
+        call = Call(oscillate, omega=omega, amplitude=amplitude, damping=law, cycles=cycles)
+        kept, strain = (0, 0), run  # runs are what checks are held against
+    elif way == "linear spectrum":
+        call = Call(complex_modulus, omega=[omega], damping=linear)
+    elif way == "equivalent damping":  # linear drag that dissipates as much at this stress
+        stress = abs(best) * (amplitude or 0.0)
+        time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=drag_stiffness(packing))[0]
+        call = Call(complex_modulus, omega=[omega], damping=replace(linear, tau=law.tau * float(time)))
+    return FlowChoice(way, errors[way], options, least, strain, values.get(way), call, other, kept, outside)
 
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> FlowChoice:
@@ -277,18 +278,6 @@ def _average(noise: float, tolerance: float, model_error: float) -> float:
     strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
     digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
     return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))
-
-
-def _equivalent_law(packing: Packing, law: Damping, omega: float, stress: float) -> Damping:
-    """Linear drag that dissipates as much as a power law at a frequency and a stress amplitude."""
-    time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=drag_stiffness(packing))[0]
-    return replace(law.linear(), tau=law.tau * float(time))
-
-
-def _cycles(spectrum: ComplexModulus, omega: float) -> int:
-    """Cycles until what relaxes most slowly has done so: to e^-3; two are compared."""
-    slowest = spectrum.tau_star if np.isfinite(spectrum.tau_star) else 0.0
-    return 3 + int(np.ceil(min(3.0 * slowest * omega / (2 * np.pi), 17.0)))
 
 
 def _least_drag(

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.estimates.way_table import read_table
+from jamlab.estimates.ways import read_table
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing

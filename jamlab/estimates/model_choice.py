@@ -19,9 +19,21 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
-from jamlab.estimates.ensemble_way import STEP, EnsembleWay, bring_on, default_way, find_onset, refuse_sizes, values_at
 from jamlab.estimates.options import OldWords, Why, judge, taken
-from jamlab.estimates.way_table import QUANTUM, N, WayRecord, Ways, read_ways
+from jamlab.estimates.ways import (
+    QUANTUM,
+    STEP,
+    EnsembleWay,
+    N,
+    WayRecord,
+    Ways,
+    bring_on,
+    default_way,
+    find_onset,
+    read_ways,
+    refuse_sizes,
+    values_at,
+)
 from jamlab.packing.law_parameters import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -82,7 +94,7 @@ def choose(
         tolerance: quantity of `QUANTITIES` -> error allowed against default droplets on the same packing.
         n: even number of particles; errors from packing to packing go with n^-1/2.
         model: "auto", or "sp" or "dp" to choose within a model.
-        table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
+        table: other than the shipped one, see `jamlab.estimates.ways.read_ways`.
 
     Raises:
         InputError: an unknown quantity or model, an odd n, a tolerance that is not positive, rho outside the table, or

@@ -8,11 +8,12 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from jamlab.errors import EngineError
 from jamlab.processes.child import child_environment
@@ -35,75 +36,88 @@ def run_side_by_side(
     once; each takes its next item when it is done with one; `report`: called in this process as `report(item, ...)`
     with what `function` reports; `done`: called in this process after each call, with the number of items done. Returns
     what `function` returned, in the order of the items."""
-    waiting = iter(range(len(items)))
-    busy: dict[Connection, int] = {}
     found: dict[int, R] = {}
-    with _children(min(processes, len(items))) as connections:
-
-        def give(connection: Connection) -> None:
-            index = next(waiting, None)
-            if index is None:
-                connection.close()
+    with Children(function, processes) as children:
+        for index, item in enumerate(items):
+            children.submit(index, item)
+        while len(found) < len(items):
+            index, kind, content = children.wait()
+            if kind == "report":
+                report(items[index], *content)
+            elif kind == "error":
+                raise content
+            elif kind == "death":
+                raise EngineError("a process that worked for this one was killed: free some memory, and run again")
             else:
-                busy[connection] = index
-                _send(connection, items[index])
-
-        for connection in connections:
-            _send(connection, function)
-            give(connection)
-        while busy:
-            for ready in wait(list(busy)):
-                assert isinstance(ready, Connection)
-                kind, content = _receive(ready)
-                if kind == "report":
-                    report(items[busy[ready]], *content)
-                elif kind == "error":
-                    raise content
-                else:
-                    found[busy.pop(ready)] = content
-                    done(len(found))
-                    give(ready)
+                found[index] = content
+                done(len(found))
     return [found[index] for index in range(len(items))]
 
 
-def _send(connection: Connection, content: Any) -> None:
-    try:
-        connection.send(content)
-    except ConnectionError:
-        raise _killed() from None
+class Children:
+    """Processes that call one function, `function(item, report)`, started when there is something to do; all are gone
+    at the end of the block."""
 
+    def __init__(self, function: Callable[..., Any], count: int) -> None:
+        self.count = count
+        self._function = function
+        self._started: list[subprocess.Popen[bytes]] = []
+        self._waiting: deque[tuple[Any, Any]] = deque()
+        self._busy: dict[Connection, tuple[subprocess.Popen[bytes], Any, Any]] = {}
+        self._idle: list[tuple[Connection, subprocess.Popen[bytes]]] = []
 
-def _receive(connection: Connection) -> tuple[str, Any]:
-    try:
-        kind, content = connection.recv()
-    except (EOFError, ConnectionError):
-        raise _killed() from None
-    return kind, content
+    def __enter__(self) -> Self:
+        return self
 
-
-def _killed() -> EngineError:
-    return EngineError("a process that worked for this one was killed: free some memory, and run again")
-
-
-@contextmanager
-def _children(count: int) -> Iterator[list[Connection]]:
-    """Start processes; all are gone afterwards. One whose connection closes ends by itself."""
-    started: list[subprocess.Popen[bytes]] = []
-    connections = []
-    try:
-        for _ in range(count):
-            ours, theirs = Pipe()
-            connections.append(ours)
-            with theirs:  # closed here, so that a process that dies ends its connection
-                started.append(start_child(theirs.fileno()))
-        yield connections
-    finally:
-        for process in started:
+    def __exit__(self, *error: object) -> None:
+        for process in self._started:
             process.kill()
-        for process in started:
+        for process in self._started:
             process.wait()
-        for connection in connections:
+        for connection in (*self._busy, *(connection for connection, _ in self._idle)):
             connection.close()
+
+    def submit(self, key: Any, item: Any, *, first: bool = False) -> None:
+        """Have the function called for an item by the next process that is free, before the others if it is the
+        first."""
+        self._waiting.insert(0 if first else len(self._waiting), (key, item))
+        self._hand_out()
+
+    def wait(self) -> tuple[Any, str, Any]:
+        """Wait for what comes next: the key of a call, what it is, and its content. "report": what is reported;
+        "result": what is returned; "error": what is raised; "death": the item, and the exit code of the process."""
+        connection = wait(list(self._busy))[0]
+        assert isinstance(connection, Connection)
+        process, key, item = self._busy[connection]
+        try:
+            kind, content = connection.recv()
+        except (EOFError, ConnectionError):
+            connection.close()
+            process.kill()
+            kind, content = "death", (item, process.wait())
+        if kind != "report":
+            del self._busy[connection]
+        if kind in ("result", "error"):
+            self._idle.append((connection, process))
+        self._hand_out()
+        return key, kind, content
+
+    def _hand_out(self) -> None:
+        while self._waiting and len(self._busy) < self.count:
+            if not self._idle:
+                self._start()
+            (connection, process), (key, item) = self._idle.pop(), self._waiting.popleft()
+            self._busy[connection] = process, key, item
+            with suppress(ConnectionError):  # it died; `wait` finds out
+                connection.send(item)
+
+    def _start(self) -> None:
+        ours, theirs = Pipe()
+        with theirs:  # closed here, so that a process that dies ends its connection
+            self._started.append(start_child(theirs.fileno()))
+        self._idle.append((ours, self._started[-1]))
+        with suppress(ConnectionError):
+            ours.send(self._function)
 
 
 def start_child(descriptor: int) -> subprocess.Popen[bytes]:

@@ -7,7 +7,7 @@ modelled as a sum of parabolas, one in log2 of each parameter through its three 
 that bring all of them closest to the paper.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -48,17 +48,12 @@ class Target(NamedTuple):
     source: str
 
 
-def _targets() -> Iterator[tuple[str, Target]]:
-    for d in DISTANCES["z"]:
-        yield f"z({d:g})", Target(table_contacts("DP(ρ)", d), 0.1, "table 1")
-    for d in DISTANCES["G"]:
-        modulus = table_modulus("DP(ρ)", d)
-        yield f"G({d:g})", Target(modulus, 0.1 * modulus, "table 2")
-    yield "A", Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence")
-    yield "area deficit", Target(0.0, 0.01, "fig 11c: constant")
-
-
-TARGETS: Mapping[str, Target] = dict(_targets())
+TARGETS: Mapping[str, Target] = {
+    **{f"z({d:g})": Target(table_contacts("DP(ρ)", d), 0.1, "table 1") for d in DISTANCES["z"]},
+    **{f"G({d:g})": Target(g := table_modulus("DP(ρ)", d), 0.1 * g, "table 2") for d in DISTANCES["G"]},
+    "A": Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence"),
+    "area deficit": Target(0.0, 0.01, "fig 11c: constant"),
+}
 
 
 def _centre(law: Mapping[str, float]) -> dict[str, float]:
@@ -118,15 +113,13 @@ def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
     if "centre" not in tables:
         raise InputError("there is no sweep 'centre' to compare with: run the whole scan")
     centre = tables["centre"].set_index("seed")
-    rows = []
+    found = {}
     for name, table in tables.items():
         here = table.set_index("seed")
-        for column in here.columns:
-            values = here[column].dropna()
-            change = (here[column] - centre[column]).dropna()
-            numbers = (values.mean(), values.sem(), change.mean(), change.sem(), len(values))
-            rows.append((name, column, *numbers))
-    return pd.DataFrame(rows, columns=["set", "observable", *_NUMBERS, "packings"])
+        change = here - centre
+        numbers = (here.mean(), here.sem(), change.mean(), change.sem())
+        found[name] = pd.DataFrame(dict(zip(_NUMBERS, numbers, strict=True)) | {"packings": here.count()})
+    return pd.concat(found, names=["set", "observable"]).reset_index()
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from jamlab.studies.beyond import droplet_modes, droplet_sizes, droplet_structur
 from jamlab.studies.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
 from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
-from jamlab.studies.dynamics import collapse, flow_curves, oscillation
+from jamlab.studies.dynamics import collapse, flow_curves
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
@@ -56,9 +56,9 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "dynamics-collapse": collapse.flow_collapse,
     "dynamics-overshoot": flow_curves.overshoot,
     "dynamics-yield": flow_curves.yield_stress,
-    "dynamics-amplitudes": oscillation.amplitude_sweeps,
+    "dynamics-amplitudes": flow_curves.amplitude_sweeps,
     "dynamics-power-law": collapse.power_law_collapse,
-    "dynamics-equivalent-damping": oscillation.equivalent_damping,
+    "dynamics-equivalent-damping": flow_curves.equivalent_damping,
     "dynamics-droplets": flow_curves.droplets_beside_disks,
     "beyond-droplet-spectra": droplet_modes.droplet_spectra,
     "beyond-droplet-modes": droplet_modes.droplet_modes,

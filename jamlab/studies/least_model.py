@@ -16,17 +16,7 @@ import numpy as np
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, JamlabError
-from jamlab.estimates import flow_errors, way_table
-from jamlab.estimates.ensemble_way import (
-    ONSET,
-    STEP,
-    EnsembleWay,
-    bring_on,
-    default_vertices,
-    find_onset,
-    hand_over,
-    values_at,
-)
+from jamlab.estimates import flow_errors, ways
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
     CALIBRATE,
@@ -42,7 +32,20 @@ from jamlab.estimates.flow_errors import (
     mean_overlap,
     read_errors,
 )
-from jamlab.estimates.way_table import QUANTITIES, N, Ways, read_ways
+from jamlab.estimates.ways import (
+    ONSET,
+    QUANTITIES,
+    STEP,
+    EnsembleWay,
+    N,
+    Ways,
+    bring_on,
+    default_vertices,
+    find_onset,
+    hand_over,
+    read_ways,
+    values_at,
+)
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -88,7 +91,7 @@ def make_table(
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
     facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}
     tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
-    measure_table(out, way_table.COLUMNS, tasks, facts, **how)
+    measure_table(out, ways.COLUMNS, tasks, facts, **how)
     return read_ways(out)
 
 
@@ -102,7 +105,7 @@ def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[f
             yield first.row(rho)
             for way in group[1:]:
                 if rho <= MODELS_PART.value:
-                    carried[way] = first.hand_over(way)
+                    carried[way] = _Chain(way, seed, first)
                 else:
                     carried[way].advance(rho)
                 yield carried[way].row(rho)
@@ -128,9 +131,6 @@ class _Chain:
         packing = self.packing
         if packing is not None and not (rho <= self.onset):
             self._timed(lambda: bring_on(self.way, packing, rho))
-
-    def hand_over(self, way: EnsembleWay) -> "_Chain":
-        return _Chain(way, self.seed, self)
 
     def row(self, rho: float) -> dict[str, Any]:
         found = dict.fromkeys(QUANTITIES, float("nan"))

@@ -15,7 +15,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from jamlab.campaign.campaign import open_campaign
@@ -237,14 +236,7 @@ def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
     out = table.copy()
     for name in out.select_dtypes("float").columns:
         digits = _EXACT.get(name, _DIGITS.get(name, 6))
-        values = out[name].to_numpy(dtype=np.float64)
-        power = np.zeros_like(values)
-        some = np.isfinite(values) & (values != 0)
-        power[some] = np.floor(np.log10(np.abs(values[some]))) + 1 - digits
-        # a power of ten is exact only upwards
-        up = power < 0
-        rounded = np.where(up, np.round(values * 10.0 ** np.abs(power)) / 10.0 ** np.abs(power), values)
-        out[name] = np.where(up, rounded, np.round(values / 10.0 ** np.abs(power)) * 10.0 ** np.abs(power))
+        out[name] = [float(f"{value:.{digits}g}") for value in out[name]]
     return out
 
 

@@ -11,17 +11,10 @@ from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies.beyond import foams, jamming, polydispersity
-from jamlab.studies.cost import (
-    flows,
-    making_packings,
-    measurements,
-    minimisers,
-    model_size,
-    size_scaling,
-)
+from jamlab.studies.cost import measurements, minimisers, packings, size_scaling
 from jamlab.studies.cost.chart import Chart
 from jamlab.studies.droplet_calibration import DropletCalibration
-from jamlab.studies.failure import disk_minimisers, disk_packings, droplets, dynamics, elastic_moduli
+from jamlab.studies.failure import disks, droplets, dynamics, elastic_moduli
 from jamlab.studies.failure.map import Map
 from jamlab.studies.gallery import FigureStudy
 from jamlab.studies.gallery import studies as figures
@@ -37,12 +30,12 @@ def _by_name(studies: Iterable[S]) -> dict[str, S]:
 
 CHARTS: Mapping[str, Chart] = _by_name(
     [
-        *(minimisers.DISKS, minimisers.DROPLETS, making_packings.ONSET, making_packings.PRESSURE),
+        *(minimisers.DISKS, minimisers.DROPLETS, packings.ONSET, packings.PRESSURE),
         *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, measurements.SPECTRUM, measurements.DROPLET_SPECTRUM),
-        *(model_size.VERTICES, flows.INERTIA, flows.SOLVERS, model_size.MEANS, minimisers.CODES),
+        *(packings.VERTICES, measurements.INERTIA, measurements.SOLVERS, packings.MEANS, minimisers.CODES),
     ]
 )
-_MAPS = (disk_minimisers, disk_packings, elastic_moduli, droplets, dynamics)
+_MAPS = (disks, elastic_moduli, droplets, dynamics)
 MAPS: Mapping[str, Map] = _by_name(study for room in _MAPS for study in room.MAPS)
 
 
@@ -97,8 +90,8 @@ def add_studies(file: Path, folder: Path = Path()) -> list[Study]:
     return found
 
 
-def chosen(studies: Mapping[str, S], names: Sequence[str]) -> dict[str, S]:
-    """Studies of these names, all if none is given."""
+def chosen(studies: Mapping[str, S], names: Sequence[str], what: str = "") -> dict[str, S]:
+    """Studies of these names, all if none is given; `what` they are, by default their kind."""
     for name in names:
-        check_choice(next(iter(studies.values())).kind, name, studies)
+        check_choice(what or next(iter(studies.values())).kind, name, studies)
     return {name: studies[name] for name in names or studies}

@@ -274,17 +274,28 @@ def _verdicts(claims: Sequence[Claim]) -> TextTable:
     return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
 
 
-def measured(
-    out: Path, studies: Mapping[str, TableStudy], *, measure: bool, progress: Progress = no_progress
-) -> dict[str, MeasuredTable]:
-    """Table of each study: that of the folder, completed, if `measure`, and what ships otherwise."""
+def draw_tables(
+    out: Path,
+    studies: Mapping[str, TableStudy],
+    page: Page,
+    *,
+    measure: bool = False,
+    progress: Progress = no_progress,
+    opening: Callable[[Mapping[str, pd.DataFrame]], Sequence[Section]] = lambda tables: (),
+) -> dict[str, pd.DataFrame]:
+    """Draw one page of studies from the tables that ship or, with `measure`, from those of the folder, which are
+    completed first; returns their rows. `opening`: function of all rows that gives the sections at the top."""
     make_folder(out)
     tables = {}
     for name, study in studies.items():
         if measure:
             study.run(out, progress)
         tables[name] = study.table(out if measure else None)
-    return tables
+    rows = {name: table.rows for name, table in tables.items()}
+    headings = {name: study.heading for name, study in studies.items()}
+    facts, first = source_fact(measure), opening(rows)
+    write_page(out, page, headings, lambda n: studies[n].show(tables[n]), facts, opening=first, progress=progress)
+    return rows
 
 
 def source_fact(measure: bool) -> dict[str, str]:

@@ -5,7 +5,6 @@ as one packing under one method, gives some rows, and the provenance says how ma
 file is not done again.
 """
 
-import csv
 import gzip
 import io
 import json
@@ -60,11 +59,6 @@ class MeasuredTable:
         return {task for task, count in self.provenance["rows"].items() if found.get(task, 0) == count}
 
     @property
-    def seconds(self) -> float:
-        """CPU seconds that the tasks with rows took."""
-        return float(self.rows.groupby("task")["took"].first().sum())
-
-    @property
     def made(self) -> str:
         """One line: when, at which commits and with which versions."""
         sessions = self.provenance["sessions"]
@@ -84,7 +78,7 @@ def shipped_table(name: str) -> MeasuredTable:
 
 def read_table(path: Path) -> MeasuredTable:
     """Read a table."""
-    table = _read(path)
+    table = _read(path)[0]
     found = _count(table.rows)
     for task, count in table.provenance["rows"].items():
         held = found.get(task, 0)
@@ -96,16 +90,9 @@ def read_table(path: Path) -> MeasuredTable:
     return table
 
 
-def _read(path: Path) -> MeasuredTable:
-    return _parse(_text_of(path), str(path))
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return _UNPACK.get(path.suffix, bytes)(path.read_bytes()).decode()
-    except (OSError, EOFError, UnicodeDecodeError, zlib.error, lzma.LZMAError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab study run") from error
+def done_tasks(path: Path) -> set[str]:
+    """Names of the tasks that a file holds whole; none if there is no file."""
+    return _read(path)[0].tasks if path.exists() else set()
 
 
 def measure_table(
@@ -120,17 +107,53 @@ def measure_table(
     `progress` is called before each task. A file with other facts, which all rows share, is refused and not gone on
     with."""
     check_target(path)
-    writer = _Writer(path, [*_FIRST, *columns], facts)
+    names = [*_FIRST, *columns]
+    cells, provenance = _begin(path, names, json.loads(json.dumps(dict(facts))))
+    session: dict[str, Any] = {"commit": commit(), "date": datetime.now(UTC).date().isoformat(), "versions": versions()}
+    sessions, held = provenance["sessions"], provenance["rows"]
+    if not sessions or sessions[-1] | session != sessions[-1]:
+        sessions.append(session | {"tasks": 0})
     for done, (name, task) in enumerate(tasks.items()):
-        if name in writer.tasks:
+        if name in held:
             continue
         progress(done / len(tasks), name)
-        began = _cpu_time()
+        began = sum(os.times()[:4])  # of this process and of its children
         with one_core():
             rows = list(task())
-        writer.add(name, _cpu_time() - began, rows)
-    writer.save()
+        more = _cells(name, sum(os.times()[:4]) - began, rows, names)
+        cells = pd.concat([cells, more])
+        held[name] = len(rows)
+        sessions[-1]["tasks"] += 1
+        _write(path, cells, provenance)
+    if not path.exists():
+        _write(path, cells, provenance)
     return read_table(path)
+
+
+def _begin(path: Path, columns: list[str], facts: dict[str, Any]) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """Cells, as text, and provenance of the tasks that a file holds whole."""
+    if not path.exists():
+        provenance = {"schema": SCHEMA, "version": 1, "facts": facts, "sessions": [], "rows": {}}
+        return pd.DataFrame(columns=columns, dtype=str), provenance
+    before, cells = _read(path)
+    if before.provenance["facts"] != facts or list(cells) != columns:
+        raise StorageError(f"{path} is another measurement: remove it, or choose another folder")
+    held = {task: count for task, count in before.provenance["rows"].items() if task in before.tasks}
+    return cells[cells["task"].isin(held)], before.provenance | {"rows": held}
+
+
+def _cells(task: str, took: float, rows: Iterable[Row], columns: list[str]) -> pd.DataFrame:
+    """Rows of a task, as text."""
+    full = [{"task": task, "took": took, **row} for row in rows]
+    if unknown := {name for row in full for name in row} - set(columns):
+        raise ValueError(f"columns {sorted(unknown)} of task {task} are not among {columns}")
+    return pd.DataFrame([[_text(row.get(name)) for name in columns] for row in full], columns=columns, dtype=str)
+
+
+def _write(path: Path, cells: pd.DataFrame, provenance: Mapping[str, Any]) -> None:
+    text = "\n".join([f"# {json.dumps(provenance)}", cells.to_csv(index=False, lineterminator="\n")])
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(_PACK.get(path.suffix, bytes)(text.encode()))
 
 
 @contextmanager
@@ -158,67 +181,6 @@ def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) 
     return best, result
 
 
-def _cpu_time() -> float:
-    spent = os.times()
-    return spent.user + spent.system + spent.children_user + spent.children_system
-
-
-def done_tasks(path: Path) -> set[str]:
-    """Names of the tasks that a file holds whole; none if there is no file."""
-    return _read(path).tasks if path.exists() else set()
-
-
-class _Writer:
-    """The text of a table, and the file that follows it."""
-
-    def __init__(self, path: Path, columns: Sequence[str], facts: Mapping[str, Any]) -> None:
-        self._path, self._columns = path, list(columns)
-        self._body = io.StringIO()
-        self.tasks: set[str] = set()
-        sessions: list[dict[str, Any]] = []
-        counts: dict[str, int] = {}
-        facts = json.loads(json.dumps(dict(facts)))
-        if path.exists():
-            before = _read(path)
-            other_columns = len(before.rows) > 0 and list(before.rows.columns) != self._columns
-            if before.provenance["facts"] != facts or other_columns:
-                raise StorageError(f"{path} is another measurement: remove it, or choose another folder")
-            self.tasks |= before.tasks
-            _, rows, _ = _whole_records(_text_of(path).partition("\n")[2])
-            csv.writer(self._body, lineterminator="\n").writerows(row for row in rows if row[0] in self.tasks)
-            sessions, counts = before.provenance["sessions"], before.provenance["rows"]
-        today = datetime.now(UTC).date().isoformat()
-        self._session: dict[str, Any] = {"commit": commit(), "date": today, "versions": versions(), "tasks": 0}
-        if sessions and sessions[-1] | {"tasks": 0} == self._session:
-            self._session = sessions.pop()
-        sessions = [*sessions, self._session]
-        held = {task: counts[task] for task in counts if task in self.tasks}
-        self._provenance: dict[str, Any] = {"schema": SCHEMA, "version": 1, "facts": facts, "sessions": sessions}
-        self._provenance["rows"] = held
-
-    def add(self, task: str, took: float, rows: Iterable[Row]) -> None:
-        lines = csv.writer(self._body, lineterminator="\n")
-        rows = list(rows)
-        self._provenance["rows"][task] = len(rows)
-        for row in rows:
-            full = {"task": task, "took": took, **row}
-            if unknown := full.keys() - set(self._columns):
-                raise ValueError(f"columns {sorted(unknown)} of task {task} are not among {self._columns}")
-            lines.writerow([_text(full.get(name)) for name in self._columns])
-        self.tasks.add(task)
-        self._session["tasks"] += 1
-        self.save()
-
-    def save(self) -> None:
-        if self._path.exists() and not self._session["tasks"]:
-            return  # nothing new
-        head = io.StringIO()
-        csv.writer(head, lineterminator="\n").writerow(self._columns)
-        text = f"# {json.dumps(self._provenance)}\n{head.getvalue()}{self._body.getvalue()}"
-        with atomic_file(self._path) as temporary:
-            temporary.write_bytes(_PACK.get(self._path.suffix, bytes)(text.encode()))
-
-
 def commit() -> str:
     """Short name of the commit of this checkout, `-dirty` if it was changed since; "unknown" outside of one."""
     here = Path(__file__)
@@ -231,48 +193,34 @@ def commit() -> str:
     return done.stdout.strip()
 
 
-def _parse(text: str, name: str) -> MeasuredTable:
-    first, _, body = text.partition("\n")
-    header, records, cut = _whole_records(body)
+def _read(path: Path) -> tuple[MeasuredTable, pd.DataFrame]:
+    """A table, and its cells as text; a last line that does not end is none."""
+    try:
+        first, _, body = _UNPACK.get(path.suffix, bytes)(path.read_bytes()).decode().partition("\n")
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error, lzma.LZMAError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab study run") from error
+    whole = body[: body.rfind("\n") + 1]
     try:
         provenance = json.loads(first.removeprefix("# "))
-        known = provenance["schema"] == SCHEMA and provenance["version"] == 1
-        if not header and "rows" in provenance:
-            header = list(_FIRST)  # cut before its first row: what is missing is known by name
-        whole = io.StringIO()
-        csv.writer(whole, lineterminator="\n").writerows([header, *records])
-        whole.seek(0)
-        rows = pd.read_csv(whole, dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
+        if (kind := (provenance["schema"], provenance["version"])) != (SCHEMA, 1):
+            raise ValueError(f"schema {kind[0]!r} {kind[1]} is not known here")
+        how: dict[str, Any] = {"keep_default_na": False, "na_values": ["nan"]}
+        rows = pd.read_csv(io.StringIO(whole), dtype=dict.fromkeys(_TEXT, str), **how)
+        cells = pd.read_csv(io.StringIO(whole), dtype=str, na_filter=False)
+        found = _count(rows)
     except (ValueError, KeyError, TypeError) as error:
-        raise StorageError(f"{name} is no table of jamlab study run: {error}") from error
-    if not known:
-        raise StorageError(f"{name}: schema {provenance['schema']!r} {provenance['version']} is not known here")
-    if "task" not in rows:
-        raise StorageError(f"{name} is no table of jamlab study run: it has no column of tasks")
-    if "rows" not in provenance:  # written before rows were counted
-        provenance["rows"] = _count(rows) | dict.fromkeys(provenance.pop("empty", []), 0)
-        if cut and len(rows):
-            provenance["rows"][rows["task"].iloc[-1]] += 1
-    if unnamed := sorted(_count(rows).keys() - provenance["rows"].keys()):
-        raise StorageError(f"{name} holds rows of task {unnamed[0]!r}, which its first line does not name: remove them")
-    return MeasuredTable(rows, provenance)
+        raise StorageError(f"{path} is no table of jamlab study run: {error}") from error
+    # files of version 0.2.0 do not say how many rows there are
+    expected = provenance.setdefault("rows", found | dict.fromkeys(provenance.pop("empty", []), 0))
+    if unnamed := sorted(found.keys() - expected.keys()):
+        raise StorageError(f"{path} holds rows of task {unnamed[0]!r}, which its first line does not name: remove them")
+    return MeasuredTable(rows, provenance), cells
 
 
 def _count(rows: pd.DataFrame) -> dict[str, int]:
     """How many rows there are of each task."""
     return {str(task): int(count) for task, count in rows["task"].value_counts(sort=False).items()}
-
-
-def _whole_records(body: str) -> tuple[list[str], list[list[str]], bool]:
-    """Header and rows of a table without a last one that was cut, and whether there was one. The last one is whole if
-    its line ends, outside of quotes, which come in pairs, and it has as many fields as the header. Without a whole
-    header there are no rows."""
-    records = [record for record in csv.reader(io.StringIO(body)) if record]  # a blank line is none
-    ended = body.endswith("\n") and body.count('"') % 2 == 0
-    cut = bool(records) and not (ended and len(records[-1]) == len(records[0]))
-    if cut:
-        records.pop()
-    return (records[0] if records else []), records[1:], cut
 
 
 def _text(value: Any) -> str:

@@ -10,10 +10,9 @@ import sys
 import time
 
 import pytest
-from campaigns import compression
+from campaigns import compression, read_campaign_file
 
 import jamlab
-from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.tasks import batches
 
 

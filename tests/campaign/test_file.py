@@ -5,11 +5,11 @@ import subprocess
 import sys
 
 import pytest
-from campaigns import SWEEP, names, written
+from campaigns import SWEEP, names, read_campaign_file, written
 
 import jamlab
 from jamlab.campaign.driver import remaining_tasks
-from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -175,7 +175,7 @@ def test_task_names_depend_on_what_results_depend_on(tmp_path):
 def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(tmp_path):
     path = written(tmp_path / "c.toml", model="dp", force_law={"gamma": 0.1})
     code = "import sys; from jamlab.campaign.file import *; from jamlab.campaign.tasks import *\n"
-    code += "print(*[t.name for b in batches(read_campaign_file(sys.argv[1])) for t in b.tasks()])"
+    code += "print(*[t.name for b in batches(check_campaign(read_text(sys.argv[1]), 'c')) for t in b.tasks()])"
     environment = os.environ | {"PYTHONHASHSEED": "7"}
     done = subprocess.run(
         [sys.executable, "-c", code, path], capture_output=True, text=True, check=True, env=environment

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from campaigns import run_here, written
+from campaigns import read_campaign_file, run_here, written
 
 import jamlab
-from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.plan import measuring_seconds
 from jamlab.campaign.tasks import batches, state_key
 

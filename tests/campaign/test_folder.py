@@ -13,8 +13,8 @@ from campaigns import FULL, run_here, written
 
 import jamlab
 from jamlab.campaign import states as sweep_states
+from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.driver import run_task
-from jamlab.campaign.exchange import export, merge
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tasks import Parameters, batches, task_name

@@ -11,7 +11,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import observables
 from jamlab.campaign import states as making
-from jamlab.campaign.exchange import export, merge
+from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session

@@ -2,10 +2,11 @@
 
 import campaigns
 import pytest
+from campaigns import read_campaign_file
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.tasks import batches
 
 names = st.from_regex(r"\A[A-Za-z0-9][A-Za-z0-9_.-]{0,9}\Z")

@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from campaigns import dask_worker, names, written
+from campaigns import dask_worker, names, read_campaign_file, written
 from commands import call
 
 import jamlab
 from jamlab.campaign import states
-from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.plan import total_time
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.workers import Workers

@@ -4,12 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from campaigns import run_here, written
+from campaigns import read_campaign_file, run_here, written
 from commands import call
 
 import jamlab
 from jamlab.campaign import plan as status
-from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.plan import FIRST_SEEDS, precision
 from jamlab.campaign.tasks import batches

@@ -7,7 +7,7 @@ from campaigns import run_here, written
 
 import jamlab
 from jamlab.campaign import states
-from jamlab.campaign.exchange import export_table
+from jamlab.campaign.campaign import export_table
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
 from jamlab.engine.deck_defaults import defaults

@@ -5,8 +5,9 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
+from campaigns import read_campaign_file
 
-from jamlab.campaign.file import check_campaign, read_campaign_file
+from jamlab.campaign.file import check_campaign
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import Parameters, batches
 from jamlab.errors import InputError

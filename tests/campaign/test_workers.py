@@ -19,7 +19,7 @@ from jamlab.campaign import driver, workers
 from jamlab.campaign.file import SLURM_KEYS, CampaignTable
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.workers import DaskCrew, LocalCrew, Workers
+from jamlab.campaign.workers import DaskCrew, Workers
 from jamlab.errors import EngineError, InputError
 
 FILE = """
@@ -161,7 +161,7 @@ def test_a_task_that_kills_its_workers_is_recorded(tmp_path, monkeypatch):
 
 
 def test_what_local_workers_raise_is_named_and_they_are_gone_afterwards():
-    with LocalCrew(1) as crew:
+    with Workers(1).crew() as crew:
         crew.submit("a", (os.getppid,))
         assert crew.wait() == ("a", os.getpid())
         crew.submit("b", (int, "three"))

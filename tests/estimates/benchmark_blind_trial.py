@@ -16,9 +16,8 @@ import pandas as pd
 import pytest
 from blind_trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups, summarize
 
-from jamlab.estimates.ensemble_way import default_way
 from jamlab.estimates.model_choice import errors_of, expected_error, list_records
-from jamlab.estimates.way_table import QUANTUM, read_ways
+from jamlab.estimates.ways import QUANTUM, default_way, read_ways
 from jamlab.statistics.confidence import between
 from jamlab.studies.least_model import make_table
 from jamlab.studies.reference_data import reference_tables

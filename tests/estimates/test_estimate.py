@@ -11,11 +11,9 @@ import pytest
 from commands import call
 
 import jamlab
-from jamlab.estimates.ensemble_plan import FEWEST, plan_mean, reference_way
-from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset
-from jamlab.estimates.estimate import Stop, sample
+from jamlab.estimates.estimate import FEWEST, Stop, plan_mean, reference_way, sample
 from jamlab.estimates.options import Why
-from jamlab.estimates.way_table import WayRecord, difference, read_ways
+from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, difference, find_onset, read_ways
 from jamlab.statistics.confidence import bend, between
 from jamlab.studies.least_model import make_table
 

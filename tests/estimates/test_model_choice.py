@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, default_way
 from jamlab.estimates.model_choice import QUANTITIES, errors_of, expected_error, list_records
 from jamlab.estimates.options import Why
-from jamlab.estimates.way_table import WayRecord, read_ways
+from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, default_way, read_ways
 from jamlab.statistics.confidence import exceeded_by_few
 
 LEVELS = np.array([0.85, 0.90])

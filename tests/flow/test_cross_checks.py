@@ -8,7 +8,7 @@ from creep_of_elements import compliance
 
 import jamlab
 from jamlab.packing.deformation import at_phi
-from jamlab.studies.cost.flows import start_up
+from jamlab.studies.cost.measurements import start_up
 
 pytestmark = pytest.mark.slow
 FREQUENCIES = [1e-2, 3e-2, 0.1, 0.3, 1.0]

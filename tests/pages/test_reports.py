@@ -1,5 +1,7 @@
 """Pages of figures, charts and the demo in a real browser: nothing cut on a phone, rows chosen by their verdict."""
 
+from functools import partial
+
 import pandas as pd
 import pytest
 from commands import call
@@ -10,10 +12,10 @@ from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.studies import gallery
 from jamlab.studies.cost.chart import write_charts
-from jamlab.studies.failure.map import write_maps
+from jamlab.studies.failure.map import PAGE
 from jamlab.studies.reference_data import example_sections
 from jamlab.studies.registry import CHARTS, MAPS
-from jamlab.studies.study import Page, Shown, write_page
+from jamlab.studies.study import Page, Shown, draw_tables, write_page
 
 
 @pytest.fixture(scope="module")
@@ -98,9 +100,9 @@ def test_dark_mode_is_legible(browser, figures_page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("write", "studies"), [(write_maps, MAPS), (write_charts, CHARTS)])
+@pytest.mark.parametrize(("write", "studies"), [(partial(draw_tables, page=PAGE), MAPS), (write_charts, CHARTS)])
 def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, write, studies):
-    write(tmp_path, studies)
+    write(tmp_path, studies=studies)
     (page,) = tmp_path.glob("*.html")
     browser.open(page, 1280)
     height = "return document.documentElement.scrollHeight"

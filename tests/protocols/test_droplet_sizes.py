@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from campaigns import written
+from campaigns import read_campaign_file, written
 
 import jamlab
-from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import Parameters, batches
 from jamlab.protocols.random_start import droplet_params

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
+from campaigns import read_campaign_file
 
 import jamlab
-from jamlab.campaign.file import read_campaign_file
 from jamlab.statistics.published_numbers import table_contacts, table_modulus
 from jamlab.studies.droplet_calibration import (
     CONFLUENCE,

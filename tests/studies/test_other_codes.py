@@ -1,24 +1,24 @@
 """Other codes on the same disks: agreement, absent peers, recipes."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from commands import call
 
 import jamlab
 from jamlab.studies.other_codes.compare import (
+    ANALYSIS_COLUMNS,
+    COLUMNS,
     HERE,
-    AnalysisRow,
     Comparison,
     compare,
     compare_analysis,
     comparison_tables,
     jolted_minimum,
-    summary,
     write_comparison,
     write_recipe,
 )
-from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters, plain_point
-from jamlab.studies.other_codes.peers import Lammps
+from jamlab.studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters, plain_point
 from jamlab.studies.table import measure_table
 
 
@@ -46,21 +46,21 @@ def rows():
 def test_same_coordinates_give_the_same_forces(rows):
     """jamlab against all pairs in numpy; LAMMPS' expression style against jamlab: three ways to the same digits."""
     for row in rows[:3]:
-        assert max(row.energy, row.forces, row.stress, row.pressure) < 1e-12
-    assert rows[3].energy == pytest.approx(1e-6, rel=1e-3)
+        assert max(row["energy"], row["forces"], row["stress"], row["pressure"]) < 1e-12
+    assert rows[3]["energy"] == pytest.approx(1e-6, rel=1e-3)
 
 
 def test_same_basin_gives_the_same_minimum(rows):
     for row in rows[:3]:
-        assert row.max_force < 2e-12 and row.minimum < 1e-12
-        assert row.z == 0.0 and abs(row.g) < 1e-7
-        assert 0 < row.warm and 0 < row.cold and row.warm_ratio == pytest.approx(row.warm / rows[0].warm)
+        assert row["max_force"] < 2e-12 and row["minimum"] < 1e-12
+        assert row["z"] == 0.0 and abs(row["g"]) < 1e-7
+        assert 0 < row["warm"] and 0 < row["cold"] and row["warm_ratio"] == pytest.approx(row["warm"] / rows[0]["warm"])
 
 
 def test_absent_peer_is_reported(rows):
     row = rows[-1]
-    assert row.energy is None and row.warm is None
-    assert row.note == "not installed: pip install 'jamlab[peers]'"
+    assert row["energy"] is None and row["warm"] is None
+    assert row["note"] == "not installed: pip install 'jamlab[peers]'"
     assert "-" in comparison_tables(rows, [], 32, 0.88)[0].rows[-1]
 
 
@@ -70,7 +70,7 @@ def test_a_code_apart_runs_in_a_process_of_its_own(monkeypatch):
     peer.apart = True
     monkeypatch.setattr(Lammps, "descent", Absent.descent)  # here, and not there
     _, row = compare(16, 2, peers=[peer])
-    assert row.energy < 1e-12 and row.max_force < 2e-12
+    assert row["energy"] < 1e-12 and row["max_force"] < 2e-12
 
 
 class Itself(Analyst):
@@ -89,20 +89,22 @@ class NotThere(Itself):
 def test_libraries_of_analysis_see_the_backbone():
     _, minimum = jolted_minimum(16, 1, 0.9)
     *rows, absent = compare_analysis(minimum, analysts=[Itself(), NotThere()])
-    found = {row.quantity: row.difference for row in rows}
+    found = {row["quantity"]: row["difference"] for row in rows}
     assert set(found) == set(HERE)
     assert found.pop("shear modulus") == pytest.approx(1e-3) and not any(found.values())
-    assert absent == AnalysisRow("itself", note="not installed: pip install 'jamlab[peers]'")
+    assert (absent["version"], absent["note"]) == (None, "not installed: pip install 'jamlab[peers]'")
 
 
-def test_the_study_shows_what_its_table_holds(rows, tmp_path):
+def test_the_study_shows_what_its_table_holds(rows, tmp_path, monkeypatch):
     """Rows that went through a file give the same tables; the page of `jamlab compare` has them too."""
     study = Comparison(sizes=(32,))
-    analysis = [AnalysisRow("itself", "1.0", "energy", 1e-3), AnalysisRow("not there", note="not installed")]
-    plain = [{"n": 32, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
-    table = measure_table(study.file(tmp_path), study.columns, {"N = 32": lambda: plain}, study.facts)
+    analysis = [("itself", "1.0", "energy", 1e-3, ""), ("not there", None, "", None, "not installed")]
+    analysis = [dict(zip(ANALYSIS_COLUMNS, row, strict=True)) for row in analysis]
+    monkeypatch.setattr(Comparison, "measure", lambda self, n: (rows, analysis))
+    table = measure_table(study.file(tmp_path), study.columns, study.tasks(), study.facts)
     assert [t.rows for t in study.show(table).tables] == [t.rows for t in comparison_tables(rows, analysis, 32, 0.88)]
     write_comparison(tmp_path / "out", rows, analysis, 32, 0.88)
+    assert pd.read_csv(tmp_path / "out" / "comparison.csv").columns.tolist() == list(COLUMNS)
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
         *("comparison.csv", "analysis.csv", "comparison.json", "index.html")
     }

@@ -10,8 +10,9 @@ import pytest
 
 import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
-from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli
+from jamlab.studies.failure import disks, dynamics, elastic_moduli
 from jamlab.studies.failure.map import (
+    PAGE,
     SILENT,
     Axis,
     Map,
@@ -28,9 +29,9 @@ from jamlab.studies.failure.map import (
     summary,
     tick_text,
     worst_of,
-    write_maps,
 )
 from jamlab.studies.registry import MAPS
+from jamlab.studies.study import draw_tables
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
@@ -64,7 +65,7 @@ CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
 @pytest.mark.parametrize(("name", "cell"), [(name, cell) for name, cells in CELLS.items() for cell in cells])
 def test_a_cell(name, cell):
     x, y, verdict = cell
-    trial = attempt(lambda: MAPS[name].attempt(MAPS[name].prepare(y, 1), x))
+    trial = attempt(lambda: MAPS[name].attempt(x, y, 1))
     assert trial.verdict == verdict, trial.note
     assert trial.excess <= 1
 
@@ -108,7 +109,7 @@ def test_wrong_forces_and_moduli_are_seen(packing):
     g = jamlab.shear_modulus(packing)
     for right, wrong in (
         (balanced("converged", packing, 1e-12), balanced("converged", moved, 1e-12)),
-        (disk_packings.modulus_trial(packing, g), disk_packings.modulus_trial(packing, 1.001 * g)),
+        (disks.modulus_trial(packing, g), disks.modulus_trial(packing, 1.001 * g)),
     ):
         assert (judged(right).verdict, judged(wrong).verdict) == ("converged", SILENT)
 
@@ -138,7 +139,7 @@ def test_another_path_is_the_same_at_every_tolerance(run, monkeypatch, tolerance
     monkeypatch.setattr(
         dynamics, "shear", lambda *given, tolerance, **how: run if tolerance == LEAST_TOLERANCE else moved
     )
-    assert dynamics.try_tolerance((run.frames[0], 0.1), tolerance).verdict == verdict
+    assert dynamics.try_tolerance(run.frames[0], 0.1, tolerance).verdict == verdict
 
 
 def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
@@ -158,28 +159,27 @@ def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(pack
 
 
 def test_a_wrong_spectrum_is_seen(monkeypatch):
-    start = elastic_moduli.prepare(2, 1e-2)
     right = elastic_moduli.complex_modulus
 
     def off(*given, **how):
         s = right(*given, **how)
         return replace(s, loss=1.001 * s.loss)
 
-    assert attempt(partial(elastic_moduli.try_spectrum, start, 1.0, 1.0)).verdict == "converged"
+    assert attempt(partial(elastic_moduli.try_spectrum, 1.0, 1.0, 1e-2, 2)).verdict == "converged"
     monkeypatch.setattr(elastic_moduli, "complex_modulus", off)
-    assert attempt(partial(elastic_moduli.try_spectrum, start, 1.0, 1.0)).verdict == SILENT
+    assert attempt(partial(elastic_moduli.try_spectrum, 1.0, 1.0, 1e-2, 2)).verdict == SILENT
 
 
 def test_a_minimiser_that_lies_is_seen(monkeypatch):
     """`relax` that stops early and calls it converged."""
-    jolted = disk_minimisers.jolt_minimum(8, 1.0)
+    jolted = disks.jolt_minimum(8, 1.0)
 
     def lies(session, tolerance):
         found = jamlab.protocols.relaxation.relax(session, 1e-6)
         return replace(found, evaluation=replace(found.evaluation, max_force=0.1 * tolerance), converged=True)
 
-    monkeypatch.setattr(disk_minimisers, "relax", lies)
-    assert attempt(partial(disk_minimisers.try_tolerance, jolted, 1e-12)).verdict == SILENT
+    monkeypatch.setattr(disks, "relax", lies)
+    assert attempt(partial(disks.try_tolerance, jolted, 1e-12)).verdict == SILENT
 
 
 def test_verdicts_of_minimisations():
@@ -194,10 +194,10 @@ def test_verdicts_of_minimisations():
 
 def test_overdamped_steps_on_both_sides_of_their_limit():
     """2 over the largest eigenvalue of the Hessian: 10 % below converges, 10 % above does not."""
-    jolted = disk_minimisers.jolt_minimum(16, 0.95, 1)
-    limit = MAPS["overdamped"].limit[0](jolted)
-    assert disk_minimisers.try_overdamped_steps(jolted, 0.9 * limit, 5000).verdict == "converged"
-    assert disk_minimisers.try_overdamped_steps(jolted, 1.1 * limit, 1000).verdict in ("stalled", "blew up")
+    jolted = disks.jolt_minimum(16, 0.95, 1)
+    limit = MAPS["overdamped"].limit[0](0.95, 1)
+    assert disks.try_overdamped_steps(jolted, 0.9 * limit, 5000).verdict == "converged"
+    assert disks.try_overdamped_steps(jolted, 1.1 * limit, 1000).verdict in ("stalled", "blew up")
 
 
 def test_contacts_change_at_the_strain_that_linear_response_foretells():
@@ -209,7 +209,7 @@ def test_contacts_change_at_the_strain_that_linear_response_foretells():
 
 
 def test_a_free_droplet_collapses_at_the_limit():
-    limit = MAPS["droplet-elasticity"].limit[0]((None, 300.0))
+    limit = MAPS["droplet-elasticity"].limit[0](300.0, 1)
     p = {"gamma": 0.99 * limit, "ka": 300.0, "a0": np.array([(24 / 29) ** 2])}
     assert jamlab.packing.free_droplet.free_polygon_area(np.array([12]), p) > 0
     with pytest.raises(jamlab.InputError, match="shrinks a free droplet"):
@@ -222,14 +222,13 @@ def test_a_free_droplet_collapses_at_the_limit():
 def synthetic():
     """A map whose runs fail beyond x = 50 y, by half the seeds from 5 y on."""
 
-    def run(start, x):
-        y, seed = start
+    def run(x, y, seed):
         if x > 1e3:
             raise jamlab.InputError(f"x = {x:g}: too large")
         return Trial("stalled" if x > (5 if seed % 2 else 50) * y else "converged", "note", 0.5, 1.0)
 
     x, y = log_axis("x", 1e-2, 1e4, 1.0, count=13), Axis("y", (0.1, 1.0, 10.0), 1.0)
-    return Map("t", "title", x, y, 4, lambda y, seed: (y, seed), run, "m", "c", (lambda start: 30 * start[0], "limit"))
+    return Map("t", "title", x, y, 4, run, "m", "c", (lambda y, seed: 30 * y, "limit"))
 
 
 def measured(chart):
@@ -369,7 +368,7 @@ def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
 
 def test_a_page_of_shipped_maps(tmp_path):
     moved = {"moved": MAPS["moved"]}
-    found = write_maps(tmp_path, moved)
+    found = draw_tables(tmp_path, moved, PAGE)
     assert counts(moved, found)[0][:3] == ["moved", "144", "864"]
     page = (tmp_path / "stability.html").read_text()
     assert "data:image/png" in page and "shipped with jamlab" in page and (tmp_path / "moved.png").exists()

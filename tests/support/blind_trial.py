@@ -11,10 +11,8 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import StorageError
-from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, plan_mean, reference_way
-from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices, free_shape
-from jamlab.estimates.estimate import sample
-from jamlab.estimates.way_table import N, read_ways, scatter
+from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES, plan_mean, reference_way, sample
+from jamlab.estimates.ways import ONSET, EnsembleWay, N, default_vertices, free_shape, read_ways, scatter
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from jamlab.studies.least_model import FEW_VERTICES
 

@@ -6,11 +6,17 @@ import subprocess
 import sys
 
 from jamlab.campaign.driver import remaining_tasks, run_task
-from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import batches
 from jamlab.processes.child import child_environment
+
+
+def read_campaign_file(path) -> CampaignTable:
+    """Read and check a campaign file."""
+    return check_campaign(read_text(path), path)
+
 
 SWEEP = {"name": "disks", "model": "sp", "n": 16, "seeds": 2, "compress": {"to": 0.9, "step": 0.02}}
 FULL = """

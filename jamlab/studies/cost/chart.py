@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
-from jamlab.processes.progress import Progress, no_progress
-from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
+from jamlab.studies.study import Page, Shown, TableStudy, draw_tables
 from jamlab.studies.table import MeasuredTable, Task
 
 SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a busy machine differ by
@@ -402,13 +401,11 @@ class Chart(TableStudy):
         return self.average(self.table(folder).rows)
 
     def show(self, table: MeasuredTable) -> Shown:
-        return self._show_points(self.average(table.rows), table.made)
-
-    def _show_points(self, points: Sequence[Point], made: str) -> Shown:
+        points = self.average(table.rows)
         beaten = dominated(points)
         front = [p.ranked and not b for p, b in zip(points, beaten, strict=True)]
         rows = [{"topic": self.name, **asdict(p), "on_front": f} for p, f in zip(points, front, strict=True)]
-        caption = f"Reference: {self.reference}. Settings: {self.parameter}. {made}."
+        caption = f"Reference: {self.reference}. Settings: {self.parameter}. {table.made}."
         figure = curve_figure(self.title, self.error, points)
         return Shown(figure, caption, [_table(self.error, points, beaten)], pd.DataFrame(rows))
 
@@ -424,24 +421,20 @@ _LEAD = (
 OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest as good", "reason"]
 
 
-def write_charts(
-    out: Path, charts: Mapping[str, Chart], *, measure: bool = False, progress: Progress = no_progress
-) -> dict[str, list[Point]]:
-    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points. With
-    `measure` packings that OUT/CHART.csv does not hold are measured, and these files are drawn, not what ships."""
-    tables = measured(out, charts, measure=measure, progress=progress)
-    found = {name: charts[name].average(table.rows) for name, table in tables.items()}
-    off = defaults_off_the_front(charts, found)
-    opening = [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
-    write_page(
-        out,
-        Page("speed-accuracy", "Cost against error", lambda claims: _LEAD, columns=1),
-        {name: chart.heading for name, chart in charts.items()},
-        lambda name: charts[name]._show_points(found[name], tables[name].made),
-        source_fact(measure),
-        opening=opening,
-        progress=progress,
-    )
+PAGE = Page("speed-accuracy", "Cost against error", lambda claims: _LEAD, columns=1)
+
+
+def write_charts(out: Path, studies: Mapping[str, Chart], page: Page = PAGE, **how: Any) -> dict[str, list[Point]]:
+    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points. `how`
+    as in `draw_tables`."""
+    found: dict[str, list[Point]] = {}
+
+    def opening(tables: Mapping[str, pd.DataFrame]) -> list[Section]:
+        found.update({name: studies[name].average(rows) for name, rows in tables.items()})
+        off = defaults_off_the_front(studies, found)
+        return [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
+
+    draw_tables(out, studies, page, opening=opening, **how)
     return found
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import EngineError, InputError
-from jamlab.estimates.ensemble_way import bring_on, default_way
+from jamlab.estimates.ways import bring_on, default_way
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
@@ -20,8 +20,8 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.other_codes.compare import PEERS, jamlab_descent, jolted_minimum
-from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer
+from jamlab.studies.other_codes.compare import PEERS, Jamlab, jolted_minimum
+from jamlab.studies.other_codes.peers import MOST_STEPS, Descent
 from jamlab.studies.table import shortest
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
@@ -56,20 +56,16 @@ def measure_disks(seed: int) -> Iterator[Trial]:
             start = session.packing()
         panel = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
         for name in _SETTINGS if n == 64 else _LARGE:
-            yield from _measure_lammps(panel, start, name)
+            with Session(start) as session:
+                for line in _SETTINGS[name]:
+                    session.command(line)
+                descend, why = partial(_descend, session, start), f", by {_STEPS} steps or its line search"
+                yield from _until_missed(panel, name, _TOLERANCES, descend, _ROUNDING, why=why, runs=2, budget=0.05)
         with Session(start) as session:
             for tolerance in _TOLERANCES:
                 seconds, left = shortest(partial(_relax, session, start, tolerance), runs=2, budget=0.05)
                 default = tolerance == force_tolerance("sp")
                 yield Trial(panel, "jamlab relax", f"{tolerance:g}", seconds, left, _ROUNDING, default)
-
-
-def _measure_lammps(panel: str, start: Packing, name: str) -> Iterator[Trial]:
-    with Session(start) as session:
-        for line in _SETTINGS[name]:
-            session.command(line)
-        descend, why = partial(_descend, session, start), f", by {_STEPS} steps or its line search"
-        yield from _until_missed(panel, name, _TOLERANCES, descend, _ROUNDING, why=why, runs=2, budget=0.05)
 
 
 def _until_missed(
@@ -185,10 +181,13 @@ def measure_codes(seed: int) -> Iterator[Trial]:
     for n in [n for n, packings in _PACKINGS.items() if seed <= packings]:
         start, minimum = jolted_minimum(n, seed, _PHI, _JOLT[n])
         bearing = ~contacts(minimum).rattlers
-        descend = jamlab_descent(start)
+        descend = Jamlab().descent(start)
         exact, nearly = (descend(force, MOST_STEPS) for force in _REFERENCE)
         known = _distance(nearly, exact, start, bearing)
-        for name, runs in _runs_of_all(start).items():
+        apart = [peer for peer in PEERS if peer.apart]
+        found = {peer.name: _runs((peer.descent, start)) for peer in (Jamlab(), *PEERS) if not peer.apart}
+        theirs = run_side_by_side(_runs, [(peer.descent, start) for peer in apart], 1)
+        for name, runs in (found | {peer.name: each for peer, each in zip(apart, theirs, strict=True)}).items():
             trials = []
             for tolerance, run in zip(_CODE_TOLERANCES, runs, strict=True):
                 error = _distance(run.positions, exact, start, bearing)
@@ -200,20 +199,9 @@ def measure_codes(seed: int) -> Iterator[Trial]:
             yield from trials
 
 
-def _runs_of_all(start: Packing) -> dict[str, list[Run]]:
-    apart = [peer for peer in PEERS if peer.apart]
-    found = {"jamlab": _runs(jamlab_descent, start)}
-    found |= {peer.name: _runs(peer.descent, start) for peer in PEERS if not peer.apart}
-    theirs = run_side_by_side(_runs_apart, [(peer, start) for peer in apart], 1)
-    return found | {peer.name: runs for peer, runs in zip(apart, theirs, strict=True)}
-
-
-def _runs_apart(item: tuple[Peer, Packing], _: Any) -> list[Run]:
-    return _runs(item[0].descent, item[1])
-
-
-def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:
-    """One run for each tolerance. One that its limit cuts short stands for tighter ones too."""
+def _runs(item: tuple[Callable[[Packing], Descent], Packing], _: Any = None) -> list[Run]:
+    """One run for each tolerance, from a start. One that its limit cuts short stands for tighter ones too."""
+    prepare, start = item
     began = time.process_time()
     run = prepare(start)
     run(_CODE_TOLERANCES[0], 1)

@@ -15,7 +15,7 @@ from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.studies.failure.disk_minimisers import Jolted, jolt, try_descent
+from jamlab.studies.failure.disks import Jolted, jolt, try_descent
 from jamlab.studies.failure.map import Axis, Map, Trial, balanced, linear_axis, log_axis, worst_of
 from jamlab.studies.failure.plain_physics import plain_packing_fraction
 
@@ -148,11 +148,10 @@ MAPS = (
         log_axis("γ, ε/l", 1e-3, 300.0, _GAMMA),
         log_axis("kₐ, ε/l⁴", 1.0, 3e4, _KA),
         2,
-        lambda ka, seed: (jammed_disks(0.88, seed), ka),
-        lambda start, gamma: try_hand_over(start[0], gamma=gamma, ka=start[1]),
+        lambda gamma, ka, seed: try_hand_over(jammed_disks(0.88, seed), gamma=gamma, ka=ka),
         "Handed over from disks. Where line tension squeezes soft areas to half their size, jamlab refuses.",
         _CHECK,
-        (lambda start: collapse(start[1]), "a free droplet collapses"),
+        (lambda ka, seed: collapse(ka), "a free droplet collapses"),
         elsewhere="contacts change in the hand-over",
     ),
     Map(
@@ -161,11 +160,12 @@ MAPS = (
         log_axis("δ, l", 0.01, 1.5, _DELTA),
         Axis("vertices of a small droplet", (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12),
         1,
-        lambda nv, seed: (jammed_disks(0.88, seed), nv),
-        lambda start, delta: try_hand_over(start[0], delta=delta, nv_small=start[1], nv_large=large_count(start[1])),
+        lambda delta, nv, seed: try_hand_over(
+            jammed_disks(0.88, seed), delta=delta, nv_small=nv, nv_large=large_count(nv)
+        ),
         "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",
         _CHECK,
-        (lambda start: edge_at_rest(start[1]), "edge at rest"),
+        (lambda nv, seed: edge_at_rest(nv), "edge at rest"),
         elsewhere="contacts change in the hand-over",
     ),
     Map(
@@ -174,8 +174,7 @@ MAPS = (
         Axis("ρ", (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99), logarithmic=False),
         log_axis("γ, ε/l", 0.02, 20.0, _GAMMA),
         2,
-        lambda gamma, seed: (gamma, seed),
-        lambda start, rho: try_hand_over(jammed_disks(rho, start[1]), gamma=start[0]),
+        lambda rho, gamma, seed: try_hand_over(jammed_disks(rho, seed), gamma=gamma),
         "Near onset droplets may come loose, near confluence the disks have contacts that droplets have not.",
         _CHECK,
         elsewhere="contacts change in the hand-over",
@@ -186,11 +185,10 @@ MAPS = (
         log_axis("time step, τ", 1e-3, 10.0, 0.1),
         log_axis("kₐ, ε/l⁴", 3.0, 3e5, _KA),
         3,
-        jolt_droplets,
-        try_fire,
+        lambda timestep, ka, seed: try_fire(jolt_droplets(ka, seed), timestep),
         "Converged: forces below 1e-4, since kinks of the contact energy keep FIRE from less.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",
-        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
+        (lambda ka, seed: 2 / np.sqrt(jolt_droplets(ka, seed).stiffnesses[-1]), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "droplet-shapes",
@@ -198,8 +196,7 @@ MAPS = (
         linear_axis("gap between outlines, δ", -1.2, 1.2, count=13),
         Axis("shape", tuple(shapes())),
         3,
-        lambda name, seed: (_FORMS[(seed - 1) % 3], name),
-        lambda start, gap: try_shape(start[0], start[1], gap),
+        lambda gap, name, seed: try_shape(_FORMS[(seed - 1) % 3], name, gap),
         "One run for each contact form. Outlines that cross themselves, each other, or run clockwise are refused or "
         "said to be at no minimum.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",

@@ -64,9 +64,8 @@ def try_shear(
     return _as(verdict, worst_of(*checks), f"energy balanced to {run.imbalance:.1g}")
 
 
-def try_tolerance(start: tuple[Packing, float], tolerance: float) -> Trial:
+def try_tolerance(packing: Packing, rate: float, tolerance: float) -> Trial:
     """The same, and whether the finest steps end at another stress, by another order of contacts."""
-    packing, rate = start
     trial = try_shear(packing, rate, tolerance)
     if trial.verdict != "converged":
         return trial
@@ -120,9 +119,8 @@ def viscous_trial(run: ShearRun) -> Trial:
     return Trial("converged", f"viscous stress off by {error:.1g}", float(error), _SUMMED * run.tolerance + _ROUNDING)
 
 
-def try_oscillation(start: tuple[Packing, float], amplitude: float) -> Trial:
+def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:
     """First harmonic: against the linear answer where no contact can open, else only that it repeats."""
-    packing, omega = start
     run = oscillate(packing, omega, amplitude)
     if not run.finished:
         return Trial("stalled", "does not repeat")
@@ -167,13 +165,12 @@ MAPS = (
         log_axis("tolerance of velocities in a step", 1e-8, 0.3, TOLERANCE),
         _RATES,
         2,
-        lambda rate, seed: (packed(seed), rate),
-        try_tolerance,
+        lambda tolerance, rate, seed: try_tolerance(packed(seed), rate, tolerance),
         f"Another path: the last stress is more than {100 * _PARTED:g} % of the largest one from that of the finest "
         f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
         "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
         _CHECK,
-        (lambda start: LARGEST_TOLERANCE, "largest tolerance that is taken"),
+        (lambda *_: LARGEST_TOLERANCE, "largest tolerance that is taken"),
         elsewhere="another path",
     ),
     Map(
@@ -182,8 +179,7 @@ MAPS = (
         log_axis("background drag, kτ₁", 1e-10, 10.0, _BACKGROUND),
         _RATES,
         3,
-        lambda rate, seed: (packed(seed), rate),
-        lambda start, background: try_shear(start[0], start[1], background=background),
+        lambda background, rate, seed: try_shear(packed(seed), rate, background=background),
         "Without background some motion costs hardly any drag; refused where it outruns every step.",
         _CHECK,
     ),
@@ -193,11 +189,10 @@ MAPS = (
         linear_axis("α", 0.34, 1.0, 1.0),
         _RATES,
         3,
-        lambda rate, seed: (packed(seed), rate),
-        lambda start, alpha: try_shear(start[0], start[1], alpha=alpha),
+        lambda alpha, rate, seed: try_shear(packed(seed), rate, alpha=alpha),
         "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
         _CHECK,
-        (lambda start: LEAST_ALPHA, "least power that is taken"),
+        (lambda *_: LEAST_ALPHA, "least power that is taken"),
     ),
     Map(
         "flow-droplets",
@@ -205,8 +200,7 @@ MAPS = (
         log_axis("tolerance of velocities in a step", 1e-5, 0.3, TOLERANCE),
         log_axis("rate, 1/τ₁", 1e-2, 2e3),
         3,
-        lambda rate, seed: (droplets(seed), rate),
-        lambda start, tolerance: try_shear(start[0], start[1], tolerance),
+        lambda tolerance, rate, seed: try_shear(droplets(seed), rate, tolerance),
         "Stalled: more than 2 % of the work is neither stored nor lost, and the run shows it.",
         _CHECK,
     ),
@@ -216,12 +210,11 @@ MAPS = (
         log_axis("amplitude of the strain", 1e-7, 0.3),
         log_axis("ω, 1/τ₁", 1e-3, 300.0),
         2,
-        lambda omega, seed: (packed(seed), omega),
-        try_oscillation,
+        lambda amplitude, omega, seed: try_oscillation(packed(seed), omega, amplitude),
         f"Not linear: the first harmonic is more than {100 * _NOT_LINEAR:g} % off G*, since contacts open.",
         "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
         "stress at the end.",
-        (lambda start: opening_strain(start[0], affine=True), "linear response opens a contact"),
+        (lambda omega, seed: opening_strain(packed(seed), affine=True), "linear response opens a contact"),
         elsewhere="not linear",
     ),
     Map(
@@ -230,11 +223,10 @@ MAPS = (
         _STEPS,
         Axis("pressure, k", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
         2,
-        lambda pressure, seed: packed(seed, pressure),
-        try_quasistatic,
+        lambda step, pressure, seed: try_quasistatic(packed(seed, pressure), step),
         f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
         f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
         "Forces and elastic stress at the end, anew from the positions.",
-        (opening_strain, "linear response opens a contact"),
+        (lambda pressure, seed: opening_strain(packed(seed, pressure)), "linear response opens a contact"),
     ),
 )

@@ -1,8 +1,6 @@
 """Maps where moduli fail: finite strains, states off their minimum; G* at extreme frequencies and damping."""
 
-from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +17,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.rounding_error import ROUNDING
-from jamlab.studies.failure.disk_packings import modulus_trial
+from jamlab.studies.failure.disks import modulus_trial
 from jamlab.studies.failure.map import Axis, Map, Trial, log_axis
 from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
 
@@ -28,6 +26,7 @@ _NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
 _PRESSURES = (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2, 5e-2, 0.2)
 
 
+@lru_cache(maxsize=16)
 def at_pressure(pressure: float, seed: int) -> Packing:
     """16 disks at a pressure, in a fixed box."""
     return pack(16, pressure, seed)
@@ -66,35 +65,15 @@ def opening_strain(packing: Packing, *, affine: bool = False) -> float:
     return float(np.min(overlap / np.maximum(apart, 1e-300)))
 
 
-@dataclass(frozen=True)
-class Disturbed:
-    """A minimum, its modulus, and directions in which its disks are moved away from it."""
-
-    packing: Packing
-    modulus: float
-    affine: float
-    directions: np.ndarray
+_plain_modulus = cache(plain_shear_modulus)
 
 
-def disturb(pressure: float, seed: int) -> Disturbed:
-    """A minimum and random directions; the longest is 1."""
-    packing = at_pressure(pressure, seed)
+def try_moved(packing: Packing, seed: int, distance: float) -> Trial:
+    """G by linear response where disks were moved off their minimum at random, the farthest by a distance."""
     moves = np.random.default_rng(seed).standard_normal(packing.positions.shape)
-    affine = float(shear_modulus(packing, "affine"))
-    return Disturbed(packing, plain_shear_modulus(packing), affine, moves / np.hypot(*moves.T).max())
-
-
-def try_moved(disturbed: Disturbed, distance: float) -> Trial:
-    """G by linear response where disks lie a distance away from their minimum."""
-    packing = disturbed.packing
-    moved = packing.with_state(positions=packing.positions + distance * disturbed.directions)
-    found = float(shear_modulus(moved))
-    return Trial("converged", f"G = {found:.3g}", abs(found - disturbed.modulus) / disturbed.affine, _NEAR)
-
-
-def refused_beyond(disturbed: Disturbed) -> float:
-    """Distance at which the largest force is 1 % of the pressure times the diameter: stiffness is 1."""
-    return LARGEST_IMBALANCE * float(disturbed.packing.provenance["pressure"])
+    moved = packing.with_state(positions=packing.positions + distance * (moves / np.hypot(*moves.T).max()))
+    found, affine = float(shear_modulus(moved)), float(shear_modulus(packing, "affine"))
+    return Trial("converged", f"G = {found:.3g}", abs(found - _plain_modulus(packing)) / affine, _NEAR)
 
 
 _START = float(defaults("strain")["strain"])
@@ -109,19 +88,6 @@ _METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
 _N = 12
 
 
-class Spectrum(NamedTuple):
-    """A packing, and how its G* is found."""
-
-    packing: Packing
-    method: str
-    omega: float | None = None  # None where it is the condition x
-
-
-def prepare(seed: int, pressure: float = 1e-3, omega: float | None = None) -> Spectrum:
-    """The packing of a seed, with one of the methods."""
-    return Spectrum(_packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)], omega)
-
-
 @lru_cache(maxsize=16)
 def _packing(pressure: float, index: int) -> Packing:
     return pack(_N, pressure, index + 1)
@@ -130,15 +96,16 @@ def _packing(pressure: float, index: int) -> Packing:
 _plain = cache(plain_complex_modulus)
 
 
-def try_spectrum(start: Spectrum, omega: float, beta: float) -> Trial:
+def try_spectrum(omega: float, beta: float, pressure: float, seed: int) -> Trial:
     """One solver at one frequency, judged by its own estimate."""
-    s = complex_modulus(start.packing, [omega], ContactDamping(beta=beta), method=start.method)
+    packing, method = _packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)]
+    s = complex_modulus(packing, [omega], ContactDamping(beta=beta), method=method)
     estimate = float(s.error[0])
     if not estimate < _GOOD:
-        return Trial("stalled", f"{start.method}: says that its error is {estimate:.1g}")
-    plain = _plain(start.packing, omega, beta)
+        return Trial("stalled", f"{method}: says that its error is {estimate:.1g}")
+    plain = _plain(packing, omega, beta)
     error = max(abs(s.storage[0] / plain.real - 1), abs(s.loss[0] / plain.imag - 1))
-    return Trial("converged", f"{start.method}: error {error:.1g}", error, max(_GOOD, _ESTIMATE * estimate))
+    return Trial("converged", f"{method}: error {error:.1g}", error, max(_GOOD, _ESTIMATE * estimate))
 
 
 _DENSE_CHECK = "G* anew: dense matrices by complex steps and plain loops, eliminated in extended precision."
@@ -150,13 +117,12 @@ MAPS = (
         log_axis("strain to start with", 1e-9, 0.05, _START),
         Axis("pressure, k", _PRESSURES),
         2,
-        at_pressure,
-        try_strain,
+        lambda strain, p, seed: try_strain(at_pressure(p, seed), strain),
         "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
         "those of rattlers that barely touch do.",
         _CHECK,
         # half of the strain goes either way
-        (lambda packing: 2 * opening_strain(packing), "linear response opens a contact"),
+        (lambda p, seed: 2 * opening_strain(at_pressure(p, seed)), "linear response opens a contact"),
         elsewhere="contacts change",
     ),
     Map(
@@ -165,11 +131,11 @@ MAPS = (
         log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
         Axis("pressure, k", _PRESSURES),
         6,
-        disturb,
-        try_moved,
+        lambda distance, p, seed: try_moved(at_pressure(p, seed), seed, distance),
         "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
         _CHECK,
-        (refused_beyond, "1 % of the overlap"),
+        # where the largest force is 1 % of the pressure times the diameter: stiffness is 1
+        (lambda p, seed: LARGEST_IMBALANCE * float(at_pressure(p, seed).provenance["pressure"]), "1 % of the overlap"),
     ),
     Map(
         "spectrum-frequency",
@@ -177,8 +143,7 @@ MAPS = (
         Axis("ω, 1/τ₁", tuple(float(f"{w:.3g}") for w in np.geomspace(1e-30, 1e30, 16))),
         Axis("pressure, k", (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)),
         6,
-        lambda p, seed: prepare(seed, p),
-        lambda start, omega: try_spectrum(start, omega, 1.0),
+        lambda omega, p, seed: try_spectrum(omega, 1.0, p, seed),
         "Stalled would be: the solver says that the error of G' or of G'' is above 1e-4.",
         _DENSE_CHECK,
     ),
@@ -188,11 +153,10 @@ MAPS = (
         log_axis("β", 1e-16, 1e12, 1.0, count=15),
         log_axis("ω, 1/τ₁", 1e-8, 1e8),
         6,
-        lambda omega, seed: prepare(seed, omega=omega),
-        lambda start, beta: try_spectrum(start, start.omega, beta),
+        lambda beta, omega, seed: try_spectrum(omega, beta, 1e-3, seed),
         "Without damping of sliding rotations carry no drag, and with much of it both dampings share 16 digits. "
         "Stalled: the solver says that the error of G' or of G'' is above 1e-4.",
         _DENSE_CHECK,
-        (lambda start: _GOOD / ROUNDING, "rounding leaves 4 digits of drag"),
+        (lambda *_: _GOOD / ROUNDING, "rounding leaves 4 digits of drag"),
     ),
 )

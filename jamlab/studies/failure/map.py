@@ -1,9 +1,9 @@
 """A stability map: two conditions, the runs at every pair of them, how they ended, how far defaults are from that."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,9 +19,8 @@ from jamlab.figures.html_page import TextTable
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
-from jamlab.processes.progress import Progress, no_progress
 from jamlab.studies.failure.plain_physics import plain_max_force
-from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
+from jamlab.studies.study import Page, Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task
 
 _RUNAWAY = 10.0  # times the energy at the start: a descent loses energy, rounding gains far less than this
@@ -124,13 +123,19 @@ class Axis:
     default: float | None = None  # jamlab's own, None where it has none
     logarithmic: bool = True  # whether factors count, or differences
 
+    def scale(self, values: Any) -> Any:
+        """Values on the scale of the axis."""
+        plain = np.asarray(values, dtype=np.float64)
+        return np.log(plain) if self.logarithmic else plain
+
+    def back(self, scaled: Any) -> float:
+        """The value at a place on the scale."""
+        return float(np.exp(scaled) if self.logarithmic else scaled)
+
     def places(self, values: Any) -> Any:
         """Where values lie between the cells 0, 1, 2, ... of the axis; up to half a cell beyond the ends."""
-        known = np.array([float(v) for v in self.values])
-        scale = np.log if self.logarithmic else np.asarray
-        inside = np.interp(scale(values), scale(known), np.arange(len(known)))
-        below, above = scale(values) < scale(known[0]), scale(values) > scale(known[-1])
-        return inside - 0.5 * below + 0.5 * above
+        x, known = self.scale(values), self.scale(self.values)
+        return np.interp(x, known, np.arange(len(known))) - 0.5 * (x < known[0]) + 0.5 * (x > known[-1])
 
     def text(self, value: float | str) -> str:
         """A value as a label."""
@@ -155,12 +160,11 @@ class Map(TableStudy):
     x: Axis
     y: Axis
     seeds: int  # runs at every pair
-    prepare: Callable[[Any, int], Any]  # function of y and seed: where the runs of a row start
-    attempt: Callable[[Any, Any], Trial]  # function of what is prepared and x: one run
+    attempt: Callable[[Any, Any, int], Trial]  # function of x, y and seed: one run
     meaning: str  # what the map shows
     check: str  # what the independent check of every run is
-    # function of what is prepared: x where theory puts the boundary; and what that is
-    limit: tuple[Callable[[Any], float], str] | None = None
+    # function of y and seed: x where theory puts the boundary; and what that is
+    limit: tuple[Callable[[Any, int], float], str] | None = None
     elsewhere: str = "another basin"  # what "another basin" is in this map
     kind: ClassVar[str] = "map"
     columns: ClassVar[Sequence[str]] = COLUMNS
@@ -184,18 +188,13 @@ class Map(TableStudy):
 
     def rows(self, y: float | str) -> Iterator[dict[str, Any]]:
         """Make all runs of one y, and count their verdicts for every x."""
-        starts, limits, refusals = [], [], []
-        for seed in range(1, self.seeds + 1):
-            try:
-                starts.append(self.prepare(y, seed))
-            except JamlabError as error:  # then every run of the row is refused
-                refusals.append(Trial("refused", str(error).splitlines()[0]))
-                continue
-            if self.limit is not None:
-                limits.append(self.limit[0](starts[-1]))
+        seeds, limits = range(1, self.seeds + 1), []
+        for seed in seeds if self.limit else ():
+            with suppress(JamlabError):  # then every run of the seed is refused
+                limits.append(float(self.limit[0](y, seed)))  # type: ignore[index]
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
-            trials = [attempt(partial(self.attempt, start, x)) for start in starts] + refusals
+            trials = [attempt(partial(self.attempt, x, y, seed)) for seed in seeds]
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 
 
@@ -212,21 +211,13 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
 
 def shares(chart: Map, table: pd.DataFrame, verdict: str) -> np.ndarray:
     """(y, x) share of the runs that ended in a verdict; not a number where none was made."""
-    found = np.full((len(chart.y.values), len(chart.x.values)), np.nan)
-    xs, ys = ([_name(v) for v in axis.values] for axis in (chart.x, chart.y))
-    for x, y, count, runs in zip(table["x"], table["y"], table[verdict], table["runs"], strict=True):
-        found[ys.index(_name(y)), xs.index(_name(x))] = count / runs
-    return found
+    found = table.assign(share=table[verdict] / table["runs"]).pivot(index="y", columns="x", values="share")
+    return found.reindex(index=chart.y.values, columns=chart.x.values).to_numpy(dtype=np.float64)
 
 
 def limits_of_rows(chart: Map, table: pd.DataFrame) -> np.ndarray:
     """(y,) limit of theory in each row; not a number where there is none."""
-    known = {_name(y): float(limit) for y, limit in zip(table["y"], table["limit"], strict=True)}
-    return np.array([known.get(_name(y), np.nan) for y in chart.y.values])
-
-
-def _name(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
+    return table.groupby("y")["limit"].first().reindex(chart.y.values).to_numpy(dtype=np.float64)
 
 
 # distance of a default from a boundary --------------------------------------------------------------------------------
@@ -285,7 +276,10 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
         limits = np.full(len(failed), np.nan)  # those are limits of x
     if axis.default is None:
         return None
-    lines = list(range(len(failed))) if other.default is None else _around(other)
+    lines = list(range(len(failed)))
+    if other.default is not None:  # its cell, or both between which it lies
+        place = float(np.clip(other.places(other.default), 0, len(failed) - 1))
+        lines = sorted({int(np.floor(place)), int(np.ceil(place))})
     works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the parameter fail
     name = "y" if axis is chart.x else "x"
     boundaries = {k: _boundary(axis, axis.default, failed[k]) for k in works}
@@ -299,12 +293,6 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     return replace(nearest, limit=limit, scattered=sum(int(_scattered(failed[k]).sum()) for k in works))
 
 
-def _around(axis: Axis) -> list[int]:
-    """The cell of a default, or both between which it lies."""
-    place = float(np.clip(axis.places(axis.default), 0, len(axis.values) - 1))
-    return sorted({int(np.floor(place)), int(np.ceil(place))})
-
-
 def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray) -> float:
     """The limit in the row of the default, between rows as it is drawn; the nearest of all rows without one."""
     known = np.isfinite(limits)
@@ -312,25 +300,19 @@ def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray
         return float("nan")
     if other.default is None:
         return min((float(limit) for limit in limits[known]), key=distance._to)
-    scale, back = (np.log, np.exp) if distance.axis.logarithmic else (np.asarray, np.asarray)
-    return float(back(np.interp(other.places(other.default), rows[known], scale(limits[known]))))
+    axis = distance.axis
+    return axis.back(np.interp(other.places(other.default), rows[known], axis.scale(limits[known])))
 
 
 def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:
     """Where failures that last to an end of the axis begin, nearest to the default; itself if it fails there."""
-    values = np.array([float(v) for v in axis.values])
-    scale, back = (np.log, np.exp) if axis.logarithmic else (np.asarray, np.asarray)
-    x, start = scale(values), scale(default)
+    x, start = axis.scale(axis.values), axis.scale(default)
     if np.interp(start, x, failed) > _HALF:
         return default
-    failed = np.where(_scattered(failed), 0.0, failed)
-    crossings = []
-    for a, b, low, high in zip(x[:-1], x[1:], failed[:-1], failed[1:], strict=True):
-        if (low - _HALF) * (high - _HALF) <= 0 and low != high:
-            crossings.append(a + (b - a) * (_HALF - low) / (high - low))
-    if not crossings:
-        return float("nan")
-    return float(back(min(crossings, key=lambda c: abs(c - start))))
+    above = np.where(_scattered(failed), 0.0, failed) - _HALF
+    k = np.flatnonzero((above[:-1] * above[1:] <= 0) & (above[:-1] != above[1:]))
+    crossings = x[k] - (x[k + 1] - x[k]) * above[k] / (above[k + 1] - above[k])
+    return axis.back(crossings[np.abs(crossings - start).argmin()]) if len(k) else float("nan")
 
 
 def _scattered(failed: np.ndarray) -> np.ndarray:
@@ -343,21 +325,7 @@ def _scattered(failed: np.ndarray) -> np.ndarray:
 # pictures and tables --------------------------------------------------------------------------------------------------
 
 
-def write_maps(
-    out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
-) -> dict[str, pd.DataFrame]:
-    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map. With
-    `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships."""
-    tables = measured(out, maps, measure=measure, progress=progress)
-    write_page(
-        out,
-        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2),
-        {name: chart.heading for name, chart in maps.items()},
-        lambda name: maps[name].show(tables[name]),
-        source_fact(measure),
-        progress=progress,
-    )
-    return {name: table.rows for name, table in tables.items()}
+PAGE = Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2)
 
 
 def counts(maps: Mapping[str, Map], found: Mapping[str, pd.DataFrame]) -> list[list[str]]:
@@ -376,8 +344,14 @@ def _table(chart: Map, table: pd.DataFrame) -> TextTable:
     lines, marks = [], []
     for row in shown.to_dict("records"):
         marks.append(SILENT if row[SILENT] else max(VERDICTS, key=lambda verdict: row[verdict]))
-        values = [v if isinstance(v, str) else f"{v:.3g}" for v in (row["x"], row["y"])]
-        lines.append([*values, *(str(int(row[verdict])) for verdict in VERDICTS), str(row["note"])])
+        lines.append(
+            [
+                chart.x.text(row["x"]),
+                chart.y.text(row["y"]),
+                *(str(int(row[verdict])) for verdict in VERDICTS),
+                str(row["note"]),
+            ]
+        )
     columns = [chart.x.label, chart.y.label, *VERDICTS, "worst run"]
     return TextTable(columns, lines, marks=marks, folded=f"{len(lines)} pairs of conditions in numbers")
 
@@ -387,13 +361,9 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     figure = Figure(figsize=_SIZE, layout="constrained")
     axes = figure.subplots()
     handles = [*_fill_cells(axes, chart, table), *_draw_limit(axes, chart, table), *_draw_defaults(axes, chart)]
-    for axis, ticks, labels, name in (
-        (chart.x, axes.set_xticks, axes.set_xticklabels, axes.set_xlabel),
-        (chart.y, axes.set_yticks, axes.set_yticklabels, axes.set_ylabel),
-    ):
-        ticks(range(len(axis.values)))
-        labels([tick_text(value) for value in axis.values], fontsize=TICK - 1)
-        name(axis.label, fontsize=LABEL)
+    for axis, side in ((chart.x, axes.xaxis), (chart.y, axes.yaxis)):
+        side.set_ticks(range(len(axis.values)), [tick_text(value) for value in axis.values], fontsize=TICK - 1)
+        side.set_label_text(axis.label, fontsize=LABEL)
     if max(len(tick_text(value)) for value in chart.x.values) > 4:
         axes.tick_params(axis="x", rotation=45)
     axes.tick_params(length=0)
@@ -439,11 +409,9 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
 
 
 def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
-    if chart.limit is None:
-        return []
     limits = limits_of_rows(chart, table)
     rows = np.flatnonzero(np.isfinite(limits))
-    if not len(rows):
+    if chart.limit is None or not len(rows):
         return []
     places = chart.x.places(limits[rows])
     if len(rows) == 1:

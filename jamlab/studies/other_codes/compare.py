@@ -4,11 +4,11 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from functools import partial
-from importlib import metadata, resources
+from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -28,8 +28,21 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.storage.atomic_file import atomic_file, make_folder
-from jamlab.studies.other_codes.peer import MOST_STEPS, Analyst, Descent, Peer, Point, mean_diameters, plain_point
-from jamlab.studies.other_codes.peers import ASE, JaxDEM, JaxMD, Lammps, Matscipy, OpenMM
+from jamlab.studies.other_codes.peers import (
+    ASE,
+    MOST_STEPS,
+    Analyst,
+    Descent,
+    JaxDEM,
+    JaxMD,
+    Lammps,
+    Matscipy,
+    OpenMM,
+    Peer,
+    Point,
+    mean_diameters,
+    plain_point,
+)
 from jamlab.studies.study import Page, Shown, TableStudy, write_page
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
@@ -43,31 +56,19 @@ _JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
 _TRIES = 20  # starts until one is found whose minimum is stable and whose jolt leads back
 
 
-@dataclass(frozen=True)
-class Row:
-    """One code of the comparison."""
-
-    name: str  # of the code
-    method: str = ""  # its minimiser
-    # as installed; None if it is not, and then `note` says what to install and all else is None
-    version: str | None = None
-    # energy, forces, stress, pressure: largest difference from jamlab at the same coordinates, over the largest value;
-    # stress is None where the code has none
-    energy: float | None = None
-    forces: float | None = None
-    stress: float | None = None
-    pressure: float | None = None
-    # relative difference of the energy at its minimum from jamlab's; z, g: differences there
-    minimum: float | None = None
-    z: float | None = None
-    g: float | None = None
-    max_force: float | None = None  # left at its minimum, computed in numpy
-    cold: float | None = None  # s, first minimisation with set-up and compiling
-    warm: float | None = None  # s, shortest of those that follow
-    # cold_ratio, warm_ratio: over jamlab's
-    cold_ratio: float | None = None
-    warm_ratio: float | None = None
-    note: str = ""  # what a reader must know
+COLUMNS = (  # of one code of the comparison, None where there is nothing to say
+    *("name", "method"),  # of the code, and of its minimiser
+    "version",  # as installed; None if it is not, and then `note` says what to install
+    # largest difference from jamlab at the same coordinates, over the largest value
+    *("energy", "forces", "stress", "pressure"),
+    *("minimum", "z", "g"),  # at its minimum: relative difference of the energy from jamlab's, and differences
+    "max_force",  # left at its minimum, computed in numpy
+    *("cold", "warm"),  # s: first minimisation with set-up and compiling, shortest of those that follow
+    *("cold_ratio", "warm_ratio"),  # over jamlab's
+    "note",  # what a reader must know
+)
+ANALYSIS_COLUMNS = ("name", "version", "quantity", "difference", "note")  # the same of a library
+Row = dict[str, Any]
 
 
 class Freud(Analyst):
@@ -109,93 +110,103 @@ HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the nam
 }
 
 
-@dataclass(frozen=True)
-class AnalysisRow:
-    """One quantity of one library, and its largest difference from jamlab, over the largest value. Of a library that is
-    not installed version and difference are None, and the note says what to install."""
-
-    name: str
-    version: str | None = None
-    quantity: str = ""
-    difference: float | None = None
-    note: str = ""
-
-
-def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[AnalysisRow]:
-    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps". A row for each
-    quantity of each library; one that is not installed is a row that says so."""
+def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[Row]:
+    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps". A row of
+    `ANALYSIS_COLUMNS` for each quantity of each library; one that is not installed is a row that says so."""
     backbone = without_rattlers(minimum)
     rows = []
     for analyst in analysts:
+        row = dict.fromkeys(ANALYSIS_COLUMNS) | {"name": analyst.name, "version": analyst.version, "quantity": ""}
         if analyst.version is None:
-            rows.append(AnalysisRow(analyst.name, note=f"not installed: {analyst.install}"))
+            rows.append(row | {"note": f"not installed: {analyst.install}"})
             continue
         for quantity, there in analyst.measure(backbone).items():
-            here = np.asarray(HERE[quantity](backbone))
-            difference = float(np.abs(np.asarray(there) - here).max() / np.abs(here).max())
-            rows.append(AnalysisRow(analyst.name, analyst.version, quantity, difference))
+            difference = _over_largest(np.asarray(there), np.asarray(HERE[quantity](backbone)))
+            rows.append(row | {"quantity": quantity, "difference": difference, "note": ""})
     return rows
+
+
+class Jamlab(Peer):
+    """jamlab itself, by `relax`, which bounds its steps itself."""
+
+    name = package = "jamlab"
+    method = "relax"
+
+    def evaluate(self, packing: Packing) -> Point:
+        found = evaluate(packing)
+        return Point(found.energy, found.forces, found.stress, found.pressure)
+
+    def descent(self, packing: Packing) -> Descent:
+        session = Session(packing)
+
+        def run(force: float, steps: int) -> Array:
+            session.load(packing)
+            relax(session, force)
+            return session.positions()
+
+        return run
 
 
 def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
-    """Compare jamlab and its peers on one packing of an even number of disks in units "eps"; jamlab's row is the first.
-    Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
-    A code that is not installed is a row that says so."""
+    """Compare jamlab and its peers on one packing of an even number of disks in units "eps": rows of `COLUMNS`, of
+    which jamlab's is the first. Random starts end in different minima in different codes, so the start is a minimum
+    whose disks were moved a little. A code that is not installed is a row that says so."""
     start, minimum = jolted_minimum(n, seed, phi)
     target = measure(minimum)
+    rows: list[Row] = []
     with one_core():
-        progress(0.0, "jamlab")
-        rows = [_jamlab_row(start)]
-        for peer in peers:
+        for peer in (Jamlab(), *peers):
             progress(len(rows) / (len(peers) + 1), peer.name)
-            item = (peer, start, target, rows[0])
-            rows.append(run_side_by_side(_peer_row, [item], 1)[0] if peer.apart else _peer_row(item))
+            item = (peer, start, target, rows[0] if rows else None)
+            rows.append(run_side_by_side(_row, [item], 1)[0] if peer.apart else _row(item))
     return rows
 
 
-def _jamlab_row(start: Packing) -> Row:
-    """jamlab itself: its point beside all pairs in numpy, its time."""
-    *took, positions = _time_descent(partial(jamlab_descent, start))
-    differences = _differences(plain_point(start), _jamlab_point(start)) | {"minimum": 0.0, "z": 0.0, "g": 0.0}
-    left = _largest_force(plain_point(start.with_state(positions=positions)))
-    said = ("jamlab", "relax", metadata.version("jamlab"))
-    return _row(said, differences, left, took, took, "its point beside all pairs in numpy")
-
-
-def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) -> Row:
-    """A peer beside jamlab, whose row and `measure` at its minimum are given: its point, its minimum and its time."""
+def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None) -> Row:
+    """A peer beside jamlab, whose row and `measure` at its minimum are given: its point, its minimum and its time. The
+    point of jamlab itself, which has no row yet, stands beside all pairs in numpy."""
     peer, start, target, jamlab = item
+    row: Row = dict.fromkeys(COLUMNS) | {"name": peer.name, "method": peer.method}
     if peer.version is None:
-        return Row(peer.name, peer.method, note=f"not installed: {peer.install}")
-    assert jamlab.cold is not None and jamlab.warm is not None
-    differences = _differences(peer.evaluate(start), _jamlab_point(start))
-    *took, positions = _time_descent(partial(peer.descent, start))
-    end = start.with_state(positions=positions)
-    point, found = plain_point(end), measure(end)
-    differences |= {name: found[name] - target[name] for name in ("z", "g")}
-    differences["minimum"] = abs(point.energy / target["energy"] - 1)
-    notes, left, tolerance = [], _largest_force(point), force_tolerance("sp")
+        return row | {"note": f"not installed: {peer.install}"}
+    there, here = plain_point(start) if jamlab is None else peer.evaluate(start), Jamlab().evaluate(start)
+    began = time.process_time()
+    run = partial(peer.descent(start), force_tolerance("sp"), MOST_STEPS)
+    run()
+    cold = time.process_time() - began
+    warm, positions = shortest(run)
+    point = plain_point(start.with_state(positions=positions))
+    left, tolerance, notes = _largest_force(point), force_tolerance("sp"), []
+    row |= {
+        "version": peer.version,
+        "energy": abs(there.energy / here.energy - 1),
+        "forces": _over_largest(there.forces, here.forces),
+        "stress": None if there.stress is None else _over_largest(there.stress, np.asarray(here.stress)),
+        "pressure": abs(there.pressure / here.pressure - 1),
+        **{"max_force": left, "cold": cold, "warm": warm},
+    }
+    if jamlab is None:
+        more = {"minimum": 0.0, "z": 0.0, "g": 0.0, "cold_ratio": 1.0, "warm_ratio": 1.0}
+        return row | more | {"note": "its point beside all pairs in numpy"}
+    found = measure(start.with_state(positions=positions))
+    row |= {name: found[name] - target[name] for name in ("z", "g")}
+    row |= {"minimum": abs(point.energy / target["energy"] - 1)}
+    row |= {"cold_ratio": cold / jamlab["cold"], "warm_ratio": warm / jamlab["warm"]}
     if left > tolerance:
         notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
-    if took[1] < jamlab.warm:
+    if warm < jamlab["warm"]:
         notes.append(_FASTER if peer.name == "LAMMPS cg" else "faster here")
-    said = (peer.name, peer.method, peer.version)
-    return _row(said, differences, left, took, [jamlab.cold, jamlab.warm], "; ".join(notes))
+    return row | {"note": "; ".join(notes)}
 
 
-def _row(
-    said: tuple[str, str, str], differences: dict[str, Any], left: float, took: list[Any], jamlab: list[Any], note: str
-) -> Row:
-    (name, method, version), (cold, warm) = said, took
-    ratios = {"cold_ratio": cold / jamlab[0], "warm_ratio": warm / jamlab[1]}
-    return Row(name, method, version, **differences, max_force=left, cold=cold, warm=warm, **ratios, note=note)
+def _over_largest(there: Array, here: Array) -> float:
+    return float(np.abs(there - here).max() / np.abs(here).max())
 
 
-def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, Any]:
-    """Rows as plain values for JSON."""
-    return {"rows": [asdict(row) for row in rows], "analysis": [asdict(row) for row in analysis]}
+def _largest_force(point: Point) -> float:
+    return float(np.hypot(*point.forces.T).max())
 
 
 def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
@@ -214,68 +225,21 @@ def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[
     raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
 
 
-def _jamlab_point(start: Packing) -> Point:
-    found = evaluate(start)
-    return Point(found.energy, found.forces, found.stress, found.pressure)
-
-
-def jamlab_descent(start: Packing) -> Descent:
-    """Prepare `relax`, which bounds its steps itself."""
-    session = Session(start)
-
-    def run(force: float, steps: int) -> Array:
-        session.load(start)
-        relax(session, force)
-        return session.positions()
-
-    return run
-
-
-def _time_descent(prepare: Callable[[], Descent]) -> tuple[float, float, Array]:
-    """Time the first run, preparation included, and the shortest of the next; also returns the positions reached."""
-    began = time.process_time()
-    run = partial(prepare(), force_tolerance("sp"), MOST_STEPS)
-    run()
-    cold = time.process_time() - began
-    warm, positions = shortest(run)
-    return cold, warm, positions
-
-
-def _differences(point: Point, here: Point) -> dict[str, Any]:
-    """Differences between two codes at the same coordinates, over the largest value."""
-
-    def over_largest(there: Array, values: Any) -> float:
-        return float(np.abs(there - np.asarray(values)).max() / np.abs(values).max())
-
-    return {
-        "energy": abs(point.energy / here.energy - 1),
-        "forces": over_largest(point.forces, here.forces),
-        "stress": None if point.stress is None else over_largest(point.stress, here.stress),
-        "pressure": abs(point.pressure / here.pressure - 1),
-    }
-
-
-def _largest_force(point: Point) -> float:
-    return float(np.hypot(*point.forces.T).max())
-
-
-T = TypeVar("T", Row, AnalysisRow)
-
 _LEAD = (
     "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
     "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
 )
 
 
-def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> list[TextTable]:
+def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row], n: int, phi: float) -> list[TextTable]:
     """Tables for the reader: same coordinates, same basin, speed, analysis."""
 
     small = ".1e"
-    tables: list[tuple[str, Sequence[Row | AnalysisRow], dict[str, str]]] = [
+    tables: list[tuple[str, Sequence[Row], dict[str, str]]] = [
         (
             f"Same coordinates, {n} disks, phi = {phi:g}: largest difference from jamlab, relative",
             rows,
-            {"name": "", "version": "", "energy": small, "forces": small, "stress": small, "pressure": small},
+            {"name": "", "version": "s", "energy": small, "forces": small, "stress": small, "pressure": small},
         ),
         (
             "Same basin: relative difference of the minimum, difference of z and of G, largest force left",
@@ -290,12 +254,12 @@ def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: i
         (
             "Analysis of the minimum without rattlers: largest difference from jamlab, over the largest value",
             analysis,
-            {"name": "", "version": "", "quantity": "", "difference": small},
+            {"name": "", "version": "s", "quantity": "", "difference": small},
         ),
     ]
     found = []
     for heading, of, columns in tables:
-        lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in of]
+        lines = [[_text(row[name], form) for name, form in columns.items()] for row in of]
         found.append(TextTable([name.replace("_", " ") for name in columns], lines, heading))
     return found
 
@@ -311,11 +275,7 @@ class Comparison(TableStudy):
     seed: int = 1
     phi: float = 0.88
     kind: ClassVar[str] = "comparison"
-    columns: ClassVar[Sequence[str]] = (
-        "n",
-        "part",
-        *dict.fromkeys(f.name for kind in (Row, AnalysisRow) for f in fields(kind)),
-    )
+    columns: ClassVar[Sequence[str]] = ("n", "part", *dict.fromkeys((*COLUMNS, *ANALYSIS_COLUMNS)))
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -324,55 +284,46 @@ class Comparison(TableStudy):
     def tasks(self) -> Mapping[str, Task]:
         return {f"N = {n}": partial(self._measure, n) for n in self.sizes}
 
-    def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[AnalysisRow]]:
+    def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[Row]]:
         """Compare one packing of n disks in all codes, and its minimum in those that measure."""
         rows = compare(n, self.seed, self.phi, progress=progress)
         return rows, compare_analysis(jolted_minimum(n, self.seed, self.phi)[1])
 
     def _measure(self, n: int) -> list[dict[str, Any]]:
-        rows, analysis = self.measure(n)
-        return [{"n": n, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
+        parts = zip(("rows", "analysis"), self.measure(n), strict=True)
+        return [{"n": n, "part": part, **row} for part, rows in parts for row in rows]
 
     def show(self, table: MeasuredTable) -> Shown:
         tables = []
         for n, part in table.rows.groupby("n"):
-            rows, analysis = _as(Row, part[part["part"] == "rows"]), _as(AnalysisRow, part[part["part"] == "analysis"])
-            tables += comparison_tables(rows, analysis, int(str(n)), self.phi)
+            both: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
+            tables += comparison_tables(both[0], both[1], int(str(n)), self.phi)
         return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
-
-
-def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
-    found = []
-    for row in rows.astype(str).to_dict("records"):
-        held = {field.name: (row[field.name], field.type) for field in fields(kind) if row.get(field.name)}
-        content: dict[str, Any] = {n: float(v) if form == float | None else v for n, (v, form) in held.items()}
-        found.append(kind(**content))
-    return found
 
 
 FILES = ("comparison.csv", "analysis.csv", "comparison.json", "index.html")  # of `write_comparison`
 
 
-def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> None:
+def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[Row], n: int, phi: float) -> None:
     """Write comparison.csv, analysis.csv, comparison.json with both, and index.html."""
-    shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame([asdict(row) for row in rows]))
+    shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame(rows, columns=list(COLUMNS)))
     facts = notes(rows, analysis) | {"machine": platform.machine()}
     page = Page("index", "jamlab beside other codes", lambda claims: _LEAD, each=True)
     write_page(folder, page, {"comparison": f"{n} disks, phi = {phi:g}"}, lambda name: shown, facts)
-    write_csv(folder / "analysis.csv", pd.DataFrame([asdict(row) for row in analysis]))
+    write_csv(folder / "analysis.csv", pd.DataFrame(analysis, columns=list(ANALYSIS_COLUMNS)))
     with atomic_file(folder / "comparison.json") as temporary:
-        temporary.write_text(json.dumps(summary(rows, analysis)) + "\n")
+        temporary.write_text(json.dumps({"rows": rows, "analysis": analysis}) + "\n")
 
 
-def notes(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, str]:
+def notes(rows: Sequence[Row], analysis: Sequence[Row]) -> dict[str, str]:
     """What a reader must know, by name of the code."""
-    return {row.name: row.note for row in rows if row.note} | {row.name: row.note for row in analysis if row.note}
+    return {row["name"]: row["note"] for row in (*rows, *analysis) if row["note"]}
 
 
 def _text(value: object, form: str) -> str:
-    if value is None:
+    if value is None or (form and value == ""):  # as a table holds it
         return "-"
-    return f"{value:{form}}" if form else str(value)
+    return str(value) if form in ("", "s") else f"{float(str(value)):{form}}"
 
 
 RECIPES = {"hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels"}

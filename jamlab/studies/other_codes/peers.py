@@ -1,14 +1,93 @@
-"""Run the same disks in LAMMPS with its own styles, OpenMM, ASE with matscipy, and the codes on jax."""
+"""The same disks in other codes: LAMMPS with its own styles, OpenMM, ASE with matscipy, jax; and plain numpy."""
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.engine.session import Session
-from jamlab.errors import EngineError
+from jamlab.errors import EngineError, InputError
 from jamlab.packing.packing import Packing
-from jamlab.studies.other_codes.peer import Analyst, Descent, Peer, Point, mean_diameters
+from jamlab.studies.failure.plain_physics import plain_forces, plain_stress
+
+Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
+
+MOST_STEPS = 200_000  # of a minimisation, so that one that never meets its force ends too
+EXTRA = "pip install 'jamlab[peers]'"
+
+
+@dataclass(frozen=True)
+class Point:
+    """What a peer gives at one point, in the units of the packing."""
+
+    energy: float  # total
+    forces: Array  # (n, 2)
+    stress: Array | None  # (2, 2), positive in compression, or None where the peer has no stress tensor
+    pressure: float  # trace of the stress over 2
+
+
+class OtherCode(ABC):
+    """A code that takes the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2."""
+
+    name: str  # as tables show it
+    package: str  # distribution that must be installed
+    install: str = EXTRA  # how to get it
+
+    @property
+    def version(self) -> str | None:
+        """Installed version, None if the package is missing."""
+        try:
+            return metadata.version(self.package)
+        except metadata.PackageNotFoundError:
+            return None
+
+
+class Analyst(OtherCode):
+    """A code that measures a packing."""
+
+    @abstractmethod
+    def measure(self, packing: Packing) -> dict[str, Any]:
+        """Quantities by name, those of `analysis.HERE` that it knows; numbers or arrays."""
+
+
+class Peer(OtherCode):
+    """A code that evaluates one point and minimises."""
+
+    method: str  # its minimiser
+    # whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in the same
+    # process, and so jamlab's, up to ten times slower, which would count against these.
+    apart: bool = False
+
+    @abstractmethod
+    def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and stress at the coordinates of the packing."""
+
+    @abstractmethod
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare minimisations from one start: a function of the largest force at which to stop and of the most steps
+        (LAMMPS: evaluations of forces, several a step), which starts anew each time and returns positions (n, 2)."""
+
+
+def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
+    """Species of each disk (n,) and the contact distances s_ij of species (species, species)."""
+    if packing.model != "sp" or packing.units != "eps" or packing.diameters is None:
+        raise InputError(f"peers take disks in units 'eps', not model {packing.model} in units {packing.units!r}")
+    if packing.box[1, 0] != 0:
+        raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: peers take boxes without tilt")
+    sizes, species = np.unique(packing.diameters, return_inverse=True)
+    return species.reshape(-1).astype(np.int64), 0.5 * (sizes[:, None] + sizes)
+
+
+def plain_point(packing: Packing) -> Point:
+    """Energy, forces and stress from nothing but the definitions, over all pairs: the independent reference."""
+    energy, forces = plain_forces(packing)
+    stress = plain_stress(packing)
+    return Point(energy, forces, stress, 0.5 * float(np.trace(stress)))
 
 
 class Lammps(Peer):

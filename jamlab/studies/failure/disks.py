@@ -1,20 +1,34 @@
-"""Maps where minimisers of disks fail: FIRE, overdamped steps, conjugate gradients, and the tolerance of `relax`."""
+"""Maps where disks fail: minimisers, pressures, polydispersity, the search for onset, quasi-static sweeps."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 from scipy import linalg
 
+from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
+from jamlab.protocols.compression import compress
+from jamlab.protocols.moduli import shear_modulus
+from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.size_distributions import LARGEST_RATIO
 from jamlab.protocols.solver_settings import SOLVERS
-from jamlab.studies.failure.map import Axis, Map, Trial, balanced, judge_descent, linear_axis, log_axis
+from jamlab.protocols.target_pressure import LEAST_NOISE, pack
+from jamlab.studies.failure.map import Axis, Map, Trial, balanced, judge_descent, linear_axis, log_axis, worst_of
+from jamlab.studies.failure.plain_physics import (
+    plain_forces,
+    plain_packing_fraction,
+    plain_pressure,
+    plain_shear_modulus,
+)
 
 _JOLT = 0.02  # small diameters: meant to leave the minimum, not its basin
 _STEPS = 10_000  # after which a method counts as stalled
@@ -37,6 +51,7 @@ class Jolted:
         return np.asarray(linalg.eigvalsh(hessian(self.minimum).toarray()))
 
 
+@lru_cache(maxsize=16)
 def jolt_minimum(n: int, phi: float, seed: int = 1) -> Jolted:
     """Find a minimum and move its disks a little."""
     return jolt(random_disks(n, seed, phi=phi), seed)
@@ -116,6 +131,7 @@ def try_tolerance(jolted: Jolted, tolerance: float) -> Trial:
     return balanced(verdict, packing, tolerance)
 
 
+@lru_cache(maxsize=16)
 def loosen(count: int, seed: int) -> Jolted:
     """24 disks, some of which are so small that they rattle."""
     start = random_disks(24, seed, phi=1.0)
@@ -140,19 +156,18 @@ def way_over_steps(jolted: Jolted) -> float:
 _CHECK = "Forces at the end computed anew from the force law, over all pairs and images."
 _PHI = "packing fraction φ"
 
-MAPS = (
+_MINIMISERS = (
     Map(
         "fire-timestep",
         "FIRE of plain LAMMPS decks: time step, N = 16",
         log_axis("time step, τ", 0.02, 20.0, 0.1),
         linear_axis(_PHI, 0.85, 1.18),
         8,
-        lambda phi, seed: jolt_minimum(16, phi, seed),
-        lambda jolted, x: try_fire(jolted, x, 0.1),
+        lambda x, phi, seed: try_fire(jolt_minimum(16, phi, seed), x, 0.1),
         "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
         "farther on it blows up.",
         _CHECK,
-        (lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])), "$2/\\omega_{\\max}$"),
+        (lambda phi, seed: 2 / np.sqrt(jolt_minimum(16, phi, seed).stiffnesses[-1]), "$2/\\omega_{\\max}$"),
     ),
     Map(
         "fire-dmax",
@@ -160,11 +175,10 @@ MAPS = (
         log_axis("longest move in a step, mean diameter", 1e-8, 1e3, 0.1),
         Axis("N", (8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96)),
         4,
-        lambda n, seed: jolt_minimum(n, 0.9, seed),
-        lambda jolted, x: try_fire(jolted, 0.1, x),
+        lambda x, n, seed: try_fire(jolt_minimum(n, 0.9, seed), 0.1, x),
         "Short moves end before the minimum is met; long ones are cut by the time step before they do harm.",
         _CHECK,
-        (way_over_steps, "way to the minimum over 10 000 steps"),
+        (lambda n, seed: way_over_steps(jolt_minimum(n, 0.9, seed)), "way to the minimum over 10 000 steps"),
     ),
     Map(
         "overdamped",
@@ -172,11 +186,10 @@ MAPS = (
         log_axis("time step over drag, τ₁", 0.05, 2.0),
         linear_axis(_PHI, 0.85, 1.18),
         2,
-        lambda phi, seed: jolt_minimum(16, phi, seed),
-        lambda jolted, x: try_overdamped_steps(jolted, x, 3000),
+        lambda x, phi, seed: try_overdamped_steps(jolt_minimum(16, phi, seed), x, 3000),
         "Explicit steps are stable below 2 over the largest eigenvalue of the Hessian.",
         _CHECK,
-        (lambda jolted: float(2 / jolted.stiffnesses[-1]), "$2/\\lambda_{\\max}$"),
+        (lambda phi, seed: 2 / jolt_minimum(16, phi, seed).stiffnesses[-1], "$2/\\lambda_{\\max}$"),
     ),
     Map(
         "gradients-rattlers",
@@ -184,11 +197,13 @@ MAPS = (
         log_axis("steps allowed", 10, SOLVERS.relaxation.cg_steps * 2, SOLVERS.relaxation.cg_steps),
         Axis("small disks, of 24", tuple(range(12)), logarithmic=False),
         6,
-        loosen,
-        try_gradients,
+        lambda steps, count, seed: try_gradients(loosen(count, seed), steps),
         "Rattlers that just touch and soft modes cost steps; `relax` lets FIRE and Newton steps follow.",
         _CHECK,
-        (steps_of_gradients, "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$"),
+        (
+            lambda count, seed: steps_of_gradients(loosen(count, seed)),
+            "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
+        ),
     ),
     Map(
         "large-n",
@@ -196,10 +211,140 @@ MAPS = (
         log_axis("largest force asked for, ε/d", 1e-17, 1e-6, force_tolerance("sp")),
         Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
         1,
-        lambda n, seed: jolt_minimum(n, 0.9, seed),
-        try_tolerance,
+        lambda tolerance, n, seed: try_tolerance(jolt_minimum(n, 0.9, seed), tolerance),
         "The floor is the rounding of positions and of sums of forces; `converged` is False below it.",
         _CHECK,
-        (lambda jolted: float(np.spacing(jolted.minimum.box.max())), "last digit of a position"),
+        (lambda n, seed: np.spacing(jolt_minimum(n, 0.9, seed).minimum.box.max()), "last digit of a position"),
+    ),
+)
+
+
+_SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction to 1e-6 only
+_SAME_MODULUS = 1e-6  # of the affine modulus: two ways to sum the same second derivatives
+
+
+def try_pressure(pressure: float, n: int, seed: int, **how: Any) -> Trial:
+    """A packing at a pressure, its forces, pressure and shear modulus; `how` as in `pack`."""
+    packing = pack(n, pressure, seed, **how)  # refuses what did not converge
+    return worst_of(
+        balanced("converged", packing, force_tolerance("sp")),
+        Trial("converged", "pressure", abs(plain_pressure(packing) / pressure - 1), 1e-6),
+        modulus_trial(packing, float(shear_modulus(packing))),
+    )
+
+
+def modulus_trial(packing: Packing, modulus: float, allowed: float = _SAME_MODULUS) -> Trial:
+    """Compare a shear modulus with that of the plain Hessian."""
+    try:
+        plain = plain_shear_modulus(packing)
+    except np.linalg.LinAlgError as error:
+        return Trial("converged", f"G = {modulus:.3g}, but {error}", np.inf, allowed)
+    scale = abs(float(shear_modulus(packing, "affine")))
+    return Trial("converged", f"G = {modulus:.3g}", abs(modulus - plain) / scale, allowed)
+
+
+def try_onset(tolerance: float, n: int, seed: int) -> Trial:
+    """A packing at onset: forces, and the contact energy per disk within its window."""
+    packing = jam("sp", n, seed, tolerance=tolerance)
+    if not packing.converged:
+        return Trial("stalled", f"max force {packing.max_force:.1g}")
+    window = defaults("onset")
+    energy = plain_forces(packing)[0] / n
+    outside = max(energy / float(window["u_jammed"]), float(window["u_contact"]) / max(energy, 1e-300))
+    return worst_of(
+        balanced("converged", packing, tolerance),
+        Trial("converged", f"contact energy per disk {energy:.2g}", outside, 1 + 1e-6),
+    )
+
+
+def try_step(step: float, rho: float, seed: int) -> Trial:
+    """A sweep with steps of one length: its last state, and whether shorter steps end in another minimum."""
+    packing, finest = _sweep(rho, seed, step), _sweep(rho, seed, _FINEST)
+    if not (packing.converged and packing.on_target):
+        return Trial("stalled", f"max force {packing.max_force:.1g}, on target: {packing.on_target}")
+    same = abs(plain_forces(packing)[0] / plain_forces(finest)[0] - 1) < _SAME_ENERGY
+    return worst_of(
+        balanced("converged" if same else "another basin", packing, force_tolerance("sp")),
+        Trial("converged" if same else "another basin", "rho", abs(plain_packing_fraction(packing) - rho), 2e-4),
+    )
+
+
+@lru_cache(maxsize=64)
+def _sweep(rho: float, seed: int, step: float) -> Packing:
+    *_, packing = compress(_onset(seed), rho, step)
+    return packing
+
+
+@lru_cache(maxsize=64)
+def _onset(seed: int) -> Packing:
+    return jam("sp", 12, seed)
+
+
+_RHO_STEPS = log_axis("step in ρ", 2e-3, 0.2)
+_FINEST = 0.5 * float(_RHO_STEPS.values[0])  # no step of the map is compared with itself
+_PRESSURES = (3e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.3, 0.5)
+_WITH_MODULUS = (
+    "Forces, pressure and the shear modulus anew, over all pairs and images, with a dense Hessian by complex steps."
+)
+
+_AT_PRESSURE = Map(
+    "pressure",
+    "Packings at a pressure, and their shear modulus",
+    Axis("pressure, k", _PRESSURES),
+    Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
+    2,
+    try_pressure,
+    "Refused: pressures out of reach of the force tolerance, unstable packings in a box that cannot shear, and "
+    "searches that end in a basin without the pressure.",
+    _WITH_MODULUS,
+    (lambda *_: force_tolerance("sp") / LEAST_NOISE, "force tolerance over $10^{-4}$"),
+)
+MAPS = (
+    *_MINIMISERS,
+    _AT_PRESSURE,
+    replace(
+        _AT_PRESSURE,
+        name="pressure-sheared",
+        title="Packings at a pressure in a box that shears until no shear stress is left",
+        seeds=3,
+        attempt=partial(try_pressure, ensemble="shear-stabilized"),
+        meaning="Refused besides: searches of few disks near onset that end without the pressure; another seed may "
+        "meet it.",
+    ),
+    Map(
+        "polydisperse",
+        "Two sizes: ratio against share of the large ones, N = 24, p = 10⁻² k",
+        log_axis("large over small diameter", 1.0, 11.0, 1.4),
+        linear_axis("number share of the large disks", 1 / 24, 23 / 24, 0.5),
+        2,
+        lambda ratio, large, seed: try_pressure(1e-2, 24, seed, ratio=ratio, large=large),
+        "Few large disks among many small ones leave most of them rattling; beyond a ratio of 10 jamlab refuses.",
+        _WITH_MODULUS,
+        (lambda *_: LARGEST_RATIO, "largest ratio that is taken"),
+    ),
+    Map(
+        "onset",
+        "Search for onset: force tolerance against N",
+        log_axis("largest force asked for, ε/d", 1e-16, 1e-6, force_tolerance("sp")),
+        Axis("N", (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40)),
+        2,
+        try_onset,
+        "Contacts at onset press with 1e-8 and more; a force left must stay far below, so jamlab refuses above "
+        "1e-9, and below what rounding leaves.",
+        "Forces and contact energy anew, over all pairs and images; the energy must lie in its window.",
+        (
+            lambda *_: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
+            "contact force at onset, $\\sqrt{2u}$",
+        ),
+    ),
+    Map(
+        "sweep-step",
+        "Quasi-static compression in one go: step against packing fraction, N = 12",
+        _RHO_STEPS,
+        linear_axis("true packing fraction ρ", 0.85, 0.999),
+        2,
+        try_step,
+        "Long steps jump to other minima, which are minima all the same; near confluence ρ is missed.",
+        "Forces anew; ρ anew as the area of a union of polygons.",
     ),
 )
