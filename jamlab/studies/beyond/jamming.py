@@ -367,6 +367,7 @@ class Protocols(OfPackings):
         low, high = published.ONSETS_OF_SCHRECK
         ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)
         label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
+        cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])
         label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
         said = "; ".join(f"{name} {out.write(name, 4)}" for name in out.values)
         out.caption = (
