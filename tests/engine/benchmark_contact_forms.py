@@ -137,7 +137,7 @@ fix flat all enforce2d
 
 
 def nanoseconds(data, forms, motion, steps):
-    """CPU time a vertex and step of each form, and of LAMMPS' own pairs and bonds last: the least of runs taken in turns;
+    """CPU ns a vertex and step of each form, and of LAMMPS' own pairs and bonds last: least of runs in turns;
     in motion, where neighbour lists are made now and then, their lower quartile."""
     forces = [PLUGIN.format(form=form) for form in forms] + [LAMMPS_OWN]
     both = [lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"]) for _ in forces]
