@@ -15,7 +15,7 @@ from kept_results import kept_rows
 from tiled_packings import tiled
 
 import jamlab
-from jamlab.kernels.installed_files import installed
+from jamlab.engine.installation import lammps_class
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.relaxation import force_tolerance, relax
 
@@ -23,8 +23,6 @@ SEEDS = int(os.environ.get("JAMLAB_SEEDS", "8"))
 SIZES = (8, 12, 16)
 RHO = (0.86, 0.90, 0.94)
 KICK = 1e-3  # l: all forms start equally far from a minimum
-MOVES = 1000  # evaluations in a speed run
-REQUIRED = 3e6  # vertex evaluations a second
 
 
 def onset(form, n, seed):
@@ -106,32 +104,73 @@ def test_forms_side_by_side(kept_folder):
     assert result["outline"]["converged"] > result["segment"]["converged"]
 
 
-def rates(p):
-    """Vertex evaluations a second of all three terms in LAMMPS: at rest, and in FIRE steps with neighbour builds."""
-    kicked = p.positions + np.random.default_rng(0).normal(0, 10 * KICK, p.positions.shape)
-    with jamlab.Session(p.with_state(positions=kicked)) as session:
-        session.evaluate()
-        session.command("thermo 1000000")
-        found = []
-        session.command("include " + str(installed("lammps_inputs") / "minimize.fire"))
-        for command in (f"run {MOVES} post no", f"minimize 0 0 {MOVES} {MOVES}"):
+DECK = """
+units lj
+dimension 2
+atom_style molecular
+fix d_a0 all property/atom d_a0
+read_data {data} fix d_a0 NULL d_a0 nocoeff
+special_bonds lj/coul 1.0 1.0 1.0
+{forces}
+neighbor 0.1 bin
+neigh_modify every 1 delay 0 check yes
+timestep 0.005
+"""
+PLUGIN = """
+bond_style line/tension
+bond_coeff * 0.4
+pair_style circuloline 0.25 1.5 contact {form}
+pair_coeff * * 1.0
+fix area all polygon/area 300.0 d_a0
+"""
+LAMMPS_OWN = """
+bond_style harmonic
+bond_coeff * 1e-3 0.25
+pair_style harmonic/cut
+pair_coeff * * 1e-3 0.25
+"""
+MOTION = """
+velocity all create 0.01 4711 loop geom
+fix move all nve
+fix flat all enforce2d
+"""
+
+
+def nanoseconds(data, forms, motion, steps):
+    """CPU ns a vertex and step of each form, and of LAMMPS' own pairs and bonds last: least of runs in turns;
+    in motion, where neighbour lists are made now and then, their lower quartile."""
+    forces = [PLUGIN.format(form=form) for form in forms] + [LAMMPS_OWN]
+    both = [lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"]) for _ in forces]
+    for lmp, lines in zip(both, forces, strict=True):
+        lmp.commands_string(DECK.format(data=data, forces=lines) + (MOTION if motion else "") + "run 0 post no")
+    seconds = np.zeros((20, len(both)))
+    for row in seconds:
+        for k, lmp in enumerate(both):
             began = time.process_time()
-            session.command(command)
-            found.append(MOVES * len(p.positions) / (time.process_time() - began))
+            lmp.command(f"run {steps} pre no post no")
+            row[k] = time.process_time() - began
+    found = np.quantile(seconds, 0.25 if motion else 0.0, axis=0) * 1e9 / (steps * both[0].get_natoms())
+    for lmp in both:
+        lmp.close()
     return found
 
 
 @pytest.mark.benchmark
-def test_vertex_evaluations_per_second():
-    """Pure LAMMPS on one core: at least 3 M vertex evaluations a second in the default form, at rho = 0.92."""
+def test_cost_beside_pairs_and_bonds_of_lammps(tmp_path):
+    """All forces of form outline: at most 1.6 times `harmonic/cut` with harmonic bonds between the same vertices."""
     *_, first = jamlab.compress(jamlab.jam("dp", 12, 1), to=0.92, step=0.03)
-    result = {}
-    print(f"\n{'form':16s}{'polygons':>9s}   M vertex evaluations/s: at rest, in FIRE")
-    for form in CONTACT_FORMS:
-        for times in (1, 2, 8):
-            p = tiled(first.with_state(params=first.params | {"contact": form}), times)
-            best = np.max([rates(p) for _ in range(3)], axis=0)
-            result[f"{form} {p.n}"] = [float(v) for v in best]
-            print(f"{form:16s}{p.n:9d} {best[0] / 1e6:28.2f} {best[1] / 1e6:10.2f}")
-    print(json.dumps(result))
-    assert all(min(value) > REQUIRED for name, value in result.items() if name.startswith("outline "))
+    ratios = {}
+    print(
+        f"\nns a vertex and step\n{'vertices':>9} {'':9}"
+        + "".join(f"{form:>16}" for form in (*CONTACT_FORMS, "LAMMPS"))
+    )
+    for times in map(int, os.environ.get("JAMLAB_TIMES", "3 8 24").split()):
+        p = tiled(first, times)
+        jamlab.write_data(tmp_path / "p.data", p)
+        for motion in (False, True):
+            least = 40 if motion else 8
+            found = nanoseconds(tmp_path / "p.data", CONTACT_FORMS, motion, max(least, 150_000 // len(p.positions)))
+            ratios[len(p.positions), motion] = found[CONTACT_FORMS.index("outline")] / found[-1]
+            print(f"{len(p.positions):9d} {'moving' if motion else 'at rest':9}" + "".join(f"{v:16.1f}" for v in found))
+    print(" ".join(f"{size} {'moving' if motion else 'at rest'}: {v:.2f}" for (size, motion), v in ratios.items()))
+    assert max(ratios.values()) < 1.6

@@ -42,6 +42,22 @@ def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, beta, arm
     assert row["contacts"] == jamlab.contacts(packing).count
 
 
+@pytest.mark.parametrize("newton", ["on", "off"])
+def test_little_background_drag_takes_few_iterations(tmp_path, packing, newton):
+    """Each disk's own block as preconditioner needs 40; velocities are those of B solved densely."""
+    background, rate, n = 1e-5, 1e-3, packing.n
+    with Flow(tmp_path, packing, f"rate {rate} background {background} solver 1e-8", newton=newton) as flow:
+        row, state = flow.run(40), flow.state()
+    assert row["last_iterations"] < 15
+    drag = jamlab.rheology.damping.damping_matrix(state, jamlab.ContactDamping()).toarray()
+    matrix = drag[:-1, :-1] + np.diag(np.repeat([background, 0.0], [2 * n, n]))
+    force = np.append(jamlab.evaluate(state).forces, np.zeros(n)) - rate * drag[:-1, -1]
+    u = np.linalg.lstsq(matrix, force, rcond=1e-14)[0]
+    assert row["viscous"] * state.area == pytest.approx(drag[-1, :-1] @ u + rate * drag[-1, -1], rel=1e-5)
+    dissipated = u @ matrix @ u + rate * (2 * drag[-1, :-1] @ u + rate * drag[-1, -1])
+    assert row["dissipation"] * state.area == pytest.approx(dissipated, rel=1e-6)
+
+
 def modulus(tmp_path, packing, omega, cycles, drag, tolerance, amplitude=1e-5):
     """G* of the last cycle of a small oscillation."""
     points = 16

@@ -18,11 +18,14 @@ FIX = {
 PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
 
 
-def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1"):
+def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more=""):
     """Numbers of the fix at the end of a run, by name."""
     jamlab.write_data(folder / "flow.data", packing)
     start = commands if packing.model == "sp" else droplet_commands
-    lines = [*start(packing, "flow.data", newton=newton, grid=grid), f"fix flow all overdamped {FIX[packing.model]}"]
+    lines = [
+        *start(packing, "flow.data", newton=newton, grid=grid),
+        f"fix flow all overdamped {FIX[packing.model]} {more}",
+    ]
     (folder / "in.flow").write_text("\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n")
     programs = Path(sys.executable).parent
     line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.flow", "-log", "none", "-nocite"]
@@ -48,9 +51,10 @@ def packing():
         pytest.param(4, "off", 4, marks=pytest.mark.slow),
     ],
 )
-def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, newton, steps):
-    alone = flow(tmp_path, packing, 1, "on", steps)
-    found = flow(tmp_path, packing, ranks, newton, steps)
+@pytest.mark.parametrize("more", ["", pytest.param("background 1e-4", marks=pytest.mark.slow)])  # alone, with factors
+def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, newton, steps, more):
+    alone = flow(tmp_path, packing, 1, "on", steps, more=more)
+    found = flow(tmp_path, packing, ranks, newton, steps, more=more)
     assert steps < 80 or found["strain"] > 0.1
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert found[name] == pytest.approx(alone[name], rel=1e-6), name
