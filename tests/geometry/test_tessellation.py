@@ -1,8 +1,5 @@
 """Cells around particles: lattices, Euler's theorem, nearest points, local packing fraction."""
 
-from itertools import pairwise
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -105,11 +102,3 @@ def test_cells_of_jammed_droplets(dp_dense):
 def test_spacing_is_checked(spacing):
     with pytest.raises(InputError, match="spacing is"):
         tessellation(droplets([regular_polygon(5, 1.0)], 0.1, 3 * np.eye(2)), spacing)
-
-
-def test_cells_of_droplets_are_those_of_their_mirror_image():
-    """Outlines are sampled at the middle of parts, alike from either end."""
-    p = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
-    back = np.concatenate([np.arange(b - 1, a - 1, -1) for a, b in pairwise(p.offsets)])
-    image = p.with_state(positions=p.positions[back] * [-1.0, 1.0] + p.box[0], box=p.box * [[1.0, 1.0], [-1.0, 1.0]])
-    assert jamlab.tessellation(image).area == pytest.approx(jamlab.tessellation(p).area, rel=1e-9)
