@@ -1,5 +1,7 @@
 """Packings at which linear response is easily wrong: equal modes, one particle, two in one place, no minimum."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -80,3 +82,17 @@ def test_slow_shear_slides_as_the_displacements_say():
     relative[:, 0] += network.r[network.bearing][:, 1]
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])  # counter-clockwise
     assert found.tangential == pytest.approx(np.einsum("ij,ij->i", relative, tangent), abs=1e-12)
+
+
+def test_a_loose_droplet_that_just_touches_another_bears_nothing():
+    """Neither with a vertex of its own nor with an edge; it is taken out with its meetings."""
+    packing = jamlab.read(Path(__file__).parents[1] / "states" / "droplets_at_onset.h5")
+    loose = int(np.flatnonzero(jamlab.contacts(packing).rattlers)[0])
+    own = (packing.particle == loose)[:, None]
+
+    def moved(length):
+        return packing.with_state(positions=packing.positions + length * own * [1.0, 0.0])
+
+    touches = [(jamlab.contacts(moved(length)).pairs == loose).any() for length in (0.00329, 0.0032905965)]
+    assert touches == [False, True]
+    assert jamlab.shear_modulus(moved(0.0032905965)) == pytest.approx(jamlab.shear_modulus(packing), rel=1e-9)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.mechanics import vibrations
 
 
 @pytest.fixture(scope="module")
@@ -197,3 +198,17 @@ def test_bad_count_is_refused(small, count):
     """Named; as many modes as coordinates are too many."""
     with pytest.raises(jamlab.InputError, match=f"count = {count!r}.*(1 to 63|whole number)"):
         jamlab.lowest_modes(small, count)
+
+
+@pytest.mark.parametrize("missed", range(3, 8))
+def test_a_mode_that_the_iteration_missed_is_noticed(monkeypatch, missed):
+    """Though the next one, found instead, lies within a thousandth of the largest."""
+    packing, found = jamlab.pack(128, 1e-3, 1), vibrations.eigsh
+
+    def forgetful(matrix, k, **how):
+        values, vectors = found(matrix, k=k + 1, **how)
+        return np.delete(values, missed), np.delete(vectors, missed, axis=1)
+
+    monkeypatch.setattr(vibrations, "eigsh", forgetful)
+    with pytest.raises(jamlab.ConvergenceError, match="were missed"):
+        vibrations._find_lowest(jamlab.hessian(packing), jamlab.zero_modes(packing) + missed + 1)

@@ -39,6 +39,13 @@ def test_intervals_of_few_packings_hold_as_often_as_they_say(packings):
     assert 0.93 <= np.mean((found.low <= 0) & (found.high >= 0)) <= 0.97
 
 
+def test_the_smallest_group_says_how_far_an_interval_is_stretched():
+    """Means of 4 packings beside 40 that are alike: the t interval of three degrees of freedom."""
+    values = np.random.default_rng(1).normal(size=(4, 1000))
+    found = bootstrap([values, np.zeros((40, 1000))], lambda g: g[0].mean(axis=0) + g[1].mean(axis=0))
+    assert 0.91 <= np.mean((found.low <= 0) & (found.high >= 0)) <= 0.98
+
+
 def test_too_few_packings_make_no_interval_where_more_are_asked_for():
     four = np.arange(4.0)
     assert np.isfinite(bootstrap([four], lambda g: g[0].mean()).low)
