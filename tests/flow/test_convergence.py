@@ -89,3 +89,14 @@ def test_no_tie_of_contacts_stops_a_flow():
     """Up to eight pairs touch, part and rub together, each of which decides on the others."""
     run = jamlab.shear(jamlab.pack(n=256, pressure=1e-3, seed=1), rate=1e-2, strain=0.02, rows=4)
     assert run.finished and run.steps < 400 and run.imbalance < 1e-3 and run.unsettled <= 2
+
+
+@pytest.mark.slow
+def test_pairs_settle_as_drag_in_a_thin_layer_does():
+    """At strain 0.231 three sets of states of two pairs fit, one of which lasts no moment."""
+    packing = jamlab.pack(32, 1e-2, 1)
+    exact = ExactFlow(packing, 1e-3, tolerance=1e-6)
+    rows = exact.rows(0.24, 80)
+    assert not exact.ties and len(exact.events) > 30
+    run = jamlab.shear(packing, 1e-3, 0.24, rows=80, tolerance=1e-4)
+    assert np.sum(errors(run, rows) > 1e-4) <= 1 and run.unsettled == 0

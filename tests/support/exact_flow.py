@@ -284,11 +284,11 @@ class ExactFlow:
         low, high, halve = 0.0, whole, False
         starts = {c: self.value(c, x, time, found) for c in wrong}
         while high - low > 1e-13 * (time + 1):
-            c = max(wrong, key=lambda k: wrong[k] / (wrong[k] - starts[k]))
+            c = max(wrong, key=lambda k: wrong[k] / max(wrong[k] - starts[k], 1e-300))
             below, above = starts[c], wrong[c]
             if len(wrong) == 1 and above < 1e-12:
                 break
-            weight = 0.5 if halve else max(below, -99 * above) / (max(below, -99 * above) - above)
+            weight = 0.5 if halve or below >= 0 else max(below, -99 * above) / (max(below, -99 * above) - above)
             halve = not halve
             part = low + (high - low) * min(max(weight, 1e-3), 1 - 1e-3)
             new, last, _ = self.step(x, time, part, found)
