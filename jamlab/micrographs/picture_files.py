@@ -73,7 +73,7 @@ def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
 def read_pages(path: Path) -> list[NDArray[Any]]:
     """Read every page of a TIFF, in order, as a picture of its own. `path`: TIFF of one size on all pages."""
     try:
-        with Image.open(path) as image:
+        with warnings.catch_warnings(action="ignore"), Image.open(path) as image:  # of damaged metadata, as below
             _check_size(path, image.width, image.height)
             count = getattr(image, "n_frames", 1)
             if image.width * image.height * count > MOST_STACK:
@@ -117,8 +117,7 @@ def _read_tiff(path: Path, first: Exception) -> NDArray[Any]:
 
 def _check_size(path: Path, width: int, height: int, pages: int = 1) -> None:
     if pages > 1:
-        raise InputError(f"{path} has {pages} pages: save the one wanted as a picture of its own, or follow droplets "
-                         "through all of them with jamlab.follow")
+        raise InputError(f"{path} has {pages} pages: save the one wanted by itself, or give all to jamlab.follow")
     if width * height > MOST_PIXELS:
         raise InputError(f"{path} has {width} x {height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most")
 
