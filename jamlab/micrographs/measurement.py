@@ -216,7 +216,12 @@ class Measurement:
         cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
         dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
         areas = np.maximum(cell_areas - dark, 1.0) if self.labelled is None else self.labelled.areas
-        interiors = areas if self.labelled is None else self.labelled.light_areas
+        interiors, light = (
+            np.bincount(cells[segments.droplets], minlength=n).astype(np.float64),
+            float(segments.droplets[self.window].mean()),
+        )
+        if self.labelled is not None:
+            interiors, light = self.labelled.light_areas, self.labelled.light_share
         contacts, rattlers, z = self._coordination(walls.widest)
         checks = self._checks(areas, rattlers, z)
         names = np.full(n, -1)
@@ -232,7 +237,7 @@ class Measurement:
             contacts=contacts[kept],
             rattlers=rattlers[kept],
             rho=checks.rho,
-            interior_fraction=self.labelled.light_share if self.contrast == "ring" and self.labelled else checks.rho,
+            interior_fraction=light,
             voids=self._voids(float(scale)),
             sizes=size_distribution(areas[kept] * scale**2),
             cut=len(cut),

@@ -233,8 +233,11 @@ def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> 
 
 def _choose(leaves: Indices, tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[Indices, Indices]:
     """(h, w) droplets from 1 up to the darkest line of their walls, and (h, w) the same of the light inside them."""
-    moments, compact = np.array(tree.moments), np.array(
-        [compactness(own, touches, leaves.shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]
+    moments, compact = (
+        np.array(tree.moments),
+        np.array(
+            [compactness(own, touches, leaves.shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]
+        ),
     )
     area, height = moments[:, 0], np.array(tree.height)
     tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * leaves.size) & (height < 1.3 * depth)

@@ -3,8 +3,8 @@
 Around the middle of a region rays are cast. The path that crosses every ray once and gathers the steepest rise of
 darkness (dynamic programming) is the inner edge of a wall, also where the wall has a gap or is as light as noise. How
 evenly dark that wall is, how round and how light what it encloses, and how far it is from the region it was started
-from, say how likely it is a droplet: a logistic regression, fitted to nine of the foams and nine of the rendered
-pictures of `tests/micrographs/benchmark_foams.py`.
+from, say how likely it is a droplet: a logistic regression, fitted to nine foams
+(`tests/micrographs/benchmark_foams.py`), nine rendered packings and eight lattices of rings.
 
 Source: A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990), for paths by dynamic programming.
 """
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 
 RAYS, STEPS = 48, 56
 ANGLES = np.arange(RAYS) * (2 * np.pi / RAYS)
@@ -32,8 +32,9 @@ LIGHT_EDGE = 0.3  # of the way from the steepest rise to the darkest line, where
 # log odds of a droplet: constant, and a weight for each term of `_terms`
 CONSTANT = -13.83
 WEIGHTS = np.array(
-    [3.9, 0.68, 2.27, -2.53, 1.33, 4.46, 3.35, -1.29, -9.38, 6.96, 1.31, 26.14]
-    + [-19.12, -4.84, 2.7, 0.28, 0.38, 0.46, 3.65, 0.28, -0.03, -1.23, -0.08, -0.14]
+    """3.9 0.68 2.27 -2.53 1.33 4.46 3.35 -1.29 -9.38 6.96 1.31 26.14 -19.12 -4.84 2.7
+    0.28 0.38 0.46 3.65 0.28 -0.03 -1.23 -0.08 -0.14""".split(),
+    dtype=np.float64,
 )
 
 
@@ -73,7 +74,9 @@ def _paths(dark: Array, depth: float, finer: int, middle: Array, radius: Array) 
             middle = np.clip(middle, 0, np.array(dark.shape[::-1]) - 1.0)
     on = np.take_along_axis(seen, steps[:, :, None], 2)[:, :, 0]
     behind = np.maximum(2.0 * finer, 0.25 * radius)[:, None, None]
-    wall = np.where((along >= inner[:, :, None] - 0.5 * finer) & (along <= inner[:, :, None] + behind) & seen, values, -9)
+    wall = np.where(
+        (along >= inner[:, :, None] - 0.5 * finer) & (along <= inner[:, :, None] + behind) & seen, values, -9
+    )
     outer = np.maximum(_smooth(np.take_along_axis(along[:, 0], wall.argmax(2), 1)), inner)
     found = _features(values, seen, along / inner[:, :, None], wall.max(2), on, _points(middle, inner), depth)
     light = inner + LIGHT_EDGE * (outer - inner)
@@ -82,7 +85,7 @@ def _paths(dark: Array, depth: float, finer: int, middle: Array, radius: Array) 
 
 
 def _rise(values: Array, width: Array) -> Array:
-    """Rise of darkness over a step of a ray, smoothed over half a pixel of the picture. `width`: (n,) that, in steps."""
+    """Rise of darkness over a step of a ray, smoothed over half a pixel of the picture. `width`: (n,) that in steps."""
     rise, width = np.empty_like(values), np.clip(width, 0.8, 8.0)
     kinds = np.rint(2 * np.log2(width)).astype(np.int64)
     for kind in np.unique(kinds):
@@ -114,7 +117,7 @@ def _smooth(radius: Array) -> Array:
     """(n, RAYS) distances from the middle without their higher Fourier modes."""
     modes = np.fft.rfft(radius, axis=1)
     modes[:, MODES:] = 0
-    return np.fft.irfft(modes, RAYS, axis=1)
+    return np.asarray(np.fft.irfft(modes, RAYS, axis=1), dtype=np.float64)
 
 
 def _points(middle: Array, radius: Array) -> Array:
@@ -136,25 +139,27 @@ def _middle_and_radius(points: Array) -> tuple[Array, Array]:
     return middle, np.sqrt(area / np.pi)
 
 
-def _features(values: Array, seen: Array, share: Array, top: Array, on: Array, points: Array, depth: float) -> Array:
+def _features(values: Array, seen: Mask, share: Array, top: Array, on: Mask, points: Array, depth: float) -> Array:
     """(n, 10) of each path: depth of the wall that all but a tenth, a quarter and half of it exceed, rise of darkness
     that all but a tenth exceeds and mean rise, level inside and what nine tenths of the inside stay below, all over
     `depth`; concavity, roundness 4 pi A/P^2, and share of the path beyond the picture. `share`: of the way to the path;
     `top`: (n, RAYS) darkest of the wall; `on`: (n, RAYS) rays whose path the picture shows."""
     n, nan = len(values), np.nan
     within = np.where((share < 0.8) & seen, values, nan).reshape(n, -1)
-    within = np.where(np.isnan(within).all(axis=1)[:, None], values.reshape(n, -1), within)
+    within = np.where(np.asarray(np.isnan(within).all(axis=1))[:, None], values.reshape(n, -1), within)
     level, high = np.nanquantile(within, [0.5, 0.9], axis=1)
     beside = np.where((share < 0.95) & (share > 0.6) & seen, values, nan)
-    near = np.nanmedian(np.where(np.isnan(beside).all(axis=2)[:, :, None], level[:, None, None], beside), axis=2)
-    some = on.any(axis=1)
-    wall = np.where(on | ~some[:, None], top - level[:, None], nan)
-    step = np.where(on | ~some[:, None], top - near, nan)
+    near = np.nanmedian(
+        np.where(np.asarray(np.isnan(beside).all(axis=2))[:, :, None], level[:, None, None], beside), axis=2
+    )
+    counted = on | ~np.asarray(on.any(axis=1))[:, None]
+    wall = np.where(counted, top - level[:, None], nan)
+    step = np.where(counted, top - near, nan)
     z = points[..., 0] + 1j * points[..., 1]
     first, second = (np.roll(z, -1, 1) - np.roll(z, 1, 1)) / 2, np.roll(z, -1, 1) - 2 * z + np.roll(z, 1, 1)
     area = np.maximum(path_areas(points), 1.0)
     bend = (np.conj(first) * second).imag / np.maximum(np.abs(first), 1e-9) ** 3 * np.sqrt(area / np.pi)[:, None]
-    concave = np.nanmean(np.where(on | ~some[:, None], np.minimum(bend, 0), nan), axis=1)
+    concave = np.nanmean(np.where(counted, np.minimum(bend, 0), nan), axis=1)
     solid = 4 * np.pi * area / np.abs(np.roll(z, -1, 1) - z).sum(axis=1) ** 2
     depths = np.nanquantile(wall, [0.1, 0.25, 0.5], axis=1)
     rise = np.nanquantile(step, 0.1, axis=1), np.nanmean(np.clip(step, -0.5 * depth, 1.5 * depth), axis=1)
