@@ -121,7 +121,7 @@ def _smooth(radius: Array) -> Array:
 
 
 def _points(middle: Array, radius: Array) -> Array:
-    return middle[:, None] + radius[:, :, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
+    return np.asarray(middle[:, None] + radius[:, :, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]))
 
 
 def path_areas(points: Array) -> Array:
