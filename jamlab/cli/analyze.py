@@ -25,14 +25,15 @@ if TYPE_CHECKING:
     from jamlab.micrographs.tracks import Tracks
 
 
-PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+STACKS = (".tif", ".tiff")
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", *STACKS)
 
 
 def analyze(
     file: Annotated[
         Path,
         typer.Argument(
-            help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder of them, or a track table (CSV)."
+            help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder or TIFF of many; a track table (CSV)."
         ),
     ],
     pixel: Annotated[
@@ -62,7 +63,8 @@ def analyze(
     as_json: Json = False,
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
-    if file.suffix.lower() in PICTURES:
+    followed = file.is_dir() or file.suffix.lower() == ".csv" or (file.suffix.lower() in STACKS and _pages(file) > 1)
+    if file.suffix.lower() in PICTURES and not followed:
         if dark is not None:
             contrast = "dark" if dark else "bright"
         how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
@@ -78,10 +80,10 @@ def analyze(
             found.packing(model).write(packing)
         print_micrograph(file.name, found, as_json)
         return
-    if file.is_dir() or file.suffix.lower() == ".csv":
+    if followed:
         how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
         _check_outputs(file, (overlay, csv), force)
-        _analyze_tracks(file, overlay, csv, as_json, how if file.is_dir() else {})
+        _analyze_tracks(file, overlay, csv, as_json, {} if file.suffix.lower() == ".csv" else how)
         return
     if any(path is not None for path in (overlay, csv, labels, packing)):
         raise InputError(
@@ -92,6 +94,17 @@ def analyze(
     packings = read_all(file)
     _say_what_is_missing(file, packings[0])
     print_packings(packings, None, as_json)
+
+
+def _pages(file: Path) -> int:
+    """Number of pages of a TIFF; one of what is none, which is refused where it is read."""
+    from PIL import Image
+
+    try:
+        with Image.open(file) as image:
+            return int(getattr(image, "n_frames", 1))
+    except (OSError, ValueError, SyntaxError):
+        return 1
 
 
 def _check_outputs(file: Path, outputs: tuple[Path | None, ...], replace: bool) -> None:

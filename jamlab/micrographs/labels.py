@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, read_values, scikit_image
@@ -34,9 +34,11 @@ class Labelled:
     areas: Array  # (n,) pixels
     coverage: Array  # (h, w) share of each pixel that is labelled
     pieces: int  # number of labels that lie in several pieces
+    light_areas: Array  # (n,) pixels of the light inside walls; `areas` where labels are all that is known
+    light_share: float  # of the picture that it covers
 
 
-def read_labels(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -> Labelled:
+def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
     """Read labels: an image of whole numbers, or outlines. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP
     of 8, 16 or 32 bit, NPY, or outlines as JSON or as ImageJ's ROI or ZIP. Black and white, with two values, is a mask:
     its separate pieces are the droplets; `shape`: of the picture; None if there is none."""
@@ -59,7 +61,7 @@ def read_labels(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -
     return labelled(values)
 
 
-def _numbers(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -> NDArray[Any]:
+def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> NDArray[Any]:
     """(h, w) numbers of a file or an array."""
     values = _read(Path(source), shape) if isinstance(source, str | Path) else np.asarray(source)
     if values.ndim == 3 and values.shape[2] > 1:
@@ -119,9 +121,9 @@ def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> Indices:
     return labels
 
 
-def labelled(values: ArrayLike, finer: int = 1) -> Labelled:
+def labelled(values: ArrayLike, finer: int = 1, light: Indices | None = None) -> Labelled:
     """Number labels anew, without gaps. `values`: (f h, f w) labels, 0 for the ground; `finer`: f, the number of labels
-    to a pixel of the picture, along either side."""
+    to a pixel of the picture, along either side; `light`: (f h, f w) the same of the light inside walls, if known."""
     fine = np.asarray(values).astype(np.int64)
     middle = fine[finer // 2 :: finer, finer // 2 :: finer]
     kept = np.unique(middle[middle > 0])
@@ -135,7 +137,10 @@ def labelled(values: ArrayLike, finer: int = 1) -> Labelled:
     for number, box in enumerate(ndimage.find_objects(middle), 1):
         if box is not None:
             pieces += ndimage.label(middle[box] == number, np.ones((3, 3)))[1] > 1
-    return Labelled(middle, areas, coverage, int(pieces))
+    if light is None:
+        return Labelled(middle, areas, coverage, int(pieces), areas, float(coverage.mean()))
+    inside = np.bincount(light.ravel(), minlength=int(kept[-1]) + 1 if len(kept) else 1)[kept] / finer**2
+    return Labelled(middle, areas, coverage, int(pieces), inside, float((light > 0).mean()))
 
 
 def label_darkness(found: Labelled) -> Darkness:

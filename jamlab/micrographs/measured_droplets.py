@@ -37,13 +37,15 @@ class Micrograph:
     Attributes:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
-        areas: (n,) with half of each film; of labels and rings up to their edges.
+        areas: (n,) with half of each film; of labels up to their edges, of rings up to the darkest line of their walls.
+        interiors: (n,) areas without films; of rings that of the light inside their walls, as hands draw it.
         shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
         rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
         rho: packing fraction of all that the picture shows, films included.
+        interior_fraction: share of the picture that interiors cover, cut ones with them.
         voids: sides, areas and centres of the voids, and P_l.
         sizes: sizes with a verdict: monodisperse, bidisperse, polydisperse.
         cut: number of droplets cut by the edge of the picture or by a label.
@@ -76,11 +78,13 @@ class Micrograph:
     labels: Indices
     centres: Array
     areas: Array
+    interiors: Array
     shape: Array
     cells: Array
     contacts: Indices
     rattlers: Mask
     rho: float
+    interior_fraction: float
     voids: PictureVoids
     sizes: SizeDistribution
     cut: int

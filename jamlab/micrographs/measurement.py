@@ -163,7 +163,8 @@ class Measurement:
         walls, segments, shown = self.walls, self.segments, self._shown()
         void, area = shown & walls.void_pixels, float(shown.sum())
         beyond = walls.widest - walls.film
-        counted = shown if self.contrast == "labels" else void
+        apart = self.labelled is not None and walls.film > THICKEST_FILM * segments.radius  # no films, but ground
+        counted = shown if self.contrast == "labels" or apart else void
         least = 0.7 if walls.film <= THICKEST_FILM * segments.radius else 0.2  # of wide gaps half may be none
         low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (least, 1.4))
         return Checks(
@@ -215,6 +216,12 @@ class Measurement:
         cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
         dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
         areas = np.maximum(cell_areas - dark, 1.0) if self.labelled is None else self.labelled.areas
+        interiors, light = (
+            np.bincount(cells[segments.droplets], minlength=n).astype(np.float64),
+            float(segments.droplets[self.window].mean()),
+        )
+        if self.labelled is not None:
+            interiors, light = self.labelled.light_areas, self.labelled.light_share
         contacts, rattlers, z = self._coordination(walls.widest)
         checks = self._checks(areas, rattlers, z)
         names = np.full(n, -1)
@@ -224,11 +231,13 @@ class Measurement:
             labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
             centres=centres[kept] * scale,
             areas=areas[kept] * scale**2,
+            interiors=interiors[kept] * scale**2,
             shape=np.array([shape_factor(self.rings[k]) for k in kept]),
             cells=cell_areas[kept] * scale**2,
             contacts=contacts[kept],
             rattlers=rattlers[kept],
             rho=checks.rho,
+            interior_fraction=light,
             voids=self._voids(float(scale)),
             sizes=size_distribution(areas[kept] * scale**2),
             cut=len(cut),

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Mask
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
@@ -47,7 +47,7 @@ def micrograph(
     bright: bool | None = None,
     periodic: bool = False,
     contrast: str = "auto",
-    labels: str | Path | ArrayLike | None = None,
+    labels: str | Path | ArrayLike | Mask | None = None,
     channel: str = "grey",
 ) -> Micrograph:
     """Find and measure the droplets of a picture, and say whether the numbers can be trusted.
@@ -64,7 +64,7 @@ def micrograph(
         contrast: droplets are "bright" on dark ground, "dark" on bright ground, or "ring": dark walls with light on
             both sides, as bubbles and oil in brightfield. "auto" finds out: the one under which droplets are roundest.
         labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
-            of the picture but its size is then used.
+            of the picture but its size is then used. Of a mask, True in droplets, each separate piece is a droplet.
         channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
@@ -134,7 +134,7 @@ def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
     rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING)
     if rings is None or not rings.labels.any():
         raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
-    found = labelled(rings.labels, rings.finer)
+    found = labelled(rings.labels, rings.finer, rings.light)
     own = Measurement(grey, "ring", label_darkness(found), label_segments(found), margin, film, labelled=found)
     own.unstable = rings.unlike(again)
     return own

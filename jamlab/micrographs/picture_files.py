@@ -15,6 +15,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 
 MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
+MOST_STACK = 10 * MOST_PIXELS  # of all pages of a stack, which are read before the first is measured
 LEAST_SIDE = 8  # pixels
 CHANNELS = ("grey", "red", "green", "blue")
 
@@ -69,6 +70,25 @@ def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
         raise _refusal(path, error) from None
 
 
+def read_pages(path: Path) -> list[NDArray[Any]]:
+    """Read every page of a TIFF, in order, as a picture of its own. `path`: TIFF of one size on all pages."""
+    try:
+        with warnings.catch_warnings(action="ignore"), Image.open(path) as image:  # of damaged metadata, as below
+            _check_size(path, image.width, image.height)
+            count = getattr(image, "n_frames", 1)
+            if image.width * image.height * count > MOST_STACK:
+                raise InputError(f"{path} has {count} pages: cut it to {MOST_STACK:.0e} pixels in all")
+            pages = []
+            for number in range(count):
+                image.seek(number)
+                pages.append(_pixels(image))
+            return pages
+    except InputError:
+        raise
+    except (OSError, ValueError, SyntaxError, EOFError, KeyError, TypeError, IndexError, struct.error) as error:
+        raise _refusal(path, error) from None
+
+
 def _pixels(image: Image.Image) -> NDArray[Any]:
     """Pixels with 1, 3 or 4 channels: palettes and other colour spaces become red, green, blue."""
     if image.mode in ("P", "PA"):
@@ -95,9 +115,9 @@ def _read_tiff(path: Path, first: Exception) -> NDArray[Any]:
         raise _refusal(path, first) from None
 
 
-def _check_size(path: Path, width: int, height: int, pages: int) -> None:
+def _check_size(path: Path, width: int, height: int, pages: int = 1) -> None:
     if pages > 1:
-        raise InputError(f"{path} has {pages} pages: save the one wanted as a picture of its own")
+        raise InputError(f"{path} has {pages} pages: save the one wanted by itself, or give all to jamlab.follow")
     if width * height > MOST_PIXELS:
         raise InputError(f"{path} has {width} x {height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most")
 

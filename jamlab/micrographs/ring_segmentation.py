@@ -1,18 +1,18 @@
-"""Droplets with dark walls and light on both sides: a tree of regions merged across their faintest walls, cut by shape.
+"""Droplets with dark walls and light on both sides: regions of a watershed tree, walls around them, and a choice.
 
 Light inside a droplet and light in a Plateau border look alike. A watershed of the darkness gives every light spot a
 region, walls of droplets among its borders; regions merge pairwise, faintest wall first, into a tree whose root is the
-picture. A droplet is a node of that tree that is compact and closed: its area A and polar moment of inertia I are
-nearly those of a disc,
+picture. Every node that is roughly compact is a place to look for a droplet: its area A and polar moment of inertia I
+are not far from those of a disc,
 
-    A^2/(2 pi I) = 1 for a disc, 0.96 for a square, 0.83 for a triangle, 0.67 for two discs that touch,
+    A^2/(2 pi I) = 1 for a disc, 0.96 for a square, 0.83 for a triangle, 0.67 for two discs that touch.
 
-and its wall is dark all around. A border has concave sides, long arms or open ends, so it fails by one or the other;
-no size and no level of grey enters. Of all sets of nodes of which none holds another, the one that covers most is
-taken (dynamic programming from the leaves). Moments and walls of a node are sums over its parts.
+Around each the best closed path along the inner edge of a wall is found (`wall_paths`), and how likely it is a droplet
+by its wall, shape and size. The likeliest are taken, none where another one is. A droplet ends at the darkest line of
+its wall, which touching droplets share; the light inside it ends before.
 
-Sources: F. Meyer, Signal Processing 38, 113 (1994), for the watershed; C. Arteta et al., Medical Image Analysis 27, 3
-(2016), for the choice among nested regions; M.-K. Hu, IRE Trans. Inf. Theory 8, 179 (1962), for moments as shapes.
+Sources: F. Meyer, Signal Processing 38, 113 (1994), for the watershed; M.-K. Hu, IRE Trans. Inf. Theory 8, 179 (1962),
+for moments as shapes.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
 from jamlab.micrographs.picture_files import scikit_image
+from jamlab.micrographs.wall_paths import find_paths, path_scores
 
-COMPACT = 0.88  # least A^2/(2 pi I) of a droplet, as of an ellipse of 1.65 to 1; 0.86 for the border between four
-CLOSED = 0.8  # least mean depth of the wall around a droplet, over the depth that 0.7 of it stay below
-DEEP = 0.7  # share of a wall that the depth of a droplet is taken from
-FAINT = 0.25  # of the depth of walls in the picture: what is around a droplet is deeper
+COMPACT = 0.75  # least A^2/(2 pi I) of a region in which a droplet is looked for
+LEAST_PIXELS, LARGEST = 6, 0.6  # least area of such a region, and largest share of the picture
+LEAST_SCORE = -0.9  # log odds that a closed path is a droplet
+OVERLAP = 0.3  # of what a path encloses, that others may have taken before
 TYPICAL = 0.8  # of the mean depth above Otsu's threshold: what counts as the depth of walls in the picture
-NO_WALL = 0.2  # of the same depth: regions that so little divides are one
 LEAST_DEPTH = 0.05  # between envelopes of light and dark: spots that stand out by less have no region
 NOISES = 3.0  # standard deviations of smoothed noise that spots must stand out by
 MOST_NOISE = 0.6  # standard deviation of the noise over the depth of walls
@@ -48,10 +48,11 @@ class Rings:
     """Droplets of a ring picture."""
 
     labels: Indices  # (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture
+    light: Indices  # (f h, f w) the same of the light inside their walls
     finer: int  # f
     depth: float  # mean darkness of walls over what they divide, between the envelopes of light and dark
     noise: float  # standard deviation of the noise over that depth
-    light: float  # brightest over darkest of the light envelope
+    fall: float  # brightest over darkest of the light envelope
 
     def unlike(self, other: Rings | None) -> int:
         """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it
@@ -75,8 +76,7 @@ class _Tree:
 
     moments: area, and sums of x, y, x^2, y^2; touches: left, right, upper, lower edge of the picture; level: darkness
     inside; height: depth of the deepest wall within; joined: depth of the wall across which it merged with another;
-    parts: the two that merged; walls: mean depth of the wall around it by its neighbours, and lengths; none of what is
-    not compact.
+    parts: the two that merged.
     """
 
     moments: list[Array]
@@ -85,7 +85,6 @@ class _Tree:
     height: list[float]
     joined: list[float]
     parts: list[tuple[int, ...]]
-    walls: list[tuple[Array, Array]]
 
     def join(self, a: int, b: int, height: float) -> int:
         """Merge two nodes across a wall of that depth; the new node."""
@@ -124,14 +123,15 @@ def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
     tree, depth = _merge(leaves, dark)
     if depth <= 0 or noise > MOST_NOISE * depth * float(np.median(step)):
         return None
-    droplets = _choose(tree, depth, leaves.shape)[leaves]
-    light = np.quantile(high, [0.02, 0.98])
+    droplets, inside = _choose(leaves, tree, dark, depth, finer)
+    level = np.quantile(high, [0.02, 0.98])
     return Rings(
         _within(droplets, HALF_LINE * finer),
+        inside,
         finer,
         depth,
         noise / float(np.median(step)) / depth,
-        float(light[1] / max(light[0], 0.01)),
+        float(level[1] / max(level[0], 0.01)),
     )
 
 
@@ -141,8 +141,11 @@ def _find_coarser(grey: Array, step: int, smoothing: float) -> Rings | None:
     found = find_rings(small, smoothing)
     if found is None:
         return None
-    labels = np.kron(found.labels[:: found.finer, :: found.finer], np.ones((step, step), dtype=np.int64))
-    return replace(found, labels=labels[: grey.shape[0], : grey.shape[1]], finer=1)
+    labels, light = (
+        np.kron(part[:: found.finer, :: found.finer], np.ones((step, step), dtype=np.int64))[: len(grey), : len(grey.T)]
+        for part in (found.labels, found.light)
+    )
+    return replace(found, labels=labels, light=light, finer=1)
 
 
 def _leaves(dark: Array, least: float) -> Indices:
@@ -187,7 +190,6 @@ def _merge(regions: Indices, dark: Array) -> tuple[_Tree, float]:
     heap = [(depth(a, b), a, b) for a in range(count) for b in near[a] if a < b]
     typical = _typical_depth(heap, [near[a][b][0] for _, a, b in heap])
     heapq.heapify(heap)
-    tree.walls = [_wall_around(near[k], level[k]) for k in range(count)]
     while heap:
         height, a, b = heapq.heappop(heap)
         if b not in near[a]:
@@ -206,8 +208,6 @@ def _merge(regions: Indices, dark: Array) -> tuple[_Tree, float]:
                 near[keep][other] = near[other][keep] = (known[0] + length, known[1] + total)
                 heapq.heappush(heap, (depth(other, keep), other, keep))
         near[gone] = {}
-        round_enough = compactness(tree.moments[-1], tree.touches[-1], regions.shape) > COMPACT
-        tree.walls.append(_wall_around(near[keep] if round_enough else {}, level[keep]))
     return tree, typical
 
 
@@ -222,7 +222,7 @@ def _tree_of(regions: Indices, dark: Array) -> _Tree:
     order = np.lexsort((dark.ravel(), flat))  # by region, then by darkness
     ends = np.concatenate([[0], np.cumsum(sums[0]).astype(np.int64)])
     level = dark.ravel()[order[(ends[:-1] + ends[1:]) // 2]].tolist()
-    return _Tree([*np.stack(sums, axis=1)], [*touches], level, [0.0] * count, [np.inf] * count, [()] * count, [])
+    return _Tree([*np.stack(sums, axis=1)], [*touches], level, [0.0] * count, [np.inf] * count, [()] * count)
 
 
 def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> float:
@@ -231,46 +231,47 @@ def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> 
     return float(TYPICAL * deep.mean())
 
 
-def _wall_around(around: dict[int, tuple[float, float]], level: float) -> tuple[Array, Array]:
-    wall = np.array([*around.values()]).reshape(-1, 2)
-    return wall[:, 1] / wall[:, 0] - level, wall[:, 0]
+def _choose(leaves: Indices, tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[Indices, Indices]:
+    """(h, w) droplets from 1 up to the darkest line of their walls, and (h, w) the same of the light inside them."""
+    moments, compact = (
+        np.array(tree.moments),
+        np.array(
+            [compactness(own, touches, leaves.shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]
+        ),
+    )
+    area, height = moments[:, 0], np.array(tree.height)
+    tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * leaves.size) & (height < 1.3 * depth)
+    count, radii = np.count_nonzero(tried), np.sqrt(area[tried] / np.pi)
+    light = np.zeros(leaves.shape, dtype=np.int64)
+    if not count:
+        return light, light
+    paths = find_paths(dark, depth, finer, moments[tried, 1:3] / area[tried, None] - 0.5, radii)
+    node = [compact[tried], radii, np.minimum(np.array(tree.joined)[tried], 9.0) / depth, height[tried] / depth]
+    scores = path_scores(paths, *node)
+    outer, draw = np.zeros(leaves.shape, dtype=bool), scikit_image().draw.polygon
+    found = 0
+    for k in np.argsort(-scores):
+        if scores[k] <= LEAST_SCORE:
+            break
+        inside = draw(paths.light[k, :, 1], paths.light[k, :, 0], leaves.shape)
+        if not inside[0].size or (light[inside] > 0).mean() > OVERLAP:
+            continue
+        found += 1
+        own = light[inside] == 0
+        light[inside[0][own], inside[1][own]] = found
+        outer[draw(paths.outer[k, :, 1], paths.outer[k, :, 0], leaves.shape)] = True
+    return _up_to_walls(leaves, dark, light, outer | (light > 0), found), light
 
 
-def _choose(tree: _Tree, depth: float, shape: tuple[int, ...]) -> Indices:
-    """(leaves,) droplet from 1 that each leaf belongs to, 0 if none: nodes that cover most, none within another."""
-    count = len(tree.moments)
-    worth, own = np.zeros(count), np.zeros(count, dtype=bool)
-    for node in range(count):
-        within = worth[list(tree.parts[node])].sum()
-        mine = _worth(tree, node, depth, shape)
-        own[node] = mine > within
-        worth[node] = max(mine, within)
-    droplet, found = np.zeros(count, dtype=np.int64), 0
-    for node in range(count - 1, -1, -1):
-        if own[node] and not droplet[node]:
-            found += 1
-            droplet[node] = found
-        droplet[list(tree.parts[node])] = droplet[node]
-    leaves = sum(not parts for parts in tree.parts)
-    return droplet[:leaves]
-
-
-def _worth(tree: _Tree, node: int, depth: float, shape: tuple[int, ...]) -> float:
-    """Area of a node times how compact, how closed and how undivided it is; 0 for what is no droplet."""
-    if tree.joined[node] <= NO_WALL * depth:
-        return 0.0
-    compact = compactness(tree.moments[node], tree.touches[node], shape)
-    walls, lengths = tree.walls[node]
-    if compact <= COMPACT or not len(walls) or tree.height[node] >= depth:
-        return 0.0
-    order = np.argsort(walls)
-    along = np.cumsum(lengths[order])
-    deep = float(walls[order][min(np.searchsorted(along, DEEP * along[-1]), len(walls) - 1)])
-    if deep <= FAINT * depth:
-        return 0.0
-    closed = float((lengths * np.clip(walls / deep, 0, 1)).sum() / along[-1])
-    undivided = 1 - tree.height[node] / depth
-    return float(tree.moments[node][0] * (compact - COMPACT) * max(closed - CLOSED, 0.0) * undivided)
+def _up_to_walls(leaves: Indices, dark: Array, light: Indices, outer: Mask, found: int) -> Indices:
+    """Droplets up to the darkest line around them: a watershed from the light inside, and from light spots between."""
+    every = np.arange(int(leaves.max()) + 1)
+    rows, columns = np.array(ndimage.minimum_position(dark, leaves, every)).T
+    between = ~outer[rows, columns]
+    markers = light.copy()
+    markers[rows[between], columns[between]] = found + 1
+    cells = scikit_image().segmentation.watershed(dark, markers)
+    return np.asarray(np.where(cells > found, 0, cells), dtype=np.int64)
 
 
 def compactness(moments: Array, touches: Mask, shape: tuple[int, ...]) -> float:

@@ -28,6 +28,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.micrographs.micrograph import micrograph
+from jamlab.micrographs.picture_files import read_pages
 from jamlab.plotting.drawable import drawn, label_axes
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 
 COLUMNS = ("frame", "particle", "x", "y")  # of a track table, as trackpy names them
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+STACKS = (".tif", ".tiff")
 FARTHEST = 0.5  # of the spacing, that a droplet may move from one picture to the next
 LONGEST = 1.6  # spacings between neighbours
 LEAST_NEIGHBOURS = 3  # for a strain
@@ -116,8 +118,9 @@ def follow(source: Any, **how: Any) -> Tracks:
     """Follow droplets through pictures, or take tracks of another program.
 
     Args:
-        source: pictures in order, as `jamlab.micrograph` takes them; a folder of them, in the order of their names; or
-            a track table, a CSV file or a DataFrame with trackpy's columns frame, particle, x and y.
+        source: pictures in order, as `jamlab.micrograph` takes them; a folder of them, in the order of their names; a
+            TIFF of several pages; or a track table, a CSV file or a DataFrame with trackpy's columns frame, particle, x
+            and y.
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
 
     Raises:
@@ -144,9 +147,12 @@ def follow(source: Any, **how: Any) -> Tracks:
                 if isinstance(error, InputError):
                     raise
                 raise InputError(f"{path} cannot be read as a track table: {str(error).splitlines()[0]}") from None
-        if not path.is_dir():
-            raise InputError(f"{path} is no folder of pictures and no track table (CSV)")
-        source = sorted(part for part in path.iterdir() if part.suffix.lower() in PICTURES)
+        if path.suffix.lower() in STACKS:
+            source = read_pages(path)
+        elif path.is_dir():
+            source = sorted(part for part in path.iterdir() if part.suffix.lower() in PICTURES)
+        else:
+            raise InputError(f"{path} is no folder of pictures, no TIFF and no track table (CSV)")
     if not isinstance(source, Sequence) and not (isinstance(source, np.ndarray) and source.ndim):
         raise InputError(f"a {type(source).__name__} is neither pictures, nor a folder of them, nor a track table")
     if len(source) < 2:

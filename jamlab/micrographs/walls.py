@@ -28,6 +28,7 @@ THICKEST_FILM = 0.2  # of the radius: wider gaps are no contacts
 ALONG = 2.5  # pixels along a wall over which its width is averaged
 BLURS = 2.5  # standard deviations of blur in half a strip
 STRIP = 0.04  # of the radius, in half a strip beside them, for films
+SCATTERED_FILM = 0.16  # of the radius: the gaps of so wide films scatter by more than light and noise make them
 LEAST_WALL = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
 PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 
@@ -171,7 +172,7 @@ def _film_width(gaps: Array, radius: float, tolerance: float) -> tuple[float, fl
     film, droplets do not touch."""
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
     own = own if own <= THICKEST_FILM * radius else 0.0
-    return own, own + tolerance
+    return _film_between_labels(gaps, tolerance) if own > SCATTERED_FILM * radius else (own, own + tolerance)
 
 
 def _film_between_labels(gaps: Array, tolerance: float) -> tuple[float, float]:

@@ -46,6 +46,8 @@ def test_rings_are_seen_as_such_and_borders_are_no_droplets(rings):
     assert rings.count == (Y.max() // a) * (X.max() // a)
     # a droplet ends half a pixel within the darkest line of its wall
     np.testing.assert_allclose(np.sqrt(rings.areas / np.pi), RADIUS - 0.5, atol=0.3)
+    assert np.pi * (RADIUS - 4) ** 2 < rings.interiors.mean() < rings.areas.mean()
+    assert rings.interior_fraction < rings.rho
     np.testing.assert_allclose(rings.centres % a, a / 2 - 0.5, atol=0.3)
 
 
@@ -226,6 +228,13 @@ def test_labels_of_another_size_and_options_that_contradict(numbers):
         jamlab.micrograph()
     with pytest.raises(InputError, match="no colours"):
         jamlab.micrograph(ring_picture(), channel="red")
+
+
+def test_a_mask_of_truth_values_is_one_of_numbers(numbers):
+    apart = distance()[0] < -1.5
+    found, same = jamlab.micrograph(labels=apart), jamlab.micrograph(labels=255 * apart)
+    assert found.count == same.count > 1 and found.rho == same.rho
+    np.testing.assert_array_equal(found.interiors, found.areas)
 
 
 def test_labels_in_pieces_are_doubted(numbers):

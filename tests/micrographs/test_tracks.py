@@ -109,3 +109,21 @@ def test_bad_sources_are_refused(tmp_path):
     (tmp_path / "t.csv").write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match="no column 'frame'"):
         jamlab.follow(tmp_path / "t.csv")
+
+
+def test_pages_of_a_tiff_are_pictures_in_time(tmp_path):
+    y, x = np.mgrid[:120, :136]
+    apart = [np.hypot((x - 2 * k - (y // 32) % 2 * 13) % 32 - 16, y % 32 - 16) for k in range(2)]
+    pages = [Image.fromarray((255 / (1 + np.exp(own - 13))).astype(np.uint8)) for own in apart]
+    pages[0].save(tmp_path / "stack.tif", save_all=True, append_images=pages[1:])
+    tracks = jamlab.follow(tmp_path / "stack.tif", contrast="bright")
+    same = jamlab.follow([np.asarray(page) for page in pages], contrast="bright")
+    pd.testing.assert_frame_equal(tracks.table, same.table)
+    done = call(tmp_path, "analyze", "stack.tif", "--contrast", "bright")
+    assert done.exit_code == 0 and f"{same.count} droplets are in every frame" in " ".join(done.stdout.split())
+    pages[0].save(tmp_path / "one.tif")
+    with pytest.raises(InputError, match="1 pictures"):
+        jamlab.follow(tmp_path / "one.tif")
+    (tmp_path / "torn.tif").write_bytes((tmp_path / "stack.tif").read_bytes()[:90])
+    with pytest.raises(InputError, match=r"torn\.tif"):
+        jamlab.follow(tmp_path / "torn.tif")

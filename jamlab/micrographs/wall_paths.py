@@ -1,0 +1,196 @@
+"""Outlines of droplets with dark walls: closed paths on which darkness rises outward, and how likely each is a droplet.
+
+Around the middle of a region rays are cast. The path that crosses every ray once and gathers the steepest rise of
+darkness (dynamic programming) is the inner edge of a wall, also where the wall has a gap or is as light as noise. How
+evenly dark that wall is, how round and how light what it encloses, and how far it is from the region it was started
+from, say how likely it is a droplet: a logistic regression, fitted to nine foams
+(`tests/micrographs/benchmark_foams.py`), nine rendered packings and eight lattices of rings.
+
+Source: A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990), for paths by dynamic programming.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from jamlab.arrays import Array, Indices, Mask
+
+RAYS, STEPS = 48, 56
+ANGLES = np.arange(RAYS) * (2 * np.pi / RAYS)
+REACH = np.linspace(0.04, 1.7, STEPS)  # along a ray, in radii of the region
+NEAREST = 0.35  # radii: no wall is nearer to the middle
+BENT = 0.02  # of the depth of walls, that a step of a path from ray to ray costs
+BEYOND = 0.1  # gain beyond the edge of the picture: less than a wall has, more than noise
+MODES = 9  # of a path around the middle, from the mean on
+ROUNDS = 2  # the second path begins in the middle of the first
+BATCH = 500  # paths at once, which bounds memory
+LIGHT_EDGE = 0.3  # of the way from the steepest rise to the darkest line, where hands draw the edge of the light
+
+# log odds of a droplet: constant, and a weight for each term of `_terms`
+CONSTANT = -13.83
+WEIGHTS = np.array(
+    """3.9 0.68 2.27 -2.53 1.33 4.46 3.35 -1.29 -9.38 6.96 1.31 26.14 -19.12 -4.84 2.7
+    0.28 0.38 0.46 3.65 0.28 -0.03 -1.23 -0.08 -0.14""".split(),
+    dtype=np.float64,
+)
+
+
+@dataclass(frozen=True)
+class WallPaths:
+    """Closed paths on the inner edge of walls, n of them, in pixels of the darkness that they were sought in."""
+
+    inner: Array  # (n, RAYS, 2) x and y where darkness rises steepest
+    light: Array  # (n, RAYS, 2) x and y where the light inside ends
+    outer: Array  # (n, RAYS, 2) x and y of the darkest line
+    features: Array  # (n, 11) see `_features`
+
+
+def find_paths(dark: Array, depth: float, finer: int, middles: Array, radii: Array) -> WallPaths:
+    """Find the wall around every region. `dark`: (h, w) darkness; `depth`: that of walls; `finer`: pixels of `dark` to
+    one of the picture; `middles`: (n, 2) x and y; `radii`: (n,) of the regions, pixels of `dark`."""
+    parts = [
+        _paths(dark, depth, finer, middles[k : k + BATCH], radii[k : k + BATCH]) for k in range(0, len(radii), BATCH)
+    ]
+    return WallPaths(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _paths(dark: Array, depth: float, finer: int, middle: Array, radius: Array) -> tuple[Array, ...]:
+    for turn in range(ROUNDS):
+        along = radius[:, None, None] * REACH  # (n, 1, STEPS)
+        x = middle[:, 0, None, None] + along * np.cos(ANGLES)[:, None]
+        y = middle[:, 1, None, None] + along * np.sin(ANGLES)[:, None]
+        seen = (x >= -0.5) & (x <= dark.shape[1] - 0.5) & (y >= -0.5) & (y <= dark.shape[0] - 0.5)
+        values = ndimage.map_coordinates(dark, [y, x], order=1, mode="nearest")
+        rise = _rise(values, 0.5 * finer / ((REACH[1] - REACH[0]) * radius)) / depth
+        gain = np.where(seen, np.clip(rise, -1, 1), BEYOND)
+        gain[:, :, REACH < NEAREST] = -0.5
+        steps = _closed_path(gain)
+        inner = _smooth(REACH[steps] * radius[:, None])
+        if turn < ROUNDS - 1:
+            middle, radius = _middle_and_radius(_points(middle, inner))
+            middle = np.clip(middle, 0, np.array(dark.shape[::-1]) - 1.0)
+    on = np.take_along_axis(seen, steps[:, :, None], 2)[:, :, 0]
+    behind = np.maximum(2.0 * finer, 0.25 * radius)[:, None, None]
+    wall = np.where(
+        (along >= inner[:, :, None] - 0.5 * finer) & (along <= inner[:, :, None] + behind) & seen, values, -9
+    )
+    outer = np.maximum(_smooth(np.take_along_axis(along[:, 0], wall.argmax(2), 1)), inner)
+    found = _features(values, seen, along / inner[:, :, None], wall.max(2), on, _points(middle, inner), depth)
+    light = inner + LIGHT_EDGE * (outer - inner)
+    size = np.log(radius / finer)
+    return (*(_points(middle, r) for r in (inner, light, outer)), np.column_stack([found, size]))
+
+
+def _rise(values: Array, width: Array) -> Array:
+    """Rise of darkness over a step of a ray, smoothed over half a pixel of the picture. `width`: (n,) that in steps."""
+    rise, width = np.empty_like(values), np.clip(width, 0.8, 8.0)
+    kinds = np.rint(2 * np.log2(width)).astype(np.int64)
+    for kind in np.unique(kinds):
+        mine = kinds == kind
+        scale = float(width[mine].mean())
+        rise[mine] = scale * ndimage.gaussian_filter1d(values[mine], scale, axis=2, order=1, mode="nearest")
+    return rise
+
+
+def _closed_path(gain: Array) -> Indices:
+    """(n, RAYS) step on each ray that the path of most gain crosses; it moves by one step at most from ray to ray. Two
+    turns are made, of which the middle one is closed."""
+    count, back, best = len(gain), [], gain[:, 0]
+    for ray in range(1, 2 * RAYS + 1):
+        wide = np.pad(best, ((0, 0), (1, 1)), constant_values=-np.inf)
+        ways = np.stack([wide[:, :-2] - BENT, wide[:, 1:-1], wide[:, 2:] - BENT])
+        back.append(ways.argmax(0) - 1)
+        best = ways.max(0) + gain[:, ray % RAYS]
+    step, every = best.argmax(1), np.arange(count)
+    path = np.zeros((count, 2 * RAYS), dtype=np.int64)
+    for ray in range(2 * RAYS - 1, -1, -1):
+        step = step + back[ray][every, step]
+        path[:, ray] = step
+    half = RAYS // 2
+    return np.roll(path[:, half : half + RAYS], half, axis=1)
+
+
+def _smooth(radius: Array) -> Array:
+    """(n, RAYS) distances from the middle without their higher Fourier modes."""
+    modes = np.fft.rfft(radius, axis=1)
+    modes[:, MODES:] = 0
+    return np.asarray(np.fft.irfft(modes, RAYS, axis=1), dtype=np.float64)
+
+
+def _points(middle: Array, radius: Array) -> Array:
+    return np.asarray(middle[:, None] + radius[:, :, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]))
+
+
+def path_areas(points: Array) -> Array:
+    """(n,) areas of closed paths (n, k, 2)."""
+    x, y = points[..., 0], points[..., 1]
+    return np.asarray(0.5 * (x * np.roll(y, -1, 1) - y * np.roll(x, -1, 1)).sum(axis=1))
+
+
+def _middle_and_radius(points: Array) -> tuple[Array, Array]:
+    """(n, 2) centres of area, and (n,) radii of circles of that area."""
+    x, y = points[..., 0], points[..., 1]
+    nextx, nexty = np.roll(x, -1, 1), np.roll(y, -1, 1)
+    cross, area = x * nexty - y * nextx, np.maximum(path_areas(points), 1.0)
+    middle = np.stack([((x + nextx) * cross).sum(1), ((y + nexty) * cross).sum(1)], axis=1) / (6 * area[:, None])
+    return middle, np.sqrt(area / np.pi)
+
+
+def _features(values: Array, seen: Mask, share: Array, top: Array, on: Mask, points: Array, depth: float) -> Array:
+    """(n, 10) of each path: depth of the wall that all but a tenth, a quarter and half of it exceed, rise of darkness
+    that all but a tenth exceeds and mean rise, level inside and what nine tenths of the inside stay below, all over
+    `depth`; concavity, roundness 4 pi A/P^2, and share of the path beyond the picture. `share`: of the way to the path;
+    `top`: (n, RAYS) darkest of the wall; `on`: (n, RAYS) rays whose path the picture shows."""
+    n, nan = len(values), np.nan
+    within = np.where((share < 0.8) & seen, values, nan).reshape(n, -1)
+    within = np.where(np.asarray(np.isnan(within).all(axis=1))[:, None], values.reshape(n, -1), within)
+    level, high = np.nanquantile(within, [0.5, 0.9], axis=1)
+    beside = np.where((share < 0.95) & (share > 0.6) & seen, values, nan)
+    near = np.nanmedian(
+        np.where(np.asarray(np.isnan(beside).all(axis=2))[:, :, None], level[:, None, None], beside), axis=2
+    )
+    counted = on | ~np.asarray(on.any(axis=1))[:, None]
+    wall = np.where(counted, top - level[:, None], nan)
+    step = np.where(counted, top - near, nan)
+    z = points[..., 0] + 1j * points[..., 1]
+    first, second = (np.roll(z, -1, 1) - np.roll(z, 1, 1)) / 2, np.roll(z, -1, 1) - 2 * z + np.roll(z, 1, 1)
+    area = np.maximum(path_areas(points), 1.0)
+    bend = (np.conj(first) * second).imag / np.maximum(np.abs(first), 1e-9) ** 3 * np.sqrt(area / np.pi)[:, None]
+    concave = np.nanmean(np.where(counted, np.minimum(bend, 0), nan), axis=1)
+    solid = 4 * np.pi * area / np.abs(np.roll(z, -1, 1) - z).sum(axis=1) ** 2
+    depths = np.nanquantile(wall, [0.1, 0.25, 0.5], axis=1)
+    rise = np.nanquantile(step, 0.1, axis=1), np.nanmean(np.clip(step, -0.5 * depth, 1.5 * depth), axis=1)
+    levels = np.stack([*depths, *rise, level, high - level]) / depth
+    return np.column_stack([levels.T, concave, solid, on.mean(axis=1)])
+
+
+def path_scores(paths: WallPaths, compact: Array, radii: Array, joined: Array, height: Array) -> Array:
+    """(n,) log odds that what a path encloses is a droplet. `compact`, `radii`, `joined`, `height`: (n,) A^2/(2 pi I)
+    and radius of the region that it was started from, and depths of the wall by which that region merged and of the
+    deepest wall within, over the depth of walls."""
+    grown = np.log(np.maximum(path_areas(paths.inner), 1.0) / (np.pi * radii**2))
+    return np.asarray(CONSTANT + _terms(paths.features, compact, grown, joined, height) @ WEIGHTS)
+
+
+def _terms(features: Array, compact: Array, grown: Array, joined: Array, height: Array) -> Array:
+    """(n, 24) what the log odds are linear in: levels over the median depth of the own wall, sizes as logarithms, also
+    over the typical size of what is certainly a droplet."""
+    tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = features.T
+    wall = np.maximum(half, 0.15)
+    sure = (tenth > 0.4 * wall) & (solid > 0.93) & (compact > 0.93) & (np.abs(grown) < 0.35)
+    sure = sure if sure.sum() >= 3 else np.ones(len(size), dtype=bool)
+    order = np.sort(size[sure])
+    along = np.cumsum(np.exp(order))
+    relative = np.clip(size - order[np.searchsorted(along, 0.5 * along[-1])], -3, 1)
+    depth, size = np.clip(np.log(wall), -2, 1.5), np.clip(size, -1, 4)
+    tenth, quarter = np.clip(tenth / wall, -0.5, 1), np.clip(quarter / wall, 0, 1)
+    high, solid, concave = np.clip(high / wall, 0, 1), np.clip(solid, 0.5, 1), np.clip(concave, -1, 0)
+    own = [depth, depth**2, tenth, np.minimum(tenth, 0.3), quarter, np.clip(rise / wall, -0.5, 1)]
+    own += [np.clip(mean / wall, 0, 1.5), high, concave, 1 - seen, np.clip(level / wall, -1, 2)]
+    region = [compact, np.minimum(compact, 0.93), np.abs(np.clip(grown, -1, 0.5))]
+    region += [np.clip(joined / wall, 0, 2), np.clip(height / wall, 0, 1.5)]
+    sized = [size * term for term in (1.0, solid, concave, tenth, quarter, high)]
+    return np.column_stack([*own, *region, *sized, relative, relative * compact])
