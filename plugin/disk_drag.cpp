@@ -15,6 +15,7 @@ using namespace LAMMPS_NS;
 static constexpr double BLOCK_SHIFT = 1e-3;
 static constexpr double ROUNDING = 4e-16;
 static constexpr int PEELS = 20;    // chains of loose disks are shorter
+static constexpr double SAME = 1e-6;    // of the reach, between the two halves of a contact
 
 /* ---------------------------------------------------------------------- */
 
@@ -46,8 +47,8 @@ void DiskDrag::take(int local, int ghost, double /*ahead*/)
     const DiskPair &p = near()[k];
     states[k] = p.x * p.x + p.y * p.y < p.reach * p.reach ? CLOSED : OPEN;
   }
-  edge_pair.clear();
-  for (const Edge &edge : edged) edge_pair.push_back(find_pair(edge));
+  edge_pairs.clear();
+  for (const Edge &edge : edged) edge_pairs.push_back(find_pairs(edge));
   find_contacts();
 }
 
@@ -55,9 +56,9 @@ void DiskDrag::take(int local, int ghost, double /*ahead*/)
    of several images of one pair that whose gap is closest to zero
 ------------------------------------------------------------------------- */
 
-int DiskDrag::find_pair(const Edge &edge) const
+std::vector<int> DiskDrag::find_pairs(const Edge &edge) const
 {
-  int found = -1;
+  std::vector<int> found;
   double least = HUGE_VAL;
   for (std::size_t k = 0; k < near().size(); k++) {
     const DiskPair &p = near()[k];
@@ -65,8 +66,16 @@ int DiskDrag::find_pair(const Edge &edge) const
     if (!(a == edge.first && b == edge.second) && !(a == edge.second && b == edge.first)) continue;
     const double gap = fabs(hypot(p.x, p.y) - p.reach);
     if (gap >= least) continue;
-    found = static_cast<int>(k);
+    found.assign(1, static_cast<int>(k));
     least = gap;
+  }
+  if (found.empty() || near()[found[0]].share == 1.0) return found;
+  const DiskPair &half = near()[found[0]];
+  for (std::size_t k = 0; k < near().size(); k++) {
+    const DiskPair &p = near()[k];
+    if (tags[p.i] == tags[half.j] && tags[p.j] == tags[half.i] &&
+        hypot(p.x + half.x, p.y + half.y) < SAME * half.reach && static_cast<int>(k) != found[0])
+      found.push_back(static_cast<int>(k));
   }
   return found;
 }
@@ -89,15 +98,16 @@ void DiskDrag::find_contacts()
   rubbing = 0;
   for (std::size_t e = 0; e < edged.size(); e++) {
     if (edged[e].state == RUBBING) rubbing++;
-    if (edge_pair[e] >= 0) states[edge_pair[e]] = edged[e].state;
+    for (const int k : edge_pairs[e]) states[k] = edged[e].state;
   }
   pair_of.clear();
   for (std::size_t k = 0; k < states.size(); k++)
     if (states[k] != OPEN) pair_of.push_back(static_cast<int>(k));
   edge_of.assign(pair_of.size(), -1);
-  for (std::size_t k = 0; k < pair_of.size(); k++)
-    for (std::size_t e = 0; e < edged.size(); e++)
-      if (edge_pair[e] == pair_of[k] && edged[e].state == RUBBING) edge_of[k] = static_cast<int>(e);
+  for (std::size_t e = 0; e < edged.size(); e++)
+    for (const int k : edge_pairs[e])
+      if (edged[e].state == RUBBING)
+        edge_of[std::lower_bound(pair_of.begin(), pair_of.end(), k) - pair_of.begin()] = static_cast<int>(e);
   weights.resize(pair_of.size());
   displace(rest, 0.0);
 }

@@ -91,7 +91,7 @@ class DiskDrag : public DragSolver {
   std::vector<DiskContact> contacts;
   std::vector<int> pair_of, edge_of;    // of contacts; -1: none
   std::vector<Edge> edged;
-  std::vector<int> edge_pair;    // of edges, on this rank; -1: none
+  std::vector<std::vector<int>> edge_pairs;    // of edges, on this rank; two halves across the box with newton off
   std::vector<double> weights;    // drag over velocity of approach
   double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
   double closing = 0.0;
@@ -114,7 +114,7 @@ class DiskDrag : public DragSolver {
   };
   void find_contacts();
   void set_state(Edge &, int state);
-  int find_pair(const Edge &) const;
+  std::vector<int> find_pairs(const Edge &) const;
   double against(const Edge &, const Slip &) const;
   double misfit(const Edge &, const Slip &, double least_speed) const;
   std::vector<Slip> edge_slips(const Motions &u, double rate) const;

@@ -42,15 +42,17 @@ std::vector<DiskDrag::Slip> DiskDrag::edge_slips(const Motions &u, double rate) 
 {
   std::vector<Slip> slips(edged.size(), {0.0, 0.0, 0.0});
   for (std::size_t e = 0; e < edged.size(); e++) {
-    if (edge_pair[e] < 0) continue;
-    const DiskPair &p = near()[edge_pair[e]];
-    DiskContact c = contact_of(p, p.x, p.y);
-    for (std::size_t k = 0; k < contacts.size(); k++)
-      if (pair_of[k] == edge_pair[e]) c = contacts[k];    // where it is now
-    slip(c, u, rate, slips[e].approach, slips[e].slide);
-    slips[e].approach *= p.share;
-    slips[e].slide *= p.share;
-    slips[e].gap = p.share * (c.distance - p.reach);
+    for (const int pair : edge_pairs[e]) {
+      const DiskPair &p = near()[pair];
+      DiskContact c = contact_of(p, p.x, p.y);
+      for (std::size_t k = 0; k < contacts.size(); k++)
+        if (pair_of[k] == pair) c = contacts[k];    // where it is now
+      double approach, slide;
+      slip(c, u, rate, approach, slide);
+      slips[e].approach += p.share * approach;
+      slips[e].slide += p.share * slide;
+      slips[e].gap += p.share * (c.distance - p.reach);
+    }
   }
   MPI_Allreduce(MPI_IN_PLACE, slips.data(), static_cast<int>(3 * slips.size()), MPI_DOUBLE, MPI_SUM, world);
   return slips;
@@ -163,8 +165,8 @@ void DiskDrag::forget_settled(bool all)
   }
   if (kept.size() == edged.size()) return;
   edged = kept;
-  edge_pair.clear();
-  for (const Edge &edge : edged) edge_pair.push_back(find_pair(edge));
+  edge_pairs.clear();
+  for (const Edge &edge : edged) edge_pairs.push_back(find_pairs(edge));
   find_contacts();
 }
 
@@ -294,7 +296,7 @@ std::vector<double> DiskDrag::whole_weights() const
 {
   std::vector<double> whole(edged.size(), 0.0);
   for (std::size_t k = 0; k < contacts.size(); k++)
-    if (edge_of[k] >= 0) whole[edge_of[k]] = contacts[k].share * weights[k] / edged[edge_of[k]].base;
+    if (edge_of[k] >= 0) whole[edge_of[k]] += contacts[k].share * weights[k] / edged[edge_of[k]].base;
   MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM, world);
   return whole;
 }

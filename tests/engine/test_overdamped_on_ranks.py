@@ -46,6 +46,7 @@ def packing():
     ("ranks", "newton", "steps"),
     [
         (2, "on", 3),
+        (1, "off", 36),  # some pairs rub, of which one rank has both halves
         *(pytest.param(2, newton, 80, marks=pytest.mark.slow) for newton in ("on", "off")),
         pytest.param(4, "on", 4, marks=pytest.mark.slow),
         pytest.param(4, "off", 4, marks=pytest.mark.slow),
