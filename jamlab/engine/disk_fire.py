@@ -1,8 +1,9 @@
 """FIRE over soft disks in compiled code: the steps of LAMMPS' `min_style fire`, at less than half its price.
 
 A step of LAMMPS serves any force field in three dimensions; one of `plugin/kernels/disk_fire.cpp` knows only disks that
-repel by `jamlab.packing.force_laws.disk_law`, and its threads share memory. The states are the same to rounding, so
-whoever asks for FIRE need not know which it was; forces, energy and stress of the last state are always LAMMPS' own.
+repel by `jamlab.packing.force_laws.disk_law`, and its threads share memory. The states are the same to rounding, unless
+a disk has more than twice the mean diameter: its mass then grows with it. Forces, energy and stress of the last state
+are always LAMMPS' own.
 """
 
 from dataclasses import astuple, dataclass, replace

@@ -1,6 +1,6 @@
 // FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of minimize.fire: the
-// same states to rounding, at less than half the price. E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006);
-// J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
+// same states to rounding, at less than half the price, unless disks are HEAVY. E. Bitzek et al., Phys. Rev. Lett. 97,
+// 170201 (2006); J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
 
 #include "disk_neighbors.h"
 #include "kernel.h"
@@ -40,8 +40,8 @@ struct Border {
 
 // What one pass over all disks tells.
 struct Sums {
-  double power = 0, velocity2 = 0, force2 = 0;      // v . f, v . v, f . f
-  double fastest = 0, strongest = 0, largest2 = 0;  // of components, of components, of squared norms
+  double power = 0, velocity2 = 0, force2 = 0;      // v . f, m v . v, f . f / m
+  double fastest = 0, strongest = 0, largest2 = 0;  // of v, of f / m, by component; of squared norms of f
   double xx = 0, xy = 0, yy = 0;                    // sum of force times distance
   char unused[56] = {};                             // threads write side by side
 };
@@ -214,8 +214,9 @@ class Minimizer {
     for (int64_t i = share.first; i < share.last; ++i) {
       Vector &v = all.velocity[i];
       const Vector f = force[i], along = map(all.disks[i].x, all.disks[i].y);
-      v.x = keep * (v.x + dt * f.x) + steer * f.x;
-      v.y = keep * (v.y + dt * f.y) + steer * f.y;
+      const double light = all.disks[i].lightness;
+      v.x = keep * (v.x + dt * f.x * light) + steer * f.x * light;
+      v.y = keep * (v.y + dt * f.y * light) + steer * f.y * light;
       all.disks[i].x = along.x + dt * v.x;
       all.disks[i].y = along.y + dt * v.y;
       force[i] = {0.0, 0.0};
@@ -316,12 +317,12 @@ class Minimizer {
     }
     for (int64_t i = share.first; i < share.last; ++i) {
       const Vector v = all.velocity[i], f = force[i];
-      const double squared = f.x * f.x + f.y * f.y;
+      const double squared = f.x * f.x + f.y * f.y, light = all.disks[i].lightness;
       found.power += v.x * f.x + v.y * f.y;
-      found.velocity2 += v.x * v.x + v.y * v.y;
-      found.force2 += squared;
+      found.velocity2 += (v.x * v.x + v.y * v.y) / light;
+      found.force2 += squared * light;
       found.fastest = std::max(found.fastest, std::max(std::fabs(v.x), std::fabs(v.y)));
-      found.strongest = std::max(found.strongest, std::max(std::fabs(f.x), std::fabs(f.y)));
+      found.strongest = std::max(found.strongest, light * std::max(std::fabs(f.x), std::fabs(f.y)));
       found.largest2 = std::max(found.largest2, squared);
     }
     return found;

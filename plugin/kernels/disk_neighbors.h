@@ -11,7 +11,7 @@ struct Vector {
 };
 
 struct Disk {
-  double x, y, radius, unused;  // one half of a cache line
+  double x, y, radius, lightness;  // one half of a cache line; lightness: 1/mass
 };
 
 // A box with rows (xx, 0) and (xy, yy), or the map of positions that the transposed matrix makes.
@@ -36,12 +36,17 @@ class DiskNeighbors {
   static constexpr std::uint32_t NUMBER = (1u << 28) - 1;
   static constexpr int IMAGE = 28;  // bits above: 3 sx + sy + 4 for shifts -1, 0, 1 by the two rows
   static constexpr std::int64_t MOST = NUMBER;
+  // Disks above so many mean diameters have a mass in proportion to their diameter, as to the number of their contacts:
+  // they would be the stiffest and hold back the time step of all. 4096 disks of 1:20 take a third fewer steps.
+  static constexpr double HEAVY = 2.0;
 
   DiskNeighbors(std::int64_t n, const double *positions, const double *diameters, Triangle box, int shares)
       : box(box), disks(n), velocity(n), id(n), image_x(n), image_y(n), built(n), shares(shares)
   {
+    double heavy = 0.0;
+    for (std::int64_t i = 0; i < n; ++i) heavy += HEAVY * diameters[i] / static_cast<double>(n);
     for (std::int64_t i = 0; i < n; ++i) {
-      disks[i] = {positions[2 * i], positions[2 * i + 1], 0.5 * diameters[i], 0.0};
+      disks[i] = {positions[2 * i], positions[2 * i + 1], 0.5 * diameters[i], std::min(1.0, heavy / diameters[i])};
       id[i] = i;
       largest = std::max(largest, diameters[i]);
     }

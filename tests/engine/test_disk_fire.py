@@ -10,6 +10,7 @@ from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings, lively_fir
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.natural_units import Scales
+from jamlab.protocols.random_start import random_disks as disks_of
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
 
@@ -25,6 +26,7 @@ def by_lammps(packing, steps):
 def plain_fire(packing, steps, border, fire):
     """The method in numpy, strains of the box among the coordinates; yields every state."""
     size = packing.diameters.mean()
+    light = np.minimum(1, 2 * size / packing.diameters)[:, None]  # 1/mass
     inertia = np.sqrt(packing.n) * size
     v, w = np.zeros_like(packing.positions), np.zeros(len(border.strains))
     dt, alpha, last_negative = fire.timestep, fire.alpha0, 0
@@ -38,7 +40,7 @@ def plain_fire(packing, steps, border, fire):
         power = np.vdot(v, f) + w @ g
         if power > 0:
             keep = 1 - alpha
-            steer = alpha * np.sqrt((np.vdot(v, v) + w @ w) / (np.vdot(f, f) + g @ g))
+            steer = alpha * np.sqrt((np.vdot(v, v / light) + w @ w) / (np.vdot(f, light * f) + g @ g))
             if step - last_negative > DELAY:
                 dt, alpha = min(dt * fire.dtgrow, fire.tmax * fire.timestep), alpha * fire.alphashrink
         else:
@@ -48,9 +50,9 @@ def plain_fire(packing, steps, border, fire):
             packing = border.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
             v, w = 0 * v, 0 * w
             f, g = push(packing)
-        fast = max(np.abs(v + start * dt * f).max(), 10 * np.abs(w + start * dt * g).max() / inertia)
+        fast = max(np.abs(v + start * dt * light * f).max(), 10 * np.abs(w + start * dt * g).max() / inertia)
         step_time = min(dt, fire.dmax / fast)
-        v, w = keep * (v + step_time * f) + steer * f, keep * (w + step_time * g) + steer * g
+        v, w = keep * (v + step_time * light * f) + steer * light * f, keep * (w + step_time * g) + steer * g
         packing = border.move(packing, step_time * v, step_time * w / inertia)
         yield packing, power
 
@@ -74,11 +76,15 @@ def test_steps_are_those_of_lammps(random_disks, units, tilt, threads):
         *(pytest.param(COMPRESSION, k, fire_settings, id=f"size-{k}") for k in (1, 2)),
         *(pytest.param(SHEARS, k, fire_settings, id=f"shears-{k}") for k in (1, 2)),
         *(pytest.param(ALL, k, fire_settings, id=f"both-{k}") for k in (1, 2)),
+        pytest.param(ALL, 1, None, id="heavy"),
     ],
 )
 def test_strains_of_the_box_are_coordinates(random_disks, strains, threads, kind):
     """Beside FIRE in numpy, box and positions, uphill and downhill."""
     start = random_disks(0.2, "k", seed=1, n=60)
+    if kind is None:
+        kind, start = lively_fire, disks_of(150, 1, phi=1.0, units="k", sizes="power-law:-2,1,8")
+        assert start.diameters.max() > 3
     border = Border(strains, 0.05)
     powers = []
     for steps, (plain, power) in enumerate(plain_fire(start, 60, border, kind()), 1):
