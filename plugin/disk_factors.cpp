@@ -34,10 +34,7 @@ void DiskDrag::choose_factors()
   // drag changes in every round of a power law, and without background factors amplify what rounding leaves
   if (law.alpha != 1.0 || settings.background == 0.0) return;
   const bool moved = find_owners();
-  const bool halved = std::any_of(contacts.begin(), contacts.end(), [this](const DiskContact &c) {
-    return c.share < 1.0 && (owners[c.i] < 0 || owners[c.j] < 0);    // newton off between ranks: not tried to the end
-  });
-  double costs[5] = {moved || halved ? 1.0 : 0.0, contacts.size() + PER_DISK * nlocal,
+  double costs[5] = {moved ? 1.0 : 0.0, contacts.size() + PER_DISK * nlocal,
                      SOLVED_DISK * nlocal + SOLVED_BLOCK * factors.blocks_below(),
                      UPDATE * factors.updates() + NEW_CONTACT * contacts.size() + NEW_DISK * nlocal, ORDER * nlocal};
   MPI_Allreduce(MPI_IN_PLACE, costs, 5, MPI_DOUBLE, MPI_MAX, world);    // all ranks decide alike
