@@ -248,9 +248,9 @@ def test_decks_of_moduli_and_flow_and_ranks_know_disks_of_90_sizes(tmp_path, uni
     assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(p), rel=0.01)
     text = run("in.sp.bulk", tmp_path, data="p.data", strain=1e-6)
     assert number("modulus B", text) == pytest.approx(jamlab.bulk_modulus(p), rel=0.01)
-    text = run("in.sp.startup", tmp_path, data="p.data", rate=1e-3, strain=0.01)
+    text = run("in.sp.startup", tmp_path, data="p.data", rate=1e-3, strain=0.01, accuracy=1e-3)
     last = text.partition("\nwork =")[0].splitlines()[-1].split()
-    assert float(last[3]) == pytest.approx(jamlab.shear(p, 1e-3, 0.01).stress[-1], rel=1e-4)
+    assert float(last[3]) == pytest.approx(jamlab.shear(p, 1e-3, 0.01, tolerance=1e-3).stress[-1], rel=1e-5)
     assert number("N_c", run("in.sp.contacts", tmp_path, ranks=3, data="p.data")) == jamlab.contacts(p).count
     energy = number("energy", run("in.sp.minimize", tmp_path, ranks=2, data="sp.startup.data", force=1e-3))
     assert energy == pytest.approx(plain_sums(jamlab.read(tmp_path / "sp.minimum.data")).energy, rel=1e-12)
