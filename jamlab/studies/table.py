@@ -5,6 +5,7 @@ as one packing under one method, gives some rows, and the provenance says how ma
 file is not done again.
 """
 
+import csv
 import gzip
 import io
 import json
@@ -194,7 +195,7 @@ def commit() -> str:
 
 
 def _read(path: Path) -> tuple[MeasuredTable, pd.DataFrame]:
-    """A table, and its cells as text; a last line that does not end is none."""
+    """A table, and its cells as text; a line without its end, or with fewer cells than the first, is none."""
     try:
         first, _, body = _UNPACK.get(path.suffix, bytes)(path.read_bytes()).decode().partition("\n")
     except (OSError, EOFError, UnicodeDecodeError, zlib.error, lzma.LZMAError) as error:
@@ -206,10 +207,11 @@ def _read(path: Path) -> tuple[MeasuredTable, pd.DataFrame]:
         if (kind := (provenance["schema"], provenance["version"])) != (SCHEMA, 1):
             raise ValueError(f"schema {kind[0]!r} {kind[1]} is not known here")
         how: dict[str, Any] = {"keep_default_na": False, "na_values": ["nan"]}
-        rows = pd.read_csv(io.StringIO(whole), dtype=dict.fromkeys(_TEXT, str), **how)
-        cells = pd.read_csv(io.StringIO(whole), dtype=str, na_filter=False)
+        header, *lines = csv.reader(io.StringIO(whole), strict=True)
+        cells = pd.DataFrame([line for line in lines if len(line) == len(header)], columns=header, dtype=str)
+        rows = pd.read_csv(io.StringIO(cells.to_csv(index=False)), dtype=dict.fromkeys(_TEXT, str), **how)
         found = _count(rows)
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, csv.Error) as error:
         raise StorageError(f"{path} is no table of jamlab study run: {error}") from error
     # files of version 0.2.0 do not say how many rows there are
     expected = provenance.setdefault("rows", found | dict.fromkeys(provenance.pop("empty", []), 0))

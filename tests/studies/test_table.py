@@ -74,15 +74,15 @@ def provenance_of(path):
 
 
 @pytest.mark.parametrize("end", ["", "\n"])
-def test_a_piece_of_a_row_is_never_kept(tmp_path, end):
-    """Where it reads as a row of another task."""
+@pytest.mark.parametrize("piece", ["\n1", "\n16.6", "\n16.6,1"])
+def test_a_piece_of_a_row_is_never_kept(tmp_path, piece, end):
+    """Where it reads as a row of another task, or lacks its last cells."""
     path = tmp_path / "t.csv"
     named = dict(zip(("1", "16.6"), tasks(1, 2).values(), strict=True))
     measure_table(path, COLUMNS, named, {})
     text = path.read_text(encoding="utf-8")
-    cut = text.index("\n16.6,") + len("\n1")
-    path.write_text(text[:cut] + end, encoding="utf-8")
-    assert done_tasks(path) == (set() if end else {"1"})
+    path.write_text(text[: text.rindex("\n16.6,")] + piece + end, encoding="utf-8")
+    assert done_tasks(path) == {"1"}
     assert measure_table(path, COLUMNS, named, {}).rows["task"].value_counts().to_dict() == {"1": 2, "16.6": 2}
     assert read_table(path).rows["seed"].tolist() == [1, 1, 2, 2]
 
