@@ -81,8 +81,9 @@ def touching(x: np.ndarray, box: np.ndarray, diameters: np.ndarray) -> list[tupl
     return found
 
 
-def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
-    """Velocities (n, 2) in shear without mass, from dense B and F; units "k" with k = tau = 1."""
+def _dense(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> tuple:
+    """Velocities and rotations (3n,) beside shear without mass, from dense B and F, and the (2, 2) tension of drag and
+    overlaps times the area; units "k" with k = tau = 1."""
     n, d = packing.n, packing.diameters
     rows, push, affine = [], [], []
     for i, j, r in touching(x, box, d):
@@ -94,12 +95,24 @@ def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, ra
             if sliding:
                 row[2 * n + i], row[2 * n + j] = -0.5 * d[i], -0.5 * d[j]
             rows.append(np.sqrt(drag) * row)
-            affine.append(np.sqrt(drag) * rate * r[1] * direction[0])
+            affine.append(np.sqrt(drag) * np.outer(direction, r).ravel())
             push.append(0.0 if sliding else 0.5 * (d[i] + d[j]) - distance)
     # rows^T (rows u + affine) = rows^T push, the shortest u: the drag of approach has weight 1, as the force
-    matrix = np.array(rows)
-    u = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ (np.array(push) - affine), rcond=1e-10)[0]
-    return u[: 2 * n].reshape(n, 2) + rate * np.column_stack([x[:, 1], np.zeros(n)])
+    matrix, gradient = np.array(rows), np.array(affine)
+    driven = np.array(push) - rate * gradient[:, 1]
+    u = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ driven, rcond=1e-10)[0]
+    return u, (gradient.T @ (matrix @ u - driven)).reshape(2, 2)
+
+
+def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """Velocities (n, 2) in shear without mass."""
+    u = _dense(packing, x, box, rate, beta)[0][: 2 * packing.n]
+    return u.reshape(-1, 2) + rate * np.column_stack([x[:, 1], np.zeros(packing.n)])
+
+
+def dense_tension(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """(2, 2) tension in shear without mass, drag included."""
+    return _dense(packing, x, box, rate, beta)[1] / np.linalg.det(box)
 
 
 def dense_path(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float) -> np.ndarray:
