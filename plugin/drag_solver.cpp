@@ -11,8 +11,11 @@ using namespace LAMMPS_NS;
 // Contacts that move less, compared with all others, drag as if they moved that much: a power law below 1 has no limit
 static constexpr double SLOWEST = 1e-5;
 static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
-static constexpr int MOST_ROUNDS = 200;       // of a power law; the error falls by 1 - alpha in each
+static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
 static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients keep to
+static constexpr double FORCING = 1e-3;       // part of the squared residual that a step of Newton's may leave
+static constexpr double LEAST = 0.3;          // slope along such a step where it ends, over that at its start
+static constexpr int SECANTS = 8;             // at most, to find that end
 
 /* ---------------------------------------------------------------------- */
 
@@ -152,6 +155,45 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
 }
 
 /* ----------------------------------------------------------------------
+   back to where R - F u is least along a step, whose slope grows along it
+------------------------------------------------------------------------- */
+
+void DragSolver::shorten(const Motions &force, const Motions &before, double rate_before, Motions &u, Load &load)
+{
+  Motions step(nlocal);
+  for (int i = 0; i < nlocal; i++)
+    step[i] = {u[i].x - before[i].x, u[i].y - before[i].y, u[i].spin - before[i].spin};
+  const double rate_step = load.rate - rate_before;
+  const auto slope = [&](double part) {
+    for (int i = 0; i < nlocal; i++)
+      u[i] = {before[i].x + part * step[i].x, before[i].y + part * step[i].y, before[i].spin + part * step[i].spin};
+    load.rate = rate_before + part * rate_step;
+    exchange.send_to_ghosts(u);
+    find_weights(u, load.rate);
+    const double r_flow = find_residual(force, u, load, false);
+    double along = 0.0;
+    for (int i = 0; i < nlocal; i++)
+      along -= residual[i].x * step[i].x + residual[i].y * step[i].y + residual[i].spin * step[i].spin;
+    return sum(along) - r_flow * rate_step;
+  };
+  double low = 0.0, high = 1.0, after = slope(1.0);
+  if (!(after > 0.0)) return;
+  const double first = slope(0.0);
+  double under = first;
+  for (int n = 0, last = 0; n < SECANTS; n++) {
+    if (after <= -LEAST * first) break;
+    const double part = low - under * (high - low) / (after - under), found = slope(part);
+    if (fabs(found) <= -LEAST * first) return;
+    (found > 0.0 ? high : low) = part;
+    (found > 0.0 ? after : under) = found;
+    const int side = found > 0.0 ? 1 : -1;
+    if (side == last) (found > 0.0 ? under : after) *= 0.5;    // Illinois
+    last = side;
+  }
+  slope(high);
+}
+
+/* ----------------------------------------------------------------------
    force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too
 ------------------------------------------------------------------------- */
 
@@ -163,6 +205,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
   for (int round = 0; round < MOST_ROUNDS; round++) {
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
+    const bool newton = law.alpha != 1.0 && find_slopes(u, load.rate);
     if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
     const double driven = driving(force, load);
     const double enough = std::max(settings.tolerance * settings.tolerance * driven, rounding());
@@ -177,8 +220,16 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
       continue;
     }
 
-    rho = descend(u, load, r_flow, enough, result);
+    const Motions before(newton ? u : Motions());
+    const double rate_before = load.rate;
+    const int earlier = result.iterations;
+    rho = descend(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
     if (!result.positive) break;
+    if (newton) {
+      last_iterations = result.iterations - earlier;
+      shorten(force, before, rate_before, u, load);
+      find_slopes(u, load.rate);
+    }
     const bool held = hold(force, u, load, result);
     if (law.alpha == 1.0 && !held) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
@@ -187,7 +238,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
     }
     if (result.iterations >= settings.iterations) break;
   }
-  last_iterations = result.iterations;
+  if (law.alpha == 1.0) last_iterations = result.iterations;
   exchange.send_to_ghosts(u);
   find_weights(u, load.rate);
   return result;
