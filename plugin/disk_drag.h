@@ -140,6 +140,8 @@ class DiskDrag : public DragSolver {
   void multiply_by(const std::vector<Bend> &, Motions &p, double rate, Motions &out, double &power, double &flow);
   bool find_slopes(const Motions &u, double rate) override;
   bool hold(Motions &force, Motions &u, Load &, Result &) override;
+  std::vector<double> held() const override;
+  void hold_at(const std::vector<double> &) override;
   double push_pair(std::size_t edge, double back, double rub, Motions &force) const;
   double answer_to(std::size_t edge, double back, double rub, double accuracy, const Load &, Motions &push, Motions &answer,
                    double &rate, Result &);

@@ -268,6 +268,22 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
   return true;
 }
 
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::held() const
+{
+  std::vector<double> found;
+  for (const Edge &edge : edged) found.push_back(edge.held);
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::hold_at(const std::vector<double> &forces)
+{
+  for (std::size_t e = 0; e < edged.size(); e++) edged[e].held = forces[e];
+}
+
 /* ----------------------------------------------------------------------
    velocities that answer to unit forces on an edge; returns the part of these in A stress, where the rate is free
 ------------------------------------------------------------------------- */

@@ -14,8 +14,8 @@ static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length 
 static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
 static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients keep to
 static constexpr double FORCING = 1e-3;       // part of the squared residual that a step of Newton's may leave
-static constexpr double LEAST = 0.3;          // slope along such a step where it ends, over that at its start
-static constexpr int SECANTS = 8;             // at most, to find that end
+static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
+static constexpr double SHORTEST = 0.01;      // part of such a step
 
 /* ---------------------------------------------------------------------- */
 
@@ -155,42 +155,41 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
 }
 
 /* ----------------------------------------------------------------------
-   back to where R - F u is least along a step, whose slope grows along it
+   back to a part of a step of Newton's that lessens the residual, whose squared norm was rho: contacts that should come
+   to rest are thrown as far to the other side by the whole of it
 ------------------------------------------------------------------------- */
 
-void DragSolver::shorten(const Motions &force, const Motions &before, double rate_before, Motions &u, Load &load)
+void DragSolver::shorten(const State &before, double rho, Motions &force, Motions &u, Load &load)
 {
-  Motions step(nlocal);
-  for (int i = 0; i < nlocal; i++)
-    step[i] = {u[i].x - before[i].x, u[i].y - before[i].y, u[i].spin - before[i].spin};
-  const double rate_step = load.rate - rate_before;
-  const auto slope = [&](double part) {
+  const State after = {force, u, load.rate, load.moment, held()};
+  const auto between = [&](double part, const Motions &a, const Motions &b, Motions &out) {
     for (int i = 0; i < nlocal; i++)
-      u[i] = {before[i].x + part * step[i].x, before[i].y + part * step[i].y, before[i].spin + part * step[i].spin};
-    load.rate = rate_before + part * rate_step;
+      out[i] = {a[i].x + part * (b[i].x - a[i].x), a[i].y + part * (b[i].y - a[i].y),
+                a[i].spin + part * (b[i].spin - a[i].spin)};
+  };
+  const auto left = [&](double part) {
+    between(part, before.force, after.force, force);
+    between(part, before.u, after.u, u);
+    load.rate = before.rate + part * (after.rate - before.rate);
+    load.moment = before.moment + part * (after.moment - before.moment);
+    std::vector<double> part_held(after.held);
+    for (std::size_t e = 0; e < part_held.size(); e++)
+      part_held[e] = before.held[e] + part * (after.held[e] - before.held[e]);
+    hold_at(part_held);
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
-    const double r_flow = find_residual(force, u, load, false);
-    double along = 0.0;
-    for (int i = 0; i < nlocal; i++)
-      along -= residual[i].x * step[i].x + residual[i].y * step[i].y + residual[i].spin * step[i].spin;
-    return sum(along) - r_flow * rate_step;
+    double z_flow;
+    return precondition(find_residual(force, u, load, false), z_flow);
   };
-  double low = 0.0, high = 1.0, after = slope(1.0);
-  if (!(after > 0.0)) return;
-  const double first = slope(0.0);
-  double under = first;
-  for (int n = 0, last = 0; n < SECANTS; n++) {
-    if (after <= -LEAST * first) break;
-    const double part = low - under * (high - low) / (after - under), found = slope(part);
-    if (fabs(found) <= -LEAST * first) return;
-    (found > 0.0 ? high : low) = part;
-    (found > 0.0 ? after : under) = found;
-    const int side = found > 0.0 ? 1 : -1;
-    if (side == last) (found > 0.0 ? under : after) *= 0.5;    // Illinois
-    last = side;
+  double best = 1.0, least = left(1.0);
+  for (double part = 0.5; part > SHORTEST && !(least <= LESS * rho); part *= 0.5) {
+    const double found = left(part);
+    if (found < least) {
+      least = found;
+      best = part;
+    }
   }
-  slope(high);
+  left(best);
 }
 
 /* ----------------------------------------------------------------------
@@ -220,18 +219,15 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
       continue;
     }
 
-    const Motions before(newton ? u : Motions());
-    const double rate_before = load.rate;
+    const State before = newton ? State{force, u, load.rate, load.moment, held()} : State{};
+    const double rho_before = rho;
     const int earlier = result.iterations;
     rho = descend(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
     if (!result.positive) break;
-    if (newton) {
-      last_iterations = result.iterations - earlier;
-      shorten(force, before, rate_before, u, load);
-      find_slopes(u, load.rate);
-    }
-    const bool held = hold(force, u, load, result);
-    if (law.alpha == 1.0 && !held) {
+    if (newton) last_iterations = result.iterations - earlier;
+    const bool holds = hold(force, u, load, result);
+    if (newton) shorten(before, rho_before, force, u, load);
+    if (law.alpha == 1.0 && !holds) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
       result.converged = rho <= enough;
       break;

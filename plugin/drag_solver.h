@@ -43,8 +43,8 @@ struct FlowSums {
    Conjugate gradients over the list of contacts, from the last velocities; each atom's own block of
    B is the preconditioner. B u = F - rate b always has a solution, and what it leaves open (disks
    that nothing holds) stays zero: those disks follow the affine flow. Of a power law, the velocities are those
-   where R - F u is least, which is convex: steps of disks are Newton's, no longer than to where it is least along
-   them; of droplets, drag coefficients are found again between rounds of conjugate gradients.
+   where R - F u is least, which is convex: steps of disks are Newton's, as short as it takes to lessen the residual;
+   of droplets, drag coefficients are found again between rounds of conjugate gradients.
 
    Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
@@ -126,10 +126,17 @@ class DragSolver {
   virtual bool find_slopes(const Motions &, double /*rate*/) { return false; }
   // hold what a linear solution leaves free; true: it has changed, and velocities are found again
   virtual bool hold(Motions &, Motions &, Load &, Result &) { return false; }
+  virtual std::vector<double> held() const { return {}; }    // forces on each of those pairs
+  virtual void hold_at(const std::vector<double> &) {}
   virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
   void subtract(const Motions &, double factor = 1.0);
-  void shorten(const Motions &force, const Motions &before, double rate_before, Motions &u, Load &);
+  struct State {
+    Motions force, u;
+    double rate, moment;
+    std::vector<double> held;
+  };
+  void shorten(const State &before, double rho, Motions &force, Motions &u, Load &);
 };
 
 }    // namespace LAMMPS_NS
