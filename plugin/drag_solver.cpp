@@ -13,7 +13,7 @@ static constexpr double SLOWEST = 1e-5;
 static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
 static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
 static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients keep to
-static constexpr double FORCING = 1e-3;       // part of the squared residual that a step of Newton's may leave
+static constexpr double FORCING = 1e-4;       // part of the squared residual that a step of Newton's may leave
 static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
 
@@ -201,11 +201,13 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
   Result result = {0, false, 0.0, true};
   start_rate = load.rate;
   std::copy_n(u.begin(), nlocal, start.begin());
+  bool newton = false;
   for (int round = 0; round < MOST_ROUNDS; round++) {
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
-    const bool newton = law.alpha != 1.0 && find_slopes(u, load.rate);
+    newton = law.alpha != 1.0 && find_slopes(u, load.rate);
     if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
+    if (newton) last_iterations = 0;    // each step has a matrix of its own
     const double driven = driving(force, load);
     const double enough = std::max(settings.tolerance * settings.tolerance * driven, rounding());
 
@@ -234,7 +236,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
     }
     if (result.iterations >= settings.iterations) break;
   }
-  if (law.alpha == 1.0) last_iterations = result.iterations;
+  if (!newton) last_iterations = result.iterations;
   exchange.send_to_ghosts(u);
   find_weights(u, load.rate);
   return result;
