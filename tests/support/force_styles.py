@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import droplet_drag
+import numpy as np
 from disk_flows import dense_path, dense_tension, touching
 from mixtures import FORMS, coefficients, evaluate, mixture, write
 
