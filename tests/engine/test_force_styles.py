@@ -11,6 +11,7 @@ NAMES = (
     "bond-line_tension",
     "fix-timestep-polygon_area",
     "fix-timestep-overdamped",
+    "fix-timestep-overdamped-stress",
     "fix-timestep-overdamped-droplets_stokes",
     "fix-timestep-overdamped-droplets_drag",
 )

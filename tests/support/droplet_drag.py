@@ -55,7 +55,7 @@ def drag_stress(packing: jamlab.Packing, velocity: np.ndarray, rate: float, beta
 
 
 def dense_velocities(packing: jamlab.Packing, rate: float, beta: float, background: float) -> np.ndarray:
-    """Velocities (n_vertices, 2) beside the affine flow of a balance of plain forces and drag; beta = 0: none by contacts."""
+    """Velocities (n_vertices, 2) beside the affine flow: plain forces and drag balance; beta = 0: none of contacts."""
     rows, affine = drag_rows(packing, beta) if beta else (np.zeros((0, packing.positions.size)), np.zeros((0, 4)))
     share = np.repeat(background / np.bincount(packing.particle)[packing.particle], 2)
     driven = plain_forces(packing)[1].ravel() - rate * rows.T @ affine[:, 1]
