@@ -34,9 +34,15 @@ inline std::size_t outline_contacts(const PolygonFacings &facings, PolygonFacing
     const PolygonFacings::Facing &facing = facings.facings()[k];
     NearestEdge nearest(x[facing.i], laws[facing.law].widthsq);
     for (int n = facing.begin; n < facing.end; n++) nearest.meet(frames[near[n]], near[n]);
-    const PolygonFacings::Edge edge = edges[nearest.number()];
-    contacts[count] = {facing.i, edge.tail, edge.head, facing.law, nearest.foot()};
+    contacts[count].vertex = k;
+    contacts[count].tail = nearest.number();
     count += nearest.touches();
+  }
+  for (Contact *contact = contacts; contact < contacts + count; contact++) {
+    const PolygonFacings::Facing &facing = facings.facings()[contact->vertex];
+    const EdgeFrame &frame = frames[contact->tail];
+    const PolygonFacings::Edge edge = edges[contact->tail];
+    *contact = {facing.i, edge.tail, edge.head, facing.law, foot_on_edge(x[facing.i][0], x[facing.i][1], frame)};
   }
   return count;
 }

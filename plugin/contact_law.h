@@ -11,8 +11,7 @@
 namespace LAMMPS_NS {
 
 /* The contact forms: who meets whom. This list is the only one in C++. The
-   numbers stand in restart files: append only. jamlab.packing.packing lists the
-   same names for Python, and a test compares the two. */
+   numbers stand in restart files: append only. */
 
 enum ContactForm { SEGMENT, OUTLINE, SEGMENT_SMOOTH };
 

@@ -189,6 +189,21 @@ double DiskDrag::contact_speed(const DiskPair &p, const Motions &u, double rate)
 
 void DiskDrag::multiply(Motions &p, double rate, Motions &out, double &power, double &flow)
 {
+  multiply_by({}, p, rate, out, power, flow);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::multiply_ahead(Motions &p, double rate, Motions &out, double &power, double &flow)
+{
+  multiply_by(bends, p, rate, out, power, flow);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::multiply_by(const std::vector<Bend> &less, Motions &p, double rate, Motions &out, double &power,
+                           double &flow)
+{
   exchange.send_to_ghosts(p);
   std::fill(out.begin(), out.end(), Motion());
   double sums[2] = {0.0, 0.0};
@@ -196,7 +211,12 @@ void DiskDrag::multiply(Motions &p, double rate, Motions &out, double &power, do
     const DiskContact &c = contacts[k];
     double approach, slide;
     slip(c, p, rate, approach, slide);
-    const double push = weights[k] * approach, rub = law.beta * weights[k] * slide;
+    double push = weights[k] * approach, rub = law.beta * weights[k] * slide;
+    if (!less.empty()) {
+      const double bent = less[k].approach * approach + less[k].slide * slide;
+      push -= less[k].approach * bent;
+      rub -= less[k].slide * bent;
+    }
     const double fx = push * c.nx - rub * c.ny, fy = push * c.ny + rub * c.nx;
     Motion &a = out[c.i], &b = out[c.j];
     a.x -= fx;
@@ -225,6 +245,7 @@ void DiskDrag::multiply(Motions &p, double rate, Motions &out, double &power, do
 void DiskDrag::find_weights(const Motions &u, double rate)
 {
   if (law.alpha != 1.0) answers.clear();
+  bends.clear();
   std::vector<double> square(law.alpha == 1.0 ? 0 : contacts.size());
   double squares = 0.0, count = 0.0;
   for (std::size_t k = 0; k < square.size(); k++) {
@@ -240,6 +261,33 @@ void DiskDrag::find_weights(const Motions &u, double rate)
         law.weight(square.empty() ? 0.0 : square[k], slowest);
 }
 
+/* ---------------------------------------------------------------------- */
+
+bool DiskDrag::find_slopes(const Motions &u, double rate)
+{
+  bends.resize(contacts.size());
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    double approach, slide;
+    slip(contacts[k], u, rate, approach, slide);
+    // the weight goes as its square, floor included, to the power (alpha - 1) / 2
+    const double whole = (edge_of[k] < 0 ? 1.0 : edged[edge_of[k]].base) * contacts[k].stiffness * law.tau;
+    const double square = pow(weights[k] / whole, 2.0 / (law.alpha - 1.0));
+    const double bend = law.tau * sqrt((1.0 - law.alpha) * weights[k] / square);
+    bends[k] = whole > 0.0 ? Bend{bend * approach, bend * law.beta * slide} : Bend{0.0, 0.0};
+  }
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+DiskDrag::Slope DiskDrag::slope_of(std::size_t k) const
+{
+  const double w = weights[k], v = law.beta * w;
+  if (bends.empty()) return {w, 0.0, v};
+  const Bend &b = bends[k];
+  return {w - b.approach * b.approach, -b.approach * b.slide, v - b.slide * b.slide};
+}
+
 /* ----------------------------------------------------------------------
    the block of each disk in B, inverted; and c
 ------------------------------------------------------------------------- */
@@ -252,15 +300,16 @@ void DiskDrag::find_preconditioner(bool free_rate)
   double flow[2] = {0.0, 0.0};    // c, and the stiffness of the affine flow
   for (std::size_t k = 0; k < contacts.size(); k++) {
     const DiskContact &c = contacts[k];
-    const double w = weights[k], v = law.beta * w;
-    const double xx = w * c.nx * c.nx + v * c.ny * c.ny, yy = w * c.ny * c.ny + v * c.nx * c.nx;
-    const double xy = (w - v) * c.nx * c.ny;
+    const auto [w, m, v] = slope_of(k);
+    const double both = 2.0 * m * c.nx * c.ny;
+    const double xx = w * c.nx * c.nx + v * c.ny * c.ny - both, yy = w * c.ny * c.ny + v * c.nx * c.nx + both;
+    const double xy = (w - v) * c.nx * c.ny + m * (c.nx * c.nx - c.ny * c.ny);
     for (const auto &[n, arm, sign] : {std::tuple{c.i, c.arm_i, 1.0}, std::tuple{c.j, c.arm_j, -1.0}}) {
       first[n].x += xx;
       first[n].y += xy;
       first[n].spin += yy;
-      second[n].x -= sign * v * arm * c.ny;    // slide = sign (ny, -nx) u - arm spin
-      second[n].y += sign * v * arm * c.nx;
+      second[n].x -= sign * arm * (v * c.ny - m * c.nx);    // slide = sign (ny, -nx) u - arm spin
+      second[n].y += sign * arm * (v * c.nx + m * c.ny);
       second[n].spin += v * arm * arm;
     }
     const double arm = c.share * c.ny * c.ny * c.distance * c.distance;

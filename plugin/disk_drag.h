@@ -93,6 +93,10 @@ class DiskDrag : public DragSolver {
   std::vector<Edge> edged;
   std::vector<std::vector<int>> edge_pairs;    // of edges, on this rank; two halves across the box with newton off
   std::vector<double> weights;    // drag over velocity of approach
+  struct Bend {
+    double approach, slide;
+  };
+  std::vector<Bend> bends;    // of a power law, whose slope is that of the weights less the product of this with itself
   double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
   double closing = 0.0;
   int rubbing = 0;
@@ -108,6 +112,10 @@ class DiskDrag : public DragSolver {
   std::vector<Motions> answers;    // of all velocities to a unit force along the slip of a rubbing pair
   std::vector<double> rate_answers;
 
+  struct Slope {    // of the drag on approach and slip, by approach and slip
+    double nn, nt, tt;
+  };
+  Slope slope_of(std::size_t contact) const;
   const std::vector<DiskPair> &near() const;
   struct Slip {
     double approach, slide, gap;
@@ -128,7 +136,12 @@ class DiskDrag : public DragSolver {
   void factorise();
   double find_amplified();
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
+  void multiply_ahead(Motions &p, double rate, Motions &out, double &power, double &flow) override;
+  void multiply_by(const std::vector<Bend> &, Motions &p, double rate, Motions &out, double &power, double &flow);
+  bool find_slopes(const Motions &u, double rate) override;
   bool hold(Motions &force, Motions &u, Load &, Result &) override;
+  std::vector<double> held() const override;
+  void hold_at(const std::vector<double> &) override;
   double push_pair(std::size_t edge, double back, double rub, Motions &force) const;
   double answer_to(std::size_t edge, double back, double rub, double accuracy, const Load &, Motions &push, Motions &answer,
                    double &rate, Result &);

@@ -18,7 +18,8 @@ static constexpr double BASE = 0.5;             // part of the drag that keeps t
 static constexpr double ANSWER = 1e-5;          // residual of an answer, over the force that is answered
 static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
 static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
-static constexpr double EXACT = 1e-8;           // the same, where a disk may have no other contact than edges
+static constexpr double EXACT = 1e-8;           // the same, where a disk may have no other contact than edges, and of a
+                                                // power law, whose forces held swing by more than what is left
 static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
 
 /* ---------------------------------------------------------------------- */
@@ -239,7 +240,8 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
       exchange.add_from_ghosts(pushes[a]);
       moments[a] = load.free_rate ? sum(moments[a]) : 0.0;
     } else {
-      moments[a] = answer_to(rubs[a], 0.0, 1.0, ANSWER, load, pushes[a], answers[a], rate_answers[a], result);
+      moments[a] = answer_to(rubs[a], 0.0, 1.0, is_linear() ? ANSWER : EXACT, load, pushes[a], answers[a],
+                             rate_answers[a], result);
     }
     const std::vector<Slip> answer = edge_slips(answers[a], rate_answers[a]);
     for (std::size_t b = 0; b < m; b++) matrix[b * m + a] = answer[rubs[b]].approach;
@@ -266,6 +268,22 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
   exchange.send_to_ghosts(u);
   update_thetas(rubs, edge_slips(u, load.rate));
   return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::held() const
+{
+  std::vector<double> found;
+  for (const Edge &edge : edged) found.push_back(edge.held);
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::hold_at(const std::vector<double> &forces)
+{
+  for (std::size_t e = 0; e < edged.size(); e++) edged[e].held = forces[e];
 }
 
 /* ----------------------------------------------------------------------

@@ -31,8 +31,7 @@ static constexpr double SHIFT = 1e-3;
 
 void DiskDrag::choose_factors()
 {
-  // drag changes in every round of a power law, and without background factors amplify what rounding leaves
-  if (law.alpha != 1.0 || settings.background == 0.0) return;
+  if (settings.background == 0.0) return;    // without background, factors amplify what rounding leaves
   const bool moved = find_owners();
   double costs[5] = {moved ? 1.0 : 0.0, contacts.size() + PER_DISK * nlocal,
                      SOLVED_DISK * nlocal + SOLVED_BLOCK * factors.blocks_below(),
@@ -108,12 +107,13 @@ void DiskDrag::factorise()
     const DiskContact &c = contacts[k];
     const int i = owners[c.i], j = owners[c.j];
     if (i < 0 || j < 0) continue;
-    const double w = c.share * weights[k], v = law.beta * w;
+    const auto [w, m, v] = slope_of(k);
     // approach = n (u_j - u_i), slide = t (u_j - u_i) - arm_i spin_i - arm_j spin_j
     const double n[3] = {c.nx, c.ny, 0.0}, at_i[3] = {c.ny, -c.nx, -c.arm_i}, at_j[3] = {-c.ny, c.nx, -c.arm_j};
     BlockCholesky<3>::Block block;
     for (int a = 0; a < 3; a++)
-      for (int b = 0; b < 3; b++) block[3 * a + b] = v * at_i[a] * at_j[b] - w * n[a] * n[b];
+      for (int b = 0; b < 3; b++)
+        block[3 * a + b] = c.share * (v * at_i[a] * at_j[b] - w * n[a] * n[b] + m * (at_i[a] * n[b] - n[a] * at_j[b]));
     if (i != j) {
       factors.add(i, j, block);
       continue;

@@ -11,8 +11,11 @@ using namespace LAMMPS_NS;
 // Contacts that move less, compared with all others, drag as if they moved that much: a power law below 1 has no limit
 static constexpr double SLOWEST = 1e-5;
 static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
-static constexpr int MOST_ROUNDS = 200;       // of a power law; the error falls by 1 - alpha in each
+static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
 static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients keep to
+static constexpr double FORCING = 1e-4;       // part of the squared residual that a step of Newton's may leave
+static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
+static constexpr double SHORTEST = 0.01;      // part of such a step
 
 /* ---------------------------------------------------------------------- */
 
@@ -152,6 +155,44 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
 }
 
 /* ----------------------------------------------------------------------
+   back to a part of a step of Newton's that lessens the residual, whose squared norm was rho: contacts that should come
+   to rest are thrown as far to the other side by the whole of it
+------------------------------------------------------------------------- */
+
+void DragSolver::shorten(const State &before, double rho, Motions &force, Motions &u, Load &load)
+{
+  const State after = {force, u, load.rate, load.moment, held()};
+  const auto between = [&](double part, const Motions &a, const Motions &b, Motions &out) {
+    for (int i = 0; i < nlocal; i++)
+      out[i] = {a[i].x + part * (b[i].x - a[i].x), a[i].y + part * (b[i].y - a[i].y),
+                a[i].spin + part * (b[i].spin - a[i].spin)};
+  };
+  const auto left = [&](double part) {
+    between(part, before.force, after.force, force);
+    between(part, before.u, after.u, u);
+    load.rate = before.rate + part * (after.rate - before.rate);
+    load.moment = before.moment + part * (after.moment - before.moment);
+    std::vector<double> part_held(after.held);
+    for (std::size_t e = 0; e < part_held.size(); e++)
+      part_held[e] = before.held[e] + part * (after.held[e] - before.held[e]);
+    hold_at(part_held);
+    exchange.send_to_ghosts(u);
+    find_weights(u, load.rate);
+    double z_flow;
+    return precondition(find_residual(force, u, load, false), z_flow);
+  };
+  double best = 1.0, least = left(1.0);
+  for (double part = 0.5; part > SHORTEST && !(least <= LESS * rho); part *= 0.5) {
+    const double found = left(part);
+    if (found < least) {
+      least = found;
+      best = part;
+    }
+  }
+  left(best);
+}
+
+/* ----------------------------------------------------------------------
    force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too
 ------------------------------------------------------------------------- */
 
@@ -160,10 +201,13 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
   Result result = {0, false, 0.0, true};
   start_rate = load.rate;
   std::copy_n(u.begin(), nlocal, start.begin());
+  bool newton = false;
   for (int round = 0; round < MOST_ROUNDS; round++) {
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
+    newton = law.alpha != 1.0 && find_slopes(u, load.rate);
     if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
+    if (newton) last_iterations = 0;    // each step has a matrix of its own
     const double driven = driving(force, load);
     const double enough = std::max(settings.tolerance * settings.tolerance * driven, rounding());
 
@@ -177,17 +221,22 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
       continue;
     }
 
-    rho = descend(u, load, r_flow, enough, result);
+    const State before = newton ? State{force, u, load.rate, load.moment, held()} : State{};
+    const double rho_before = rho;
+    const int earlier = result.iterations;
+    rho = descend(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
     if (!result.positive) break;
-    const bool held = hold(force, u, load, result);
-    if (law.alpha == 1.0 && !held) {
+    if (newton) last_iterations = result.iterations - earlier;
+    const bool holds = hold(force, u, load, result);
+    if (newton) shorten(before, rho_before, force, u, load);
+    if (law.alpha == 1.0 && !holds) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
       result.converged = rho <= enough;
       break;
     }
     if (result.iterations >= settings.iterations) break;
   }
-  last_iterations = result.iterations;
+  if (!newton) last_iterations = result.iterations;
   exchange.send_to_ghosts(u);
   find_weights(u, load.rate);
   return result;

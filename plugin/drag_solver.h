@@ -42,9 +42,9 @@ struct FlowSums {
 
    Conjugate gradients over the list of contacts, from the last velocities; each atom's own block of
    B is the preconditioner. B u = F - rate b always has a solution, and what it leaves open (disks
-   that nothing holds) stays zero: those disks follow the affine flow. Of a power law, the drag
-   coefficients are found again between rounds of conjugate gradients, which lowers the dissipation
-   function in every round.
+   that nothing holds) stays zero: those disks follow the affine flow. Of a power law, the velocities are those
+   where R - F u is least, which is convex: steps of disks are Newton's, as short as it takes to lessen the residual;
+   of droplets, drag coefficients are found again between rounds of conjugate gradients.
 
    Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
@@ -122,11 +122,21 @@ class DragSolver {
     multiply(p, rate, out, power, flow);
   }
   virtual bool looks_ahead() const { return false; }
+  // from here on multiply_ahead is by the slope of the drag of a power law at these velocities; false: it is not known
+  virtual bool find_slopes(const Motions &, double /*rate*/) { return false; }
   // hold what a linear solution leaves free; true: it has changed, and velocities are found again
   virtual bool hold(Motions &, Motions &, Load &, Result &) { return false; }
+  virtual std::vector<double> held() const { return {}; }    // forces on each of those pairs
+  virtual void hold_at(const std::vector<double> &) {}
   virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
   void subtract(const Motions &, double factor = 1.0);
+  struct State {
+    Motions force, u;
+    double rate, moment;
+    std::vector<double> held;
+  };
+  void shorten(const State &before, double rho, Motions &force, Motions &u, Load &);
 };
 
 }    // namespace LAMMPS_NS

@@ -64,56 +64,43 @@ inline Foot foot_on_edge(double x, double y, const EdgeFrame &edge)
 }
 
 /* The nearest of several edges to a point, if nearer than the root of `within`. Which is nearest cannot be
-   predicted: with x and y side by side and no branch, 8.5 instead of 11.4 ns for 2.3 edges. */
+   predicted, so nothing branches on it; x and y stand side by side. Half of what is looked at touches nothing: only
+   the distance is kept, and the foot sought anew on the edge that was found. */
 
 class NearestEdge {
  public:
 #ifdef __SSE2__
-  NearestEdge(const double *point, double within) :
-      point(_mm_loadu_pd(point)), away(_mm_setzero_pd()), rsq(_mm_set1_pd(within)), t(away), within(within) {}
+  NearestEdge(const double *point, double within) : point(_mm_loadu_pd(point)), rsq(_mm_set_sd(within)), within(within) {}
 
   void meet(const EdgeFrame &edge, int number)
   {
     const __m128d along = _mm_loadu_pd(&edge.ex), from_tail = _mm_sub_pd(point, _mm_loadu_pd(&edge.x));
-    const __m128d here = _mm_min_pd(_mm_max_pd(_mm_mul_pd(of_both(_mm_mul_pd(from_tail, along)), _mm_set1_pd(edge.per_lsq)),
-                                               _mm_setzero_pd()), _mm_set1_pd(1.0));
-    const __m128d apart = _mm_sub_pd(from_tail, _mm_mul_pd(here, along)), square = of_both(_mm_mul_pd(apart, apart));
-    const __m128d nearer = _mm_cmplt_pd(square, rsq);
-    away = chosen(nearer, apart, away);
-    t = chosen(nearer, here, t);
-    rsq = _mm_min_pd(square, rsq);
-    found = _mm_movemask_pd(nearer) ? number : found;
-  }
-  Foot foot() const
-  {
-    return {_mm_cvtsd_f64(away), _mm_cvtsd_f64(_mm_unpackhi_pd(away, away)), _mm_cvtsd_f64(rsq), _mm_cvtsd_f64(t)};
+    const __m128d here = _mm_min_sd(_mm_max_sd(_mm_mul_sd(sum(_mm_mul_pd(from_tail, along)), _mm_load_sd(&edge.per_lsq)),
+                                               _mm_setzero_pd()), _mm_set_sd(1.0));
+    const __m128d apart = _mm_sub_pd(from_tail, _mm_mul_pd(_mm_unpacklo_pd(here, here), along));
+    const __m128d square = sum(_mm_mul_pd(apart, apart));
+    found = _mm_comilt_sd(square, rsq) ? number : found;
+    rsq = _mm_min_sd(square, rsq);
   }
   bool touches() const { return _mm_cvtsd_f64(rsq) < within; }
 
  private:
-  __m128d point, away, rsq, t;    // rsq and t twice
+  __m128d point, rsq;    // rsq in the lower lane
 
-  static __m128d of_both(__m128d v) { return _mm_add_pd(v, _mm_shuffle_pd(v, v, 1)); }
-  static __m128d chosen(__m128d mask, __m128d yes, __m128d no)
-  {
-    return _mm_or_pd(_mm_and_pd(mask, yes), _mm_andnot_pd(mask, no));
-  }
+  static __m128d sum(__m128d v) { return _mm_add_sd(v, _mm_unpackhi_pd(v, v)); }
 #else
-  NearestEdge(const double *point, double within) : x(point[0]), y(point[1]), nearest({0.0, 0.0, within, 0.0}), within(within) {}
+  NearestEdge(const double *point, double within) : x(point[0]), y(point[1]), rsq(within), within(within) {}
 
   void meet(const EdgeFrame &edge, int number)
   {
-    const Foot foot = foot_on_edge(x, y, edge);
-    if (!(foot.rsq < nearest.rsq)) return;
-    nearest = foot;
-    found = number;
+    const double square = foot_on_edge(x, y, edge).rsq;
+    found = square < rsq ? number : found;
+    rsq = std::min(square, rsq);
   }
-  Foot foot() const { return nearest; }
-  bool touches() const { return nearest.rsq < within; }
+  bool touches() const { return rsq < within; }
 
  private:
-  double x, y;
-  Foot nearest;
+  double x, y, rsq;
 #endif
   double within;
   int found = 0;

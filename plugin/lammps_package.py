@@ -53,12 +53,15 @@ ASCII = dict(
 )
 AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "analyse": "analyze",
             "behaviour": "behavior", "artefact": "artifact", "grey": "gray", "modelling": "modeling"}  # fmt: skip
+COMMANDS = "fix|compute|dump|region|group|molecule"
 
 
 def american(text: str) -> str:
-    """In ASCII letters and American spelling, as LAMMPS asks."""
+    """In ASCII letters and American spelling, with the dashes of `atom-ID`, as LAMMPS asks."""
     for old, new in (ASCII | AMERICAN).items():
         text = text.replace(old, new)
+    text = re.sub(rf"^(\s+)({COMMANDS}) ID\b", r"\1\2 \2-ID", text, flags=re.MULTILINE)
+    text = re.sub(rf"(?i)\b({COMMANDS}|atom|chunk|grid) (IDs?)\b(?!\[)", r"\1-\2", text)
     text.encode("ascii")
     return text
 
@@ -130,6 +133,7 @@ def page(name: str) -> str:
             out.append(table(block.splitlines()))
         else:
             out += [heading(line) for line in block.splitlines()]
+    out.insert(out.index("Description\n-----------") + 1, "\n.. versionadded:: TBD")
     text = re.sub(r"\n{3,}", "\n\n", "\n".join(line.rstrip() for line in "\n".join(out).splitlines()))
     return american(text.rstrip() + "\n")
 

@@ -12,7 +12,7 @@
 
 using namespace LAMMPS_NS;
 
-// stands where files of jamlab 0.1.0 have delta, which is positive
+// stands where files of version 0.1.0 have delta, which is positive
 static constexpr double LAYOUT = -2.0;
 
 /* ---------------------------------------------------------------------- */

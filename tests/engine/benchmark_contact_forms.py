@@ -1,4 +1,4 @@
-"""Contact forms of polygons side by side: smoothness, convergence, onset, cost, speed. pytest -m benchmark -s.
+"""Contact forms of polygons side by side: smoothness, convergence, onset, cost, speed, ranks. pytest -m benchmark -s.
 
 JAMLAB_SEEDS sets how many seeds (8), JAMLAB_RESULTS a folder where each result is kept as it comes, so that a run can
 go on where it was stopped. Prints tables and one JSON object each.
@@ -6,9 +6,11 @@ go on where it was stopped. Prints tables and one JSON object each.
 
 import json
 import os
+import re
 import time
 
 import contact_paths
+import deck_runs
 import numpy as np
 import pytest
 from kept_results import kept_rows
@@ -174,3 +176,20 @@ def test_cost_beside_pairs_and_bonds_of_lammps(tmp_path):
             print(f"{len(p.positions):9d} {'moving' if motion else 'at rest':9}" + "".join(f"{v:16.1f}" for v in found))
     print(" ".join(f"{size} {'moving' if motion else 'at rest'}: {v:.2f}" for (size, motion), v in ratios.items()))
     assert max(ratios.values()) < 1.6
+
+
+@pytest.mark.benchmark
+def test_two_ranks_beside_one(tmp_path):
+    """Time of the loop in plain lmp, best of three in turns, on two idle cores: at least 1.85 times one rank."""
+    *_, first = jamlab.compress(jamlab.jam("dp", 12, 1), to=0.92, step=0.03)
+    jamlab.write_data(tmp_path / "p.data", tiled(first, 24))
+    deck = DECK.format(data="p.data", forces=PLUGIN.format(form="outline")) + MOTION + "run 200\n"
+    (tmp_path / "in.two").write_text("processors * * 1\n" + deck)
+    seconds = {1: [], 2: []}
+    for _ in range(3):
+        for ranks, found in seconds.items():
+            output = deck_runs.run("in.two", tmp_path, inputs=tmp_path, ranks=ranks)
+            found.append(float(re.search(r"Loop time of (\S+)", output)[1]))
+    one, two = min(seconds[1]), min(seconds[2])
+    print(f"\n100 000 vertices: {one:.2f} s on one rank, {two:.2f} s on two: {one / two:.2f} times")
+    assert one > 1.85 * two

@@ -16,6 +16,7 @@ import pytest
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
 PAIR, DISKS, BOND, AREA = "pair_circuloline.cpp", "pair_disk_drag.cpp", "bond_line_tension.cpp", "fix_polygon_area.cpp"
+DROPLETS = "droplet_drag.cpp"
 FAULTS = {  # name: file, what stands there, what takes its place
     "pair circuloline, sign": (PAIR, "hx - push.fx, -hx}", "hx - push.fx, hx}"),
     "pair circuloline, factor": (PAIR, "law.eps * overlap * law", "2.0 * law.eps * overlap * law"),
@@ -31,7 +32,15 @@ FAULTS = {  # name: file, what stands there, what takes its place
     "bond line/tension, newton": (BOND, "if (newton_bond || i1 < nlocal) {", "if (newton_bond) {"),
     "fix polygon/area, sign": (AREA, "half_pressure = -0.5 *", "half_pressure = 0.5 *"),
     "fix polygon/area, factor": (AREA, "half_pressure = -0.5 *", "half_pressure = -1.0 *"),
-    "fix overdamped, ghost": ("disk_drag.cpp", "exchange.add_from_ghosts(out);", ""),
+    "fix overdamped of disks, sign": ("disk_drag.cpp", "b.spin -= rub * c.arm_j;", "b.spin += rub * c.arm_j;"),
+    "fix overdamped of disks, factor": ("disk_drag.cpp", "viscous += part * x", "viscous += 2.0 * part * x"),
+    "fix overdamped under stress": ("disk_drag.cpp", "sums[1] += c.share * fx", "sums[1] += 2.0 * c.share * fx"),
+    "fix overdamped of disks, ghost": ("disk_drag.cpp", "exchange.add_from_ghosts(out);", ""),
+    "fix overdamped of disks, newton": (DISKS, "j < atom->nlocal ? 1.0 : 0.5", "j < atom->nlocal ? 1.0 : 1.0"),
+    "fix overdamped of droplets, sign": (DROPLETS, "sums->xx -= stretch", "sums->xx += stretch"),
+    "fix overdamped of droplets, factor": (DROPLETS, "torque = 0.5 * m.distance", "torque = m.distance"),
+    "fix overdamped of droplets, background": (DROPLETS, "turns[i].drag * p[i].x;", "2.0 * turns[i].drag * p[i].x;"),
+    "fix overdamped of droplets, ghost": (DROPLETS, "exchange.add_from_ghosts(out);", ""),
 }
 
 

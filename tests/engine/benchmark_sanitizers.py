@@ -34,7 +34,8 @@ MORE = [
 def plugin(kept_folder):  # noqa: F811
     """Folder of the plugin built with sanitizers."""
     folder = kept_folder / "sanitized"
-    options = ["-DJAMLAB_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug", f"-DPython_EXECUTABLE={sys.executable}"]
+    options = ["-DJAMLAB_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g"]
+    options += [f"-DPython_EXECUTABLE={sys.executable}"]
     for line in (["cmake", "-S", SOURCES, "-B", folder, *options], ["cmake", "--build", folder]):
         subprocess.run(line, check=True)
     return folder

@@ -11,6 +11,9 @@ NAMES = (
     "bond-line_tension",
     "fix-timestep-polygon_area",
     "fix-timestep-overdamped",
+    "fix-timestep-overdamped-stress",
+    "fix-timestep-overdamped-droplets_stokes",
+    "fix-timestep-overdamped-droplets_drag",
 )
 VARIABLES = ("newton_pair", "newton_bond", "input_dir", "data_file", "pair_style", "bond_style")
 
@@ -82,9 +85,11 @@ def differences(lmp, case, when):
         relative = (off / np.where(np.abs(wanted) > 1e-15, np.abs(wanted), 1.0)).max()
         if relative > float(case["epsilon"]):
             wrong[name] = relative
-    if when == "run" and "global_scalar" in case:
-        off = abs(lmp.extract_fix("test", 0, 0) / float(case["global_scalar"]) - 1)
-        wrong |= {"global_scalar": off} if off > float(case["epsilon"]) else {}
+    for kind, name in ((0, "global_scalar"), (1, "global_vector")):
+        if when == "run" and name in case:
+            wanted = np.array(str(case[name]).split()[kind:], dtype=float)  # of a vector, its length comes first
+            off = max(abs(lmp.extract_fix("test", 0, kind, k) / value - 1) for k, value in enumerate(wanted))
+            wrong |= {name: off} if off > float(case["epsilon"]) else {}
     return wrong
 
 

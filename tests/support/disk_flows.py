@@ -81,8 +81,9 @@ def touching(x: np.ndarray, box: np.ndarray, diameters: np.ndarray) -> list[tupl
     return found
 
 
-def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
-    """Velocities (n, 2) in shear without mass, from dense B and F; units "k" with k = tau = 1."""
+def _dense(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> tuple:
+    """Velocities and rotations (3n,) beside shear without mass, from dense B and F, and the (2, 2) tension of drag and
+    overlaps times the area; units "k" with k = tau = 1."""
     n, d = packing.n, packing.diameters
     rows, push, affine = [], [], []
     for i, j, r in touching(x, box, d):
@@ -94,29 +95,62 @@ def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, ra
             if sliding:
                 row[2 * n + i], row[2 * n + j] = -0.5 * d[i], -0.5 * d[j]
             rows.append(np.sqrt(drag) * row)
-            affine.append(np.sqrt(drag) * rate * r[1] * direction[0])
+            affine.append(np.sqrt(drag) * np.outer(direction, r).ravel())
             push.append(0.0 if sliding else 0.5 * (d[i] + d[j]) - distance)
     # rows^T (rows u + affine) = rows^T push, the shortest u: the drag of approach has weight 1, as the force
-    matrix = np.array(rows)
-    u = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ (np.array(push) - affine), rcond=1e-10)[0]
-    return u[: 2 * n].reshape(n, 2) + rate * np.column_stack([x[:, 1], np.zeros(n)])
+    matrix, gradient = np.array(rows), np.array(affine)
+    driven = np.array(push) - rate * gradient[:, 1]
+    u = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ driven, rcond=1e-10)[0]
+    return u, (gradient.T @ (matrix @ u - driven)).reshape(2, 2)
+
+
+def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """Velocities (n, 2) in shear without mass."""
+    u = _dense(packing, x, box, rate, beta)[0][: 2 * packing.n]
+    return u.reshape(-1, 2) + rate * np.column_stack([x[:, 1], np.zeros(packing.n)])
+
+
+def dense_tension(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """(2, 2) tension in shear without mass, drag included."""
+    return _dense(packing, x, box, rate, beta)[1] / np.linalg.det(box)
 
 
 def dense_path(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float) -> np.ndarray:
     """Positions at the strain, by Runge and Kutta's steps of fourth order."""
-    dt = strain / rate / steps
+    return _runge_kutta(packing, lambda x, box: rate, strain / rate, steps, beta)[0]
 
-    def velocity(x: np.ndarray, time: float) -> np.ndarray:
-        box = packing.box + np.array([[0.0, 0.0], [rate * time * packing.box[1, 1], 0.0]])
-        return dense_velocities(packing, x, box, rate, beta)
 
-    x = packing.positions.copy()
-    for time in dt * np.arange(steps):
-        first = velocity(x, time)
-        second = velocity(x + 0.5 * dt * first, time + 0.5 * dt)
-        third = velocity(x + 0.5 * dt * second, time + 0.5 * dt)
-        x = x + dt / 6 * (first + 2 * second + 2 * third + velocity(x + dt * third, time + dt))
-    return x
+def dense_creep(packing: jamlab.Packing, stress: float, time: float, steps: int, beta: float) -> tuple:
+    """Positions, box and rate after a time under a whole shear stress, which is linear in the rate."""
+
+    def rate(x: np.ndarray, box: np.ndarray) -> float:
+        still, moving = (dense_tension(packing, x, box, one, beta)[0, 1] for one in (0.0, 1.0))
+        return float((stress - still) / (moving - still))
+
+    x, box = _runge_kutta(packing, rate, time, steps, beta)
+    return x, box, rate(x, box)
+
+
+def _runge_kutta(packing: jamlab.Packing, rate: Any, time: float, steps: int, beta: float) -> tuple:
+    """Positions and box; `rate` of positions and box."""
+    dt = time / steps
+
+    def box(strain: float) -> np.ndarray:
+        return packing.box + np.array([[0.0, 0.0], [strain * packing.box[1, 1], 0.0]])
+
+    def slope(x: np.ndarray, strain: float) -> tuple:
+        now = rate(x, box(strain))
+        return dense_velocities(packing, x, box(strain), now, beta), now
+
+    x, strain = packing.positions.copy(), 0.0
+    for _ in range(steps):
+        first = slope(x, strain)
+        second = slope(x + 0.5 * dt * first[0], strain + 0.5 * dt * first[1])
+        third = slope(x + 0.5 * dt * second[0], strain + 0.5 * dt * second[1])
+        last = slope(x + dt * third[0], strain + dt * third[1])
+        x, strain = (at + dt / 6 * (a + 2 * b + 2 * c + d)
+                     for at, a, b, c, d in zip((x, strain), first, second, third, last, strict=True))  # fmt: skip
+    return x, box(strain)
 
 
 def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:

@@ -5,6 +5,7 @@ import numpy as np
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.force_laws import rim_law
+from jamlab.studies.failure.plain_physics import plain_forces
 
 
 def _outline_rotation(packing: jamlab.Packing) -> tuple:
@@ -23,27 +24,56 @@ def _outline_rotation(packing: jamlab.Packing) -> tuple:
     return rotation, edge, head
 
 
-def drag_stress(packing: jamlab.Packing, velocity: np.ndarray, rate: float, beta: float) -> np.ndarray:
-    """(2, 2) tension, first index the force, from velocities (n_vertices, 2) beside an affine flow; tau_1 = 1."""
+def drag_rows(packing: jamlab.Packing, beta: float) -> tuple:
+    """Approach and slip of every contact, times the root of their drag (tau_1 = 1), by velocities (2m, 2 n_vertices)
+    and by the gradient of an affine flow (2m, 4): drag forces are -rows^T rows u."""
     rotation, edge, head = _outline_rotation(packing)
     found = vertex_contacts(packing)
     distance, t, apart = found.distance, found.place, found.separation
     normal = apart / distance[:, None]
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    weight = np.sqrt(rim_law(packing, distance)[2])
 
-    def relative(u: np.ndarray, gradient: np.ndarray) -> tuple:
-        """Approach and slip of every contact."""
+    def relative(u: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         foot = (1 - t)[:, None] * u[found.tail] + t[:, None] * u[head[found.tail]]
         moved = u[found.vertex] - foot + apart @ gradient.T
         spin = rotation(u[head] - u + edge @ gradient.T)
         rolled = spin[found.vertex] + (1 - t) * spin[found.tail] + t * spin[head[found.tail]]
-        return (moved * normal).sum(axis=1), (moved * tangent).sum(axis=1) - 0.5 * distance * rolled
+        slip = (moved * tangent).sum(axis=1) - 0.5 * distance * rolled
+        return np.concatenate([weight * (moved * normal).sum(axis=1), weight * np.sqrt(beta) * slip])
 
-    approach, slip = relative(velocity, np.array([[0.0, rate], [0.0, 0.0]]))
-    weight, stress = rim_law(packing, distance)[2], np.zeros((2, 2))
-    for a, b in np.ndindex(2, 2):
-        unit = np.zeros((2, 2))
-        unit[a, b] = 1.0
-        along, across = relative(np.zeros_like(velocity), unit)
-        stress[a, b] = np.sum(weight * (approach * along + beta * slip * across)) / packing.area
-    return stress
+    still, none = np.zeros_like(packing.positions), np.zeros((2, 2))
+    units = np.eye(still.size).reshape(-1, *still.shape)
+    return (np.column_stack([relative(u, none) for u in units]),
+            np.column_stack([relative(still, g) for g in np.eye(4).reshape(4, 2, 2)]))  # fmt: skip
+
+
+def drag_stress(packing: jamlab.Packing, velocity: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """(2, 2) tension, first index the force, from velocities (n_vertices, 2) beside an affine flow; tau_1 = 1."""
+    rows, affine = drag_rows(packing, beta)
+    return (affine.T @ (rows @ velocity.ravel() + rate * affine[:, 1])).reshape(2, 2) / packing.area
+
+
+def dense_velocities(packing: jamlab.Packing, rate: float, beta: float, background: float) -> np.ndarray:
+    """Velocities (n_vertices, 2) beside the affine flow: plain forces and drag balance; beta = 0: none of contacts."""
+    rows, affine = drag_rows(packing, beta) if beta else (np.zeros((0, packing.positions.size)), np.zeros((0, 4)))
+    share = np.repeat(background / np.bincount(packing.particle)[packing.particle], 2)
+    driven = plain_forces(packing)[1].ravel() - rate * rows.T @ affine[:, 1]
+    return np.linalg.solve(rows.T @ rows + np.diag(share), driven).reshape(-1, 2)
+
+
+def dense_path(packing: jamlab.Packing, rate: float, duration: float, beta: float, background: float) -> jamlab.Packing:
+    """The packing after a time, by one step of Runge and Kutta, of fourth order."""
+
+    def after(time: float, velocity: np.ndarray | float) -> jamlab.Packing:
+        box = packing.box + np.array([[0.0, 0.0], [rate * time * packing.box[1, 1], 0.0]])
+        return packing.with_state(positions=packing.positions + time * velocity, box=box)
+
+    def velocity(p: jamlab.Packing) -> np.ndarray:
+        affine = rate * np.column_stack([p.positions[:, 1], np.zeros(len(p.positions))])
+        return dense_velocities(p, rate, beta, background) + affine
+
+    first = velocity(packing)
+    second = velocity(after(0.5 * duration, first))
+    third = velocity(after(0.5 * duration, second))
+    return after(duration, (first + 2 * second + 2 * third + velocity(after(duration, third))) / 6)

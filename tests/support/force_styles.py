@@ -8,16 +8,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import droplet_drag
 import numpy as np
-from disk_flows import dense_path, touching
+from disk_flows import dense_creep, dense_path, dense_tension, touching
 from mixtures import FORMS, coefficients, evaluate, mixture, write
 
 import jamlab
+from jamlab.studies.failure.plain_physics import plain_stress
 
 STEP, STEPS = 0.01, 4  # as LAMMPS' tester: a run of four
 GAMMA, ETA, KA, A0 = (0.13, 0.2), (0.0, 0.05), 20.0, 0.45
 STRENGTH, DIAMETERS = {(1, 1): 0.7, (1, 2): 1.1, (2, 2): 0.9}, (1.0, 1.4)
 RATE, BETA, FLOWN = 0.05, 0.4, 5e-5  # the fix stops there, within four steps
+DROPLETS_FLOWN = 1e-9
+STRESS = 0.2
+STRESSES = "f_flow[2] f_flow[4] f_flow[7] f_flow[8]"
 
 INPUT = """\
 variable newton_pair index on
@@ -215,11 +220,21 @@ class Disks:
             virial += np.outer(r, push)
         return energy, forces, virial
 
-    def flow(self) -> State:
-        """A short time of shear without mass, by steps of Runge and Kutta; without mass, LAMMPS' velocities are 0."""
-        packing = jamlab.Packing("sp", self.box, self.state.x, {"k": 1.0}, "k", self.diameters)
+    def flow(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions after a short time of shear without mass, by steps of Runge and Kutta; tension there."""
+        packing = self.packing()
         x = dense_path(packing, RATE, RATE * FLOWN, 2, BETA)
-        return State(x, np.zeros_like(x), self.box)
+        box = self.box + np.array([[0.0, 0.0], [RATE * FLOWN * self.box[1, 1], 0.0]])
+        return x, dense_tension(packing, x, box, RATE, BETA)
+
+    def creep(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """The same under a shear stress, and the strain."""
+        packing = self.packing()
+        x, box, rate = dense_creep(packing, STRESS, FLOWN, 2, BETA)
+        return x, dense_tension(packing, x, box, rate, BETA), (box - self.box)[1, 0] / self.box[1, 1]
+
+    def packing(self) -> jamlab.Packing:
+        return jamlab.Packing("sp", self.box, self.state.x, {"k": 1.0}, "k", self.diameters)
 
     def write(self, folder: Path) -> None:
         (folder / "in.disks").write_text(INPUT.format(name="disks", style="atomic", step=STEP, bonds=""))
@@ -240,18 +255,72 @@ class Disks:
         text += block("pair_coeff", [f"{a} {b} {STRENGTH[a, b]} {s}" for (a, b), s in pairs.items()])
         text += block("extract", ["k 2", "cut 2"])
         found = {"atomic-pair-disk_drag": text + forces_of(self.law, self.state, "vdwl")}
-        flow = f"rate {RATE} tolerance 0.1 solver 1e-13 longest {2 * FLOWN} stop {FLOWN}"
+        how = f"tolerance 0.1 solver 1e-13 longest {2 * FLOWN}"
         post = [f"pair_style disk/drag 1.0 {BETA}", *(f"pair_coeff {a} {b} 0.5 {s}" for (a, b), s in pairs.items())]
-        end = self.flow()
-        text = head("in.disks", ["atom atomic", "fix overdamped"], [*post, f"fix test all overdamped {flow}"], 1e-11)
-        text += field("natoms", len(end.x)) + vectors("run_pos", end.x) + vectors("run_vel", end.v) + "...\n"
-        return found | {"fix-timestep-overdamped": text}
+        for name, drive, result in (
+            ("overdamped", f"rate {RATE}", (*self.flow(), RATE * FLOWN)),
+            ("overdamped-stress", f"stress {STRESS}", self.creep()),
+        ):
+            found[f"fix-timestep-{name}"] = flow("in.disks", "atom atomic", post, f"{drive} {how}", FLOWN, *result)
+        return found
+
+
+class Droplets:
+    """Eight droplets pushed out of balance, which a stable packing of the default law is drawn from."""
+
+    def __init__(self) -> None:
+        stable = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+        off = np.random.default_rng(3).normal(0.0, 0.01, stable.positions.shape)
+        self.packing = stable.with_state(positions=stable.positions + off)
+
+    def write(self, folder: Path) -> None:
+        jamlab.write_data(folder / "data.droplets", self.packing)
+        text = INPUT.format(name="droplets", style="molecular", step=STEP, bonds=BONDS)
+        rest = "fix d_a0 all property/atom d_a0\n"
+        text = text.replace("read_data ${data_file}", f"{rest}read_data ${{data_file}} fix d_a0 NULL d_a0 nocoeff")
+        (folder / "in.droplets").write_text(text + "change_box all triclinic\n")
+
+    def flow(self, beta: float, background: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions after a short time of shear without mass, and tension there."""
+        end = droplet_drag.dense_path(self.packing, RATE, DROPLETS_FLOWN, beta, background)
+        if not beta:
+            return end.positions, -plain_stress(end)
+        velocities = droplet_drag.dense_velocities(end, RATE, beta, background)
+        return end.positions, droplet_drag.drag_stress(end, velocities, RATE, beta) - plain_stress(end)
+
+    def files(self) -> dict[str, str]:
+        law, found = self.packing.params, {}
+        post = [
+            'if "!$(is_defined(fix,d_a0))" then "fix d_a0 all property/atom d_a0"',  # after read_restart
+            *("special_bonds lj/coul 1.0 1.0 1.0", "bond_style line/tension"),
+            *(f"bond_coeff * {law['gamma']} {law['eta']}", f"pair_style circuloline {law['delta']} 1.5"),
+            *(f"pair_coeff * * {law['eps']}", f"fix area all polygon/area {law['ka']} d_a0"),
+        ]
+        for name, beta, background, drag in (("stokes", 0.0, 1.0, ""), ("drag", 0.7, 0.5, "drag 1 0.7 1")):
+            longest = DROPLETS_FLOWN / 6e-6  # the first step is a millionth of it, others 1.5 times the one before
+            drive = f"rate {RATE} tolerance 0.1 solver 1e-13 longest {longest} {drag} background {background}"
+            result = (*self.flow(beta, background), RATE * DROPLETS_FLOWN)
+            text = flow("in.droplets", "atom molecular", post, drive, DROPLETS_FLOWN, *result)
+            found[f"fix-timestep-overdamped-droplets_{name}"] = text
+        return found
+
+
+def flow(
+    file: str, style: str, post: list[str], drive: str, time: float, x: np.ndarray, tension: np.ndarray, strain: float
+) -> str:
+    """A test of fix overdamped: where the particles come to, without velocities of LAMMPS' own; strain, shear stress,
+    pressure and first normal stress difference there, which fix ave/time hands on."""
+    lines = [f"fix flow all overdamped {drive} stop {time}", f"fix test all ave/time 1 1 1 {STRESSES}"]
+    values = strain, tension[0, 1], -0.5 * np.trace(tension), tension[0, 0] - tension[1, 1]
+    text = head(file, [style, "fix overdamped"], [*post, *lines], 1e-11) + field("natoms", len(x))
+    text += vectors("run_pos", x) + vectors("run_vel", np.zeros_like(x))
+    return text + field("global_vector", f"{len(values)} " + " ".join(f"{v:.16g}" for v in values)) + "...\n"
 
 
 def write_all(folder: Path, sources: list | None = None) -> list[Path]:
     """The YAML files, beside what they read."""
     written = []
-    for source in sources or (Mixture(), Disks()):
+    for source in sources or (Mixture(), Disks(), Droplets()):
         source.write(folder)
         for name, text in source.files().items():
             path = folder / f"{name}.yaml"
