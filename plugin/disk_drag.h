@@ -70,6 +70,8 @@ class DiskDrag : public DragSolver {
   void forget_settled(bool all);      // edges whose gap tells their state; but for those that are to be decided
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
   bool rubs() const { return rubbing > 0; }
+  bool rubs(const Motions &u, double rate) const;    // a pair that is not left alone
+  void leave_alone(double speed) { alone = speed; }    // pairs with a gap of zero that slip at less
   std::vector<double> thetas() const;
   const std::vector<Edge> &edges() const { return edged; }
   void take_over(const std::vector<Edge> &earlier) { edged = earlier; }
@@ -100,6 +102,7 @@ class DiskDrag : public DragSolver {
   double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
   double closing = 0.0;
   int rubbing = 0;
+  double alone = 0.0;
   Motions blocks[2], rest;
   BlockCholesky<3> factors;
   bool factored = false, patterned = false;
@@ -125,6 +128,7 @@ class DiskDrag : public DragSolver {
   std::vector<int> find_pairs(const Edge &) const;
   double against(const Edge &, const Slip &) const;
   double misfit(const Edge &, const Slip &, double least_speed) const;
+  double speed_of(const Slip &) const;
   std::vector<Slip> edge_slips(const Motions &u, double rate) const;
   DiskContact contact_of(const DiskPair &, double x, double y) const;
   void find_weights(const Motions &u, double rate) override;

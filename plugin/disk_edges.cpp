@@ -68,14 +68,15 @@ DiskDrag::Revision DiskDrag::revise(const Motions &u, double rate, double least_
   for (std::size_t e = 0; e < edged.size(); e++) {
     Edge &edge = edged[e];
     const Slip &s = slips[e];
-    const double speed = sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
+    const double speed = speed_of(s);
     const double off = against(edge, s);
     int first, second;    // states to be tried next
     if (edge.state == RUBBING && (edge.free || edge.theta < 0.0 || edge.theta > 1.0)) {
       const bool parts = !edge.free && edge.theta < 0.0;
       first = parts ? OPEN : CLOSED;
       second = parts ? CLOSED : OPEN;
-    } else if (edge.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 && speed > least_speed && off > MOVES * settings.tolerance * speed) {
+    } else if (edge.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 && speed > std::max(least_speed, alone) &&
+               off > MOVES * settings.tolerance * speed) {
       first = edge.state == CLOSED ? OPEN : CLOSED;
       second = RUBBING;
     } else
@@ -117,6 +118,13 @@ void DiskDrag::set_state(Edge &edge, int state)
   edge.base = edge.theta = BASE;
 }
 
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::speed_of(const Slip &s) const
+{
+  return sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
+}
+
 /* ----------------------------------------------------------------------
    velocity of the gap against the state; what only takes back a gap that is not quite zero does not count
 ------------------------------------------------------------------------- */
@@ -135,8 +143,8 @@ double DiskDrag::against(const Edge &edge, const Slip &s) const
 
 double DiskDrag::misfit(const Edge &edge, const Slip &s, double least_speed) const
 {
-  const double speed = sqrt(s.approach * s.approach + law.beta * s.slide * s.slide), whole = speed + least_speed;
-  if (!(whole > 0.0)) return 0.0;
+  const double speed = speed_of(s), whole = speed + least_speed;
+  if (!(whole > 0.0) || speed <= alone) return 0.0;
   if (edge.state == RUBBING && !edge.free) return std::max({0.0, -edge.theta, edge.theta - 1.0}) * speed / whole;
   return std::max(0.0, against(edge, s)) / whole;
 }
@@ -149,6 +157,17 @@ double DiskDrag::misfit(const Motions &u, double rate, double least_speed) const
   double worst = 0.0;
   for (std::size_t e = 0; e < edged.size(); e++) worst = std::max(worst, misfit(edged[e], slips[e], least_speed));
   return worst;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool DiskDrag::rubs(const Motions &u, double rate) const
+{
+  if (rubbing == 0) return false;
+  const std::vector<Slip> slips = edge_slips(u, rate);
+  for (std::size_t e = 0; e < edged.size(); e++)
+    if (edged[e].state == RUBBING && speed_of(slips[e]) > alone) return true;
+  return false;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -132,6 +132,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void gather(std::vector<DiskDrag::Change> &) const;
   void keep_neighbors();
   double all_speeds() const;
+  double crowd() const;
   static Weights dense_weights(double part);
   static Weights ahead_weights(double part);
   void predict_droplets(double dt, double strain_step);

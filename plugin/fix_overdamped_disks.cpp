@@ -31,6 +31,7 @@ static constexpr double TRUST = 0.9;        // in the velocities ahead, where th
                                             // no drag would grow from step to step
 static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
 static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
+static constexpr double FEW = 32.0;         // disks, each of which counts in a stress; one of more counts for less
 static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time below which none is tried
@@ -66,6 +67,15 @@ double FixOverdamped::all_speeds() const
 }
 
 /* ----------------------------------------------------------------------
+   A stress is a mean over all disks: the more there are, the less a contact counts that drags wrongly for a while
+------------------------------------------------------------------------- */
+
+double FixOverdamped::crowd() const
+{
+  return std::max(1.0, atom->natoms / FEW);
+}
+
+/* ----------------------------------------------------------------------
    velocities at the positions that LAMMPS has; which pairs touch, part or rub
 ------------------------------------------------------------------------- */
 
@@ -76,8 +86,9 @@ void FixOverdamped::start_disks()
   disks->forget_settled(false);    // gaps of the last step have become wide
   disks->let_go_of_loose(now);
   const double least = tolerance * state.speed / SPREAD;
+  disks->leave_alone((crowd() - 1.0) * STRICT * least);
   const auto parts = disks->parts_before();
-  if (parts.size() > 1 && disks->edges_change() && (disks->rubs() || !fit(find_velocities(), least))) {
+  if (parts.size() > 1 && disks->edges_change() && (disks->rubs(now, state.rate) || !fit(find_velocities(), least))) {
     relax_ties(parts, least);
   } else {
     DiskDrag::Revision revision = DiskDrag::CHANGED;
@@ -227,7 +238,7 @@ void FixOverdamped::plan_disks()
   }
   plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
   plan.step = step;
-  plan.time = up_to_changes(step, allowed);
+  plan.time = up_to_changes(step, crowd() * allowed);
   plan.strain = strain_after(plan.time, step);
   const Weights w = dense_weights(plan.time / step), v = ahead_weights(plan.time / step);
   plan.work = stages[0].stress * plan.strain;    // of a constant stress no digit is lost

@@ -8,16 +8,11 @@ import time
 
 import numpy as np
 import pytest
-from exact_flow import ExactFlow
+from exact_flow import LAWS, ExactFlow
 from kept_results import kept_rows
 
 import jamlab
 
-LAWS = {
-    "contact": ({}, jamlab.ContactDamping()),
-    "stokes": ({"stokes": True}, jamlab.StokesDrag(eta_f=0.0)),
-    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
-}
 SEEDS = {16: 3, 32: 1}
 RATES = (1.0, 0.1, 1e-2, 1e-3)
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

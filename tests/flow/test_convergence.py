@@ -4,16 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_flow import ExactFlow
+from exact_flow import LAWS, ExactFlow
 
 import jamlab
 from jamlab.flow.run_file import write_result
-
-LAWS = {
-    "contact": ({}, jamlab.ContactDamping()),
-    "stokes": ({"stokes": True}, jamlab.StokesDrag(eta_f=0.0)),
-    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
-}
+from jamlab.protocols.random_start import random_disks
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +40,24 @@ def test_errors_stay_below_the_tolerance(packing, law, rate):
     assert run.contacts == pytest.approx(rows[:, 2], abs=0)
     assert run.pressure == pytest.approx(rows[:, 3], rel=1e-4)
     assert run.normal_stress_difference == pytest.approx(rows[:, 4], abs=1e-4 * np.abs(rows[:, 4]).max())
+
+
+@pytest.mark.parametrize(("seed", "rate"), [(2, 0.1), (1, 1e-4)])
+def test_power_laws_flow_below_jamming(seed, rate):
+    """Contacts come and go one by one: some stand still, where such drag over velocity has no limit, and some rub."""
+    packing, law = jamlab.relaxed(random_disks(64, seed, phi=0.8, units="k")), LAWS["power law"][1]
+    run = jamlab.shear(packing, rate, 0.05, law, rows=5)
+    assert run.finished and run.balanced
+
+
+@pytest.mark.parametrize(("n", "seed", "rate"), [(16, 3, 1e-2), (16, 2, 0.1)])
+def test_power_laws_below_jamming_are_exact(n, seed, rate):
+    law = LAWS["power law"][1]
+    start = jamlab.relaxed(random_disks(n, seed, phi=0.8, units="k"))
+    packing = jamlab.shear(start, rate, 0.5, law, rows=2, background=1e-2).packing
+    exact = ExactFlow(packing, rate, alpha=0.5, background=1e-2, tolerance=1e-9)
+    run = jamlab.shear(packing, rate, 0.05, law, rows=20, background=1e-2, tolerance=1e-4)
+    assert errors(run, exact.rows(0.05, 20)).max() < 1e-4
 
 
 def test_a_step_never_depends_on_how_rows_are_spaced(packing):

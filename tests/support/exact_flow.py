@@ -15,6 +15,11 @@ import numpy as np
 
 import jamlab
 
+LAWS = {  # as ExactFlow and jamlab take them
+    "contact": ({}, jamlab.ContactDamping()),
+    "stokes": ({"stokes": True}, jamlab.StokesDrag(eta_f=0.0)),
+    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
+}
 STAGES = [
     [],
     [1 / 5],
