@@ -1,9 +1,9 @@
 """Fixtures that several test files share: packings and a campaign that are made once per run."""
 
+import gc
 import os
 from pathlib import Path
 
-import campaigns
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -16,14 +16,23 @@ settings.register_profile("fast", max_examples=12, deadline=None, derandomize=Tr
 settings.register_profile("extensive", max_examples=500, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 
+gc.set_threshold(20_000)  # of 700 by default: collecting garbage took a tenth of the time of figures
+
 __all__ = ["kept_folder"]  # a fixture of benchmarks
 
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
 
 
+def pytest_collection_finish():
+    """Modules and collected tests live as long as the run: the garbage collector need not look at them again."""
+    gc.freeze()
+
+
 @pytest.fixture(scope="session")
 def full(tmp_path_factory):
     """A finished campaign of three sweeps: disks compressed, disks at pressures with spectra, droplets at onset."""
+    import campaigns  # a second, which tests of other rooms and the process that hands out tests need not wait
+
     path = tmp_path_factory.mktemp("full") / "full.toml"
     path.write_text(campaigns.FULL)
     campaign = jamlab.open_campaign(path)

@@ -159,21 +159,6 @@ def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
     assert all(p.ensemble == "shear-stabilized" for p in jamlab.read_all(tmp_path / "sweep.h5"))
 
 
-def test_a_picture_of_droplets_is_analysed(tmp_path):
-    pytest.importorskip("skimage")
-    from PIL import Image
-
-    y, x = np.mgrid[:200, :200]
-    grey = np.zeros((200, 200), dtype=np.uint8)
-    for column in range(5):
-        for row in range(5):
-            grey[(x - 40 * column - 20) ** 2 + (y - 40 * row - 20) ** 2 < 15**2] = 255
-    Image.fromarray(grey).save(tmp_path / "droplets.png")
-    done = call(tmp_path, "analyze", "droplets.png", "--json")
-    assert done.exit_code == 0, done.stderr
-    assert json.loads(done.stdout)["rho"][0] == pytest.approx(np.pi * 15**2 / 40**2, rel=0.03)
-
-
 def test_compress_and_analyze_agree(packed, tmp_path):
     path, _ = packed
     done = call(tmp_path, "compress", str(path), "--to", "0.9", "--step", "0.02", "--out", "sweep.h5", "--json")

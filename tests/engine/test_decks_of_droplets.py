@@ -12,7 +12,7 @@ from jamlab.protocols.random_start import droplet_cell, droplet_params, place_dr
 def test_dp_jams_and_shears(tmp_path):
     """in.dp.jam jams bonded vertex molecules with FIRE; in.dp.shear reads its data file with the rest areas."""
     text = run(
-        "in.dp.jam", tmp_path, n=8, seed=1, to=0.87, steps=20000, step=0.02, force=1e-4, u_contact=1e-6, u_jammed=1e-4
+        "in.dp.jam", tmp_path, n=6, seed=1, to=0.87, steps=20000, step=0.02, force=1e-4, u_contact=1e-6, u_jammed=1e-4
     )
     assert 0.75 < number("phi_J", text) < 0.9
     assert 1.01 < number("shape factor", text) < 1.05
@@ -28,7 +28,7 @@ def test_dp_jams_and_shears(tmp_path):
     text = run("in.dp.shear", tmp_path, code=2, phi_target=0.9, steps=100)
     assert "\nNOT CONVERGED" in text and "modulus" not in text
     assert run("in.dp.shear", tmp_path, code=1, nv_small=17).count("the rest areas in dp.onset.data are not those") == 1
-    assert frame(tmp_path / "dp.dump")["radius"] == [0.125] * 116
+    assert frame(tmp_path / "dp.dump")["radius"] == [0.125] * 87
 
 
 def test_dp_shear_deck_follows_the_python_engine(tmp_path):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bare_pictures import bare, picture
+from bare_pictures import artists, bare, picture
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
@@ -112,7 +112,7 @@ def test_labels_and_legends_that_cover_no_point(name):
     axes.figure.draw_without_rendering()
     for line in axes.lines:
         places = line.get_transform().transform(line.get_xydata())
-        assert not any(legend.get_window_extent().count_contains(places) for legend in axes.findobj(Legend))
+        assert not any(legend.get_window_extent().count_contains(places) for legend in artists(axes, Legend))
 
 
 @pytest.mark.parametrize("name", ["flow curve", "Pipkin"])

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from bare_pictures import artists
 from commands import call
 from drawn_figures import PICTURES, PUBLISHED, TABLES, drawn, saved, tables
 from matplotlib.axes import Axes
@@ -107,8 +108,9 @@ def test_every_figure_keeps_what_it_draws(name):
     beside = name.startswith(("dynamics-", "beyond-")) and name not in PUBLISHED
     pictures = name in (*PICTURES, "micrograph-errors") or beside
     assert drawing.caption and bool(drawing.claims) is not pictures  # of which no paper has numbers
+    panels = artists(drawing.figure, Axes)  # insets too
     for (panel, series), points in table.groupby(["panel", "series"]):
-        (axes,) = (axes for axes in drawing.figure.findobj(Axes) if axes.get_gid() == panel)  # insets too
+        (axes,) = (axes for axes in panels if axes.get_gid() == panel)
         drawn_points = {tuple(place) for line in axes.lines for place in line.get_xydata()}
         assert set(zip(points["x"], points["y"], strict=True)) <= drawn_points, (panel, series)
     for axes in drawing.figure.axes:

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 import pandas as pd
-from bare_pictures import HERE, bare, both, picture, state
+from bare_pictures import HERE, artists, bare, both, picture, state
 from matplotlib.legend import Legend
 
 import jamlab
@@ -88,7 +88,7 @@ def checked(figure, labels, entries):
     """The figure, if its axes name quantity and unit, and legends of so many entries cover no point."""
     figure.draw_without_rendering()
     assert [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes] == labels
-    legends = figure.findobj(Legend)
+    legends = artists(figure, Legend)
     assert sum(len(legend.get_texts()) for legend in legends) == entries
     for axes in figure.axes:
         for line in axes.lines:

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from bare_pictures import bare, both, picture, state
+from bare_pictures import artists, bare, both, picture, state
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -198,7 +198,7 @@ def test_every_plot_has_labels_and_legends_that_cover_no_point(name):
     axes.figure.draw_without_rendering()
     for line in axes.lines:
         places = line.get_transform().transform(line.get_xydata())
-        assert not any(legend.get_window_extent().count_contains(places) for legend in axes.findobj(Legend))
+        assert not any(legend.get_window_extent().count_contains(places) for legend in artists(axes, Legend))
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -153,6 +153,12 @@ def test_true_shape_is_that_of_the_outline_that_is_drawn():
 def test_one_droplet_has_no_walls():
     found = jamlab.micrograph(discs([(40, 40)], 25, shape=(80, 80)), contrast="bright")
     assert found.count == 1 and found.areas[0] == pytest.approx(np.pi * 25**2, rel=0.02) and found.reasons
+    assert found.blur > 0
+
+
+def test_a_picture_without_grey_pixels_has_no_blur():
+    picture = discs([(20, 20), (60, 20), (20, 60), (60, 60)], 15, shape=(80, 80)) > 0.5
+    assert jamlab.micrograph(picture.astype(float), contrast="bright").blur == 0.0
 
 
 def test_noise_without_end_is_doubted_or_refused(dp_dense):
@@ -206,7 +212,7 @@ def test_command_refuses_in_one_line(tmp_path):
 
 def test_json_holds_verdict_and_voids(tmp_path):
     Image.fromarray((255 * lattice(1.0, shape=(185, 190))).astype(np.uint8)).save(tmp_path / "lattice.png")
-    shown = json.loads(call(tmp_path, "analyze", "lattice.png", "--contrast", "bright", "--json").stdout)
+    shown = json.loads(call(tmp_path, "analyze", "lattice.png", "--json").stdout)
     assert shown["quality"] == "good" and shown["reasons"] == [] and shown["unit"] == "pixels"
     assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0]
     assert shown["standard_error"]["z"] == 0 and shown["interval_95"]["z"] == [6.0, 6.0]

@@ -11,7 +11,6 @@ from scipy import ndimage
 import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.labels import labelled, read_labels
-from jamlab.micrographs.micrograph import find_contrast
 from jamlab.micrographs.ring_segmentation import compactness, find_rings
 
 pytest.importorskip("skimage")
@@ -90,12 +89,6 @@ def test_half_a_disc_at_the_edge_is_as_compact_as_its_mirror_image():
     cut = np.array([True, False, False, False])
     assert compactness(sums, cut, on.shape) == pytest.approx(1, rel=2e-3)
     assert compactness(sums, ~cut & False, on.shape) < 0.8
-
-
-def test_bright_and_dark_droplets_are_no_rings():
-    away, _ = distance(6.0)
-    bright = 1 / (1 + np.exp(away))
-    assert find_contrast(bright) == "bright" and find_contrast(1 - bright) == "dark"
 
 
 @pytest.fixture(scope="module")

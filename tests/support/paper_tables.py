@@ -1,5 +1,7 @@
 """Made-up tables of a campaign in which the laws of both papers hold exactly, up to scatter between packings."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 
@@ -12,31 +14,26 @@ def states(model="sp", sizes=(32, 64), z0=3.7, c=1.21):
     """SP: eq 11 and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: table 1 and 2 in drho, areas kept."""
     rng = np.random.default_rng(1)
     rows = []
-    for n in sizes:
-        for seed in SEEDS:
-            onset = 0.842 - 0.2 * n**-0.7 + 0.02 * n**-0.55 * rng.normal()
-            z_j = 4 - 2 / n
-            tilt = 1 + 0.01 * rng.normal()
-            for state, d in enumerate(DISTANCES):
-                if model == "sp":
-                    phi = onset + d
-                    rho = onset + c * (d - d**1.5)
-                    x, shape, energy = d, 1 + tilt * (max(rho - onset, 0)) ** 1.5, n * d**2
-                    z, g = z_j + tilt * z0 * x**0.5, 0.42 * tilt * x**0.5
-                else:
-                    x = d * 0.36
-                    rho, phi = onset + x, onset + x
-                    shape, energy = 1.02 + tilt * x**1.0, 7.0 * n
-                    z, g = z_j + tilt * (3.3 * x**0.5 + 7.1 * x), tilt * (0.07 * x**0.5 + 1.7 * x)
-                rows.append(
-                    {
-                        **{"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "units": "eps"},
-                        **{"ensemble": "fixed-box", "state": state, "onset": onset, "onset_phi": onset},
-                        **{"converged": True, "rho": rho, "phi": phi, "z": z, "rattlers": 0.0, "g": g},
-                        **{"pressure": 0.3 * x, "energy": energy, "b": 0.4, "shape": shape, "max_force": 1e-13},
-                        **{"gamma": np.nan if model == "sp" else 0.1},
-                    }
-                )
+    for n, seed in product(sizes, SEEDS):
+        onset = 0.842 - 0.2 * n**-0.7 + 0.02 * n**-0.55 * rng.normal()
+        z_j = 4 - 2 / n
+        tilt = 1 + 0.01 * rng.normal()
+        who = {"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "units": "eps"}
+        for state, d in enumerate(DISTANCES):
+            if model == "sp":
+                phi = onset + d
+                rho = onset + c * (d - d**1.5)
+                x, shape, energy = d, 1 + tilt * (max(rho - onset, 0)) ** 1.5, n * d**2
+                z, g = z_j + tilt * z0 * x**0.5, 0.42 * tilt * x**0.5
+            else:
+                x = d * 0.36
+                rho, phi = onset + x, onset + x
+                shape, energy = 1.02 + tilt * x**1.0, 7.0 * n
+                z, g = z_j + tilt * (3.3 * x**0.5 + 7.1 * x), tilt * (0.07 * x**0.5 + 1.7 * x)
+            place = {"ensemble": "fixed-box", "state": state, "onset": onset, "onset_phi": onset}
+            found = {"converged": True, "rho": rho, "phi": phi, "z": z, "rattlers": 0.0, "g": g}
+            more = {"pressure": 0.3 * x, "energy": energy, "b": 0.4, "shape": shape, "max_force": 1e-13}
+            rows.append({**who, **place, **found, **more, "gamma": np.nan if model == "sp" else 0.1})
     return pd.DataFrame(rows)
 
 
@@ -46,42 +43,28 @@ def onset():
     One packing in N/16 has one state of self-stress, the others two.
     """
     rows = []
-    for model in ("sp", "dp"):
-        for n in (32, 64, 128):
-            rng = np.random.default_rng(n)
-            spread = rng.normal(size=30)
-            spread = (spread - spread.mean()) / spread.std(ddof=1)
-            for seed, s in enumerate(spread):
-                more = int(seed % (n // 16) > 0)
-                jammed = 0.842 - 0.2 * n**-0.7 + 0.02 * (32 / n) ** 0.55 * s
-                rows.append(
-                    {
-                        **{"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "rho_J": jammed},
-                        **{"ensemble": "fixed-box"},
-                        **{"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True, "load_bearing": n},
-                        **{"pairs": 2 * n, "site_contacts": 3 * n - 1 - n // 4 + more, "self_stresses": 1 + more},
-                        **{"free_motions": n // 4},
-                    }
-                )
+    for model, n in product(("sp", "dp"), (32, 64, 128)):
+        spread = np.random.default_rng(n).normal(size=30)
+        spread = (spread - spread.mean()) / spread.std(ddof=1)
+        for seed, s in enumerate(spread):
+            more = int(seed % (n // 16) > 0)
+            jammed = 0.842 - 0.2 * n**-0.7 + 0.02 * (32 / n) ** 0.55 * s
+            who = {"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "rho_J": jammed}
+            found = {"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True, "load_bearing": n}
+            counts = {"pairs": 2 * n, "site_contacts": 3 * n - 1 - n // 4 + more, "self_stresses": 1 + more}
+            rows.append({**who, "ensemble": "fixed-box", **found, **counts, "free_motions": n // 4})
     return pd.DataFrame(rows)
 
 
 def voids():
     """Ten voids a state: 4, 4 and 2 of 3, 4 and 5 sides at onset; three sides alone above 0.97, with A = 4.87."""
     rows = []
-    for model in ("sp", "dp"):
-        for seed in SEEDS:
-            for state, rho in enumerate(np.arange(0.84, 1.0, 0.01)):
-                for k in range(10):
-                    sides = 3 if k < 4 or rho > 0.97 else 4 if k < 8 else 5
-                    rows.append(
-                        {
-                            **{"task": f"{model}{seed}", "model": model, "n": 64, "seed": seed, "state": state},
-                            **{"ensemble": "fixed-box"},
-                            **{"rho": rho, "onset": 0.84, "sides": sides, "area": 0.1 * (1 - rho) + 1e-4 * seed},
-                            **{"perimeter": 1.0, "shape": 4.87 if sides == 3 else 3.0, "particle_area": 1.0},
-                        }
-                    )
+    for model, seed, (state, rho), k in product(("sp", "dp"), SEEDS, enumerate(np.arange(0.84, 1.0, 0.01)), range(10)):
+        sides = 3 if k < 4 or rho > 0.97 else 4 if k < 8 else 5
+        who = {"task": f"{model}{seed}", "model": model, "n": 64, "seed": seed, "state": state}
+        place = {"ensemble": "fixed-box", "rho": rho, "onset": 0.84}
+        void = {"sides": sides, "area": 0.1 * (1 - rho) + 1e-4 * seed, "perimeter": 1.0}
+        rows.append({**who, **place, **void, "shape": 4.87 if sides == 3 else 3.0, "particle_area": 1.0})
     return pd.DataFrame(rows)
 
 
@@ -95,32 +78,28 @@ def spectra():
     """Contact damping and Stokes drag with the exponents of the paper; beta = 0 is G_0 (1 + i omega)."""
     rng = np.random.default_rng(2)
     rows = []
-    laws = [("contact", b, 0.0) for b in (0.0, 1e-2, 1.0)] + [("stokes", 1.0, e) for e in (0.0, 1.0, 1e3)]
-    for n in (256, 1024):
-        for seed in SEEDS:
-            scatter = 1 + 0.02 * rng.normal()
-            for p in (1e-2, 1e-3, 1e-4):
-                for law, beta, eta_f in laws:
-                    fluid = 1e-9 * eta_f if law == "stokes" else 0.0
-                    storage, loss, g0, eta0 = modulus(p, max(beta, 1e-30), fluid, scatter)
-                    if law == "contact":
-                        loss, eta0 = loss + g0 * OMEGA, eta0 + g0
-                        if beta == 0.0:
-                            storage, loss, eta0 = np.full(OMEGA.shape, g0), g0 * OMEGA, g0
-                    for prestress in (True, False):
-                        rows.append(
-                            pd.DataFrame(
-                                {
-                                    **{"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p},
-                                    **{"target_pressure": p, "law": law},
-                                    **{"beta": beta if law == "contact" else np.nan},
-                                    **{"eta_f": eta_f if law == "stokes" else np.nan, "prestress": prestress},
-                                    **{"omega": OMEGA, "storage": storage, "loss": loss, "g0": g0, "eta0": eta0},
-                                    **{"eta_inf": 1.0, "error": 1e-9, "converged": True},
-                                }
-                            )
-                        )
-    return pd.concat(rows, ignore_index=True)
+    laws = [("contact", b, np.nan) for b in (0.0, 1e-2, 1.0)] + [("stokes", np.nan, e) for e in (0.0, 1.0, 1e3)]
+    for n, seed in product((256, 1024), SEEDS):
+        scatter = 1 + 0.02 * rng.normal()
+        for p, (law, beta, eta_f) in product((1e-2, 1e-3, 1e-4), laws):
+            if law == "stokes":
+                storage, loss, g0, eta0 = modulus(p, 1.0, 1e-9 * eta_f, scatter)
+            else:
+                storage, loss, g0, eta0 = modulus(p, max(beta, 1e-30), 0.0, scatter)
+                loss, eta0 = loss + g0 * OMEGA, eta0 + g0
+                if beta == 0.0:
+                    storage, loss, eta0 = np.full(OMEGA.shape, g0), g0 * OMEGA, g0
+            who = {"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "target_pressure": p}
+            curve = {"omega": OMEGA, "storage": storage, "loss": loss, "g0": g0, "eta0": eta0}
+            for prestress in (True, False):
+                of = {"law": law, "beta": beta, "eta_f": eta_f, "prestress": prestress}
+                rows.append({**who, **of, **curve, "eta_inf": 1.0, "error": 1e-9, "converged": True})
+    return unrolled(rows, ["omega", "storage", "loss"])
+
+
+def unrolled(rows, columns):
+    """A table with a row for each entry of the arrays in some columns, as many in each."""
+    return pd.DataFrame(rows).explode(columns, ignore_index=True).astype(dict.fromkeys(columns, float))
 
 
 def quasistatic():
@@ -140,28 +119,18 @@ def correlation():
     """C = 1 - delta/l with l = L/4 under contact damping; under Stokes drag l (-ln p)^0.65 = (omega/p^0.5)^-0.2."""
     rng = np.random.default_rng(4)
     rows = []
-    for law in ("contact", "stokes"):
-        for n in (256, 16384):
-            for seed in SEEDS:
-                box = 0.95 * n**0.5 * (1 + 0.001 * rng.normal())
-                delta = np.arange(round(box)) * box / round(box) / 2
-                for p in (1e-2, 1e-3, 1e-4):
-                    for omega in (1e-7, 1e-2, 3e-2, 1e-1):
-                        length = box / 4
-                        if law == "stokes" and omega > 1e-6:
-                            length = 12 * (omega / p**0.5) ** -0.2 / (-np.log(p)) ** 0.65
-                        c = 1 - delta / length * (1 + 0.01 * rng.normal())
-                        rows.append(
-                            pd.DataFrame(
-                                {
-                                    **{"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "law": law},
-                                    **{"prestress": True},
-                                    **{"beta": 1.0 if law == "contact" else np.nan, "eta_f": 1.0},
-                                    **{"omega": omega, "box": box, "delta": delta, "c": c},
-                                }
-                            )
-                        )
-    return pd.concat(rows, ignore_index=True)
+    for law, n, seed in product(("contact", "stokes"), (256, 16384), SEEDS):
+        box = 0.95 * n**0.5 * (1 + 0.001 * rng.normal())
+        delta = np.arange(round(box)) * box / round(box) / 2
+        for p, omega in product((1e-2, 1e-3, 1e-4), (1e-7, 1e-2, 3e-2, 1e-1)):
+            length = box / 4
+            if law == "stokes" and omega > 1e-6:
+                length = 12 * (omega / p**0.5) ** -0.2 / (-np.log(p)) ** 0.65
+            c = 1 - delta / length * (1 + 0.01 * rng.normal())
+            who = {"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "law": law, "prestress": True}
+            drag = {"beta": 1.0 if law == "contact" else np.nan, "eta_f": 1.0}
+            rows.append({**who, **drag, "omega": omega, "box": box, "delta": delta, "c": c})
+    return unrolled(rows, ["delta", "c"])
 
 
 def both_models():
