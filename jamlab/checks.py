@@ -141,6 +141,8 @@ def _kind(hint: Any) -> _Kind:
             lambda value: isinstance(value, origin) and all(key.holds(k) and item.holds(v) for k, v in value.items()),
             f"a mapping from {key.text} to {item.text}",
         )
+    if origin is tuple and Ellipsis not in parts:
+        return _row([_kind(part) for part in parts])
     if origin is not None and issubclass(origin, Iterable):
         return _items(origin, _kind(parts[0]))
     return _Kind(lambda value: isinstance(value, hint), f"a {hint.__name__}")
@@ -164,6 +166,16 @@ def _items(origin: type, item: _Kind) -> _Kind:
         return not isinstance(value, list | tuple) or all(map(item.holds, value))  # an iterator can be read once only
 
     return _Kind(holds, f"a sequence, each {item.text}")
+
+
+def _row(kinds: list[_Kind]) -> _Kind:
+    """Tuples as long as their annotation."""
+    return _Kind(
+        lambda value: (
+            isinstance(value, tuple) and len(value) == len(kinds) and all(map(lambda k, v: k.holds(v), kinds, value))
+        ),
+        f"({', '.join(kind.text for kind in kinds)})",
+    )
 
 
 def _array(kind: str) -> _Kind:
@@ -208,10 +220,11 @@ def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
         raise InputError(f"unknown {name} {value!r}: use one of {', '.join(known)}")
 
 
-def check_number(name: str, value: Any, highest: float) -> None:
-    """Refuse what is no finite number above 0 and up to `highest`."""
-    if not is_number(value) or not 0 < value <= highest:
+def check_number(name: str, value: Any, highest: float, least: float = 0.0) -> None:
+    """Refuse what is no finite number above 0, from `least` and up to `highest`."""
+    if not is_number(value) or not 0 < value <= highest or value < least:
         limits = f"a number above 0 and at most {highest:g}" if is_number(highest) else "a finite number above 0"
+        limits = f"a number from {least:g} to {highest:g}" if least else limits
         raise InputError(f"{name} = {value!r}: must be {limits}")
 
 

@@ -89,6 +89,7 @@ class _Run(Driven):
 
     before = ("phi", "rho", "background", "tolerance")
     _FLOW: ClassVar = {**STATE, **LAW, **floats("alpha")}
+    _ENDED: ClassVar = {**floats("unsettled"), "converged": FLAG}  # contact changes, as in `FlowRun`
     _MISSING: ClassVar[Row]  # of a run that has no answer
 
     @property
@@ -115,7 +116,7 @@ class _Run(Driven):
         return [self.drive(packing, **how)]
 
     def without_answer(self) -> list[Row]:
-        return [self._MISSING | {"converged": False}]
+        return [self._MISSING | {"unsettled": np.nan, "converged": False}]
 
     def accuracy(self, row: Row) -> Row:
         """Tolerance of a run, and its background drag: Stokes drag is itself one."""
@@ -123,7 +124,8 @@ class _Run(Driven):
 
     def constants(self) -> Row:
         how = self.how
-        return {"background": np.nan if how.background is None else how.background, "tolerance": how.tolerance}
+        background = np.nan if how.background is None else how.background
+        return {"background": background, "tolerance": how.tolerance, "unsettled": np.nan}  # a file of version 0.2.0
 
     @abstractmethod
     def run_seconds(self) -> float:
@@ -143,7 +145,7 @@ class SteadyFlow(_Run):
         *("normal_stress_difference_error", "dissipation", "plastic_events"),
     )
     _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
-    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), "converged": FLAG}
+    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), **_Run._ENDED}
     _MISSING: ClassVar[Row] = dict.fromkeys((*_STEADY, *_OTHERS), np.nan)
     labels: ClassVar[dict[str, str]] = {
         "rate": r"shear rate $\dot\gamma$",
@@ -172,6 +174,7 @@ class SteadyFlow(_Run):
             "flow_pressure_error": mean["pressure_error"],
             "peak_stress": peak.stress if peak else np.nan,
             "peak_strain": peak.strain if peak else np.nan,
+            "unsettled": run.unsettled,
             "converged": run.steady(discard=how.discard).steady,
         }
 
@@ -187,7 +190,7 @@ class Oscillation(_Run):
     name, needs = "oscillation", "a table with omega and amplitudes"
     _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # attributes of `Oscillation`
     _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
-    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), "converged": FLAG}
+    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), **_Run._ENDED}
     _MISSING: ClassVar[Row] = dict.fromkeys((*_OF_RUN, *_EQUIVALENT), np.nan)
 
     oscillation: Oscillating
@@ -200,8 +203,8 @@ class Oscillation(_Run):
         how = self.oscillation
         run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
-        found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {"converged": run.finished}
-        return found | self._equivalent(packing, row, stress)
+        found: Row = {name: getattr(run, name) for name in (*self._OF_RUN, "unsettled")}
+        return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
         """Linear answer at the stress that was seen, [T] eqs 23-29; nan for other than balanced contact damping."""
@@ -227,7 +230,8 @@ class Creep(_Run):
     stored: ClassVar[Schema] = {
         **_Run._FLOW,
         **floats("stress", *_OF_RUN),
-        **dict.fromkeys(("flows", "rests", "converged"), FLAG),
+        **dict.fromkeys(("flows", "rests"), FLAG),
+        **_Run._ENDED,
     }
     _MISSING: ClassVar[Row] = {**dict.fromkeys(_OF_RUN, np.nan), "flows": False, "rests": False}
 
@@ -242,7 +246,8 @@ class Creep(_Run):
         return {
             **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
             **{"final_time": run.time[-1], "final_strain": run.strain[-1]},
-            **{"flows": run.state == "flows", "rests": run.state == "rests", "converged": True},
+            **{"flows": run.state == "flows", "rests": run.state == "rests"},
+            **{"unsettled": run.unsettled, "converged": True},
         }
 
     def run_seconds(self) -> float:

@@ -147,7 +147,7 @@ class Observable(FileTable):
         return self
 
     def constants(self) -> Row:
-        """Columns of the table with one value for all rows, which no file holds."""
+        """Columns with one value for all rows of a table, where its file does not hold them."""
         return {}
 
     @abstractmethod

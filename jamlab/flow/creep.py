@@ -12,6 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.natural_units import natural_scales
@@ -154,8 +155,9 @@ def creep(
             f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
             "use contact damping"
         )
-    check_number("stress", stress, LARGEST_STRESS * natural_scales(packing).stress)
-    check_number("duration", duration, LONGEST)
+    scale = natural_scales(packing).stress
+    check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
+    check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("largest_strain", largest_strain, 1e4)
     check_at_rest(packing)
     check_touching(packing)

@@ -12,6 +12,7 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, renamed, say_balance
+from jamlab.flow.overdamped_session import LEAST_STRAIN
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -189,7 +190,7 @@ def oscillate(
     law = damping or ContactDamping()
     if not _SLOWEST <= omega <= _FASTEST:
         raise InputError(f"omega = {omega!r}: must lie between {_SLOWEST:g} and {_FASTEST:g}, in 1/tau_1")
-    check_number("amplitude", amplitude, LARGEST_AMPLITUDE)
+    check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
     if not 2 <= cycles <= MOST_CYCLES:
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
     if not 2 * HARMONICS + 2 <= points <= 100_000:

@@ -12,6 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -143,9 +144,11 @@ def relax_stress(
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    if not (is_number(strain) and abs(strain) <= 1.0):
-        raise InputError(f"strain = {strain!r}: must be a number from -1 to 1; 0 stops a flow")
-    check_number("duration", duration, LONGEST)
+    if not (is_number(strain) and (strain == 0 or LEAST_STRAIN <= abs(strain) <= 1.0)):
+        raise InputError(
+            f"strain = {strain!r}: must be a number from {LEAST_STRAIN:g} to 1 or its negative; 0 stops a flow"
+        )
+    check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.overdamped_session import background_drag
+from jamlab.flow.overdamped_session import LEAST_STRAIN, background_drag
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
@@ -25,7 +25,7 @@ ROWS = 200
 STEP = 1e-4  # of strain between two minima
 MOST_ROWS = 1_000_000
 LARGEST_STRAIN = 1e4
-LARGEST_RATE = 1e3  # 1/tau_1; disks pass through each other long before
+LEAST_RATE, LARGEST_RATE = 1e-12, 1e3  # 1/tau_1; disks pass through each other long before
 
 
 @checked
@@ -142,13 +142,13 @@ def _parts(rate: float | Sequence[tuple[float, float]], strain: float | None) ->
             raise InputError("rate = []: give one part or more, [(rate, strain), ...]")
         for speed, length in rate:
             _check_rate(speed)
-            check_number("strain", length, LARGEST_STRAIN)
+            check_number("strain", length, LARGEST_STRAIN, LEAST_STRAIN)
             if speed == 0:
                 raise InputError(f"({speed!r}, {length!r}): a part needs a rate; to wait, see relax_stress(strain=0)")
         return np.array(rate, dtype=np.float64)
     _check_rate(rate)
     length = 1.0 if strain is None else strain
-    check_number("strain", length, LARGEST_STRAIN)
+    check_number("strain", length, LARGEST_STRAIN, LEAST_STRAIN)
     return np.array([[rate, length]])
 
 
@@ -163,14 +163,19 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
 def check_rates(rates: Sequence[float]) -> list[float]:
     """Rates from the fastest to the slowest, each once."""
     values = sorted({float(rate) for rate in rates}, reverse=True)
-    if not values or not all(0 < rate <= LARGEST_RATE for rate in values):
-        raise InputError(f"rates = {list(rates)!r}: give one or more, above 0 and at most {LARGEST_RATE:g}, in 1/tau_1")
+    if not values or not all(LEAST_RATE <= rate <= LARGEST_RATE for rate in values):
+        raise InputError(
+            f"rates = {list(rates)!r}: give one or more from {LEAST_RATE:g} to {LARGEST_RATE:g}, in 1/tau_1"
+        )
     return values
 
 
 def _check_rate(rate: float) -> None:
-    if not (is_number(rate) and abs(rate) <= LARGEST_RATE):
-        raise InputError(f"rate = {rate!r}: must be a number from -{LARGEST_RATE:g} to {LARGEST_RATE:g}, in 1/tau_1")
+    if not (is_number(rate) and (rate == 0 or LEAST_RATE <= abs(rate) <= LARGEST_RATE)):
+        raise InputError(
+            f"rate = {rate!r}: must be a number from {LEAST_RATE:g} to {LARGEST_RATE:g} in 1/tau_1 or its negative; 0"
+            " is shear without time"
+        )
 
 
 def _rows_per_frame(strain: float, frames: float | None, rows: int) -> int:

@@ -156,7 +156,9 @@ def follow(source: Any, **how: Any) -> Tracks:
     if not isinstance(source, Sequence) and not (isinstance(source, np.ndarray) and source.ndim):
         raise InputError(f"a {type(source).__name__} is neither pictures, nor a folder of them, nor a track table")
     if len(source) < 2:
-        raise InputError(f"{len(source)} pictures: droplets are followed through two or more")
+        raise InputError(
+            f"{len(source)} pictures: droplets are followed through two or more; give {', '.join(PICTURES)}"
+        )
     return _analyse(_link([micrograph(picture, **how).table() for picture in source]))
 
 

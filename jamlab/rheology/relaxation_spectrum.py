@@ -101,19 +101,23 @@ class RelaxationModes:
 def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
     """RelaxationModes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite. The pencil (K, K +
     sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with sigma in the middle
-    of the rates that carry x, slow and fast ones keep their digits. `k`: (m, m); `b`: (m, m); `x`: (m,) vector whose
-    amplitudes are wanted. RelaxationModes without dissipation and without energy are left out."""
+    of the rates that carry x, slow and fast ones keep their digits. Rates are quotients v^T K v / v^T B v: 1 -
+    lambda/(lambda + sigma) would lose as many digits as lambda exceeds sigma. `k`: (m, m); `b`: (m, m); `x`: (m,)
+    vector whose amplitudes are wanted. RelaxationModes without dissipation and without energy are left out."""
     energy, dissipation = float(x @ k @ x), float(x @ b @ x)
     if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
         empty = np.zeros(0)
         return RelaxationModes(empty, np.zeros((len(x), 0)), empty, empty)
     sigma = energy / dissipation
     metric = k + sigma * b
-    fraction, vectors = linalg.eigh(k, metric)
+    _, vectors = linalg.eigh(k, metric)
     amplitudes = vectors.T @ (metric @ x)
-    kept = (fraction > 0) & (fraction < 1)
-    fraction, vectors, amplitudes = fraction[kept], vectors[:, kept], amplitudes[kept]
-    return RelaxationModes(sigma * fraction / (1 - fraction), vectors, amplitudes, fraction)
+    energies, losses = (np.einsum("im,im->m", vectors, matrix @ vectors) for matrix in (k, b))
+    kept = np.flatnonzero((energies > 0) & (losses > 0))
+    rates = energies[kept] / losses[kept]
+    order = np.argsort(rates)
+    kept = kept[order]
+    return RelaxationModes(rates[order], vectors[:, kept], amplitudes[kept], energies[kept])
 
 
 def build_strengths(found: RelaxationModes, area: float) -> Array:

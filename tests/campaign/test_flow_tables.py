@@ -1,10 +1,13 @@
 """Flow as an observable of a campaign: tables, means over packings, and what its file refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from campaigns import read_campaign_file, run_here, written
 
 import jamlab
+from jamlab.campaign import flow_observables
 from jamlab.campaign.plan import measuring_seconds
 from jamlab.campaign.tasks import batches, state_key
 
@@ -74,6 +77,19 @@ def test_oscillation_and_creep(tmp_path):
     found = jamlab.creep(packing, 1e-7, 10.0)
     assert row["final_strain"] == pytest.approx(found.strain[-1], rel=1e-9) and not row["flows"]
     assert row["residual"] == pytest.approx(found.residual) and row["tolerance"] == 1e-3
+
+
+def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
+    """In every table of flow."""
+    for name in ("shear", "oscillate", "creep"):
+        drive = getattr(jamlab, name)
+        monkeypatch.setattr(flow_observables, name, lambda *a, drive=drive, **k: replace(drive(*a, **k), unsettled=7))
+    oscillation, creep = {"omega": [1.0], "amplitudes": [1e-3], "cycles": 2}, {"stresses": [1e-7], "duration": 1.0}
+    changes = {"observables": ["flow", "oscillation", "creep"], "oscillation": oscillation, "creep": creep, "seeds": 1}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
+    assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
+    for name in ("flow", "oscillation", "creep"):
+        assert set(campaign.table(name)["unsettled"]) == {7.0}
 
 
 @pytest.mark.slow

@@ -25,6 +25,9 @@ def test_every_table_is_read_bit_for_bit(campaign):
         with file.open(newline="") as lines:  # numbers are parsed by Python, digit by digit
             stored = list(csv.DictReader(lines))
         found = campaign.table(file.stem)
+        younger = found.columns.difference(stored[0].keys())
+        assert set(younger) <= {"unsettled"} and found[younger].isna().all(axis=None)
+        found = found.drop(columns=younger)
         assert len(found) == len(stored) and list(found.columns) == list(stored[0])
         for column in found:
             kind = float if found[column].dtype.kind == "f" else str

@@ -9,7 +9,10 @@ from pathlib import Path
 
 import psutil
 import pytest
+import typer
 
+import jamlab
+from jamlab.cli.main import app
 from jamlab.processes.cores import available_cores
 
 CAMPAIGN = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 64\nseeds = 400\nonset = true\n'
@@ -87,6 +90,53 @@ def test_no_process_is_left(tmp_path):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_no_process_of_any_command_is_left(tmp_path, name, number):
     check_end(tmp_path, name, number)
+
+
+CHARTS = ("speed-accuracy", "stability", "all", "flow-table", "estimates")
+CAMPAIGN_LOOKS = ("new", "plan", "status", "page", "merge", "export")
+LONG = {  # commands that keep what is finished when they are interrupted
+    "compress": "source.h5 --to 1.0 --step 2e-4",
+    "shear": "source.h5 --rate 1e-3 --strain 10",
+    "flow-curve": "source.h5 --rate 1 --rate 1e-4 --strain 2",
+    "creep": "source.h5 --stress 1e-3 --duration 1e6",
+    "oscillate": "source.h5 --omega 1e-3 --amplitude 0.1",
+    "relax-stress": "source.h5 --strain 0.05 --duration 1e9",
+}
+ALL_OR_NOTHING = {"demo", "jam", "pack", "analyze", "gstar", "explore"}  # one result: nothing is finished on the way
+TASKS = {"campaign run", "campaign resume", "study run", "estimate"}  # finished tasks are files in a folder
+DRAWING = {"figure", "calibrate", "compare", "study draw", "study add", *(f"chart {k}" for k in CHARTS)}
+SHORT = {"decks", "doctor", "study list", "study plan", *(f"campaign {k}" for k in CAMPAIGN_LOOKS)}
+
+
+def test_of_every_command_is_said_what_an_interrupt_keeps():
+    def commands(group, *path):
+        for name, each in group.commands.items():
+            yield from commands(each, *path, name) if hasattr(each, "commands") else [" ".join([*path, name])]
+
+    assert sorted(commands(typer.main.get_command(app))) == sorted([*LONG, *ALL_OR_NOTHING, *TASKS, *DRAWING, *SHORT])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LONG)
+def test_ctrl_c_keeps_what_is_finished(tmp_path, name):
+    """After the first save; what is kept can be read, and is more than the start."""
+    jamlab.pack(n=256, pressure=1e-2, seed=1).write(tmp_path / "source.h5")
+    out = tmp_path / "run.h5"
+    line = [sys.executable, "-m", "jamlab.cli", name, *LONG[name].split(), "--out", out.name]
+    process = subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 120
+    while not out.exists() and time.monotonic() < end:
+        time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=10)
+    said = err.splitlines()[-1]
+    assert process.returncode == 130 and said.startswith("interrupted: kept ") and "goes on from" in said, err
+    assert set(tmp_path.iterdir()) == {out, tmp_path / "source.h5"}
+    if name == "compress":
+        assert len(jamlab.read_all(out)) > 1
+    else:
+        found = jamlab.read_flow(out)
+        assert found.rates.tolist() == [1.0] if name == "flow-curve" else len(found.time) > 1
 
 
 @pytest.mark.slow

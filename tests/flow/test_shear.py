@@ -1,7 +1,10 @@
 """Start-up of shear: balances, packings on the way, files, refusals."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -160,13 +163,14 @@ def test_the_finest_steps_are_not_taken_for_a_run_that_leads_nowhere(disks, monk
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"rate": -1e9}, "rate = -1000000000.0: must be a number from -1000 to 1000"),
-        ({"rate": 1e9}, "rate = 1000000000.0: must be a number from -1000 to 1000"),
+        ({"rate": -1e9}, "rate = -1000000000.0: must be a number from 1e-12 to 1000 in 1/tau_1 or its negative"),
+        ({"rate": 1e-300}, "rate = 1e-300: must be a number from 1e-12 .* 0 is shear without time"),
+        ({"rate": [(1, 2, 3)], "strain": None}, r"must be a number or a sequence, each \(a number, a number\)"),
         ({"rate": []}, r"rate = \[\]: give one part or more"),
         ({"rate": [(1.0, 0.1), (0.0, 0.1)]}, "a part needs a rate; to wait, see relax_stress"),
-        ({"rate": [(1.0, -0.1)]}, "strain = -0.1: must be a number above 0"),
+        ({"rate": [(1.0, -0.1)]}, "strain = -0.1: must be a number from 1e-12 to 10000"),
         ({"rate": [(1.0, 0.1)], "strain": 1.0}, "strain = 1.0: the parts of a protocol say their strains"),
-        ({"strain": 0.0}, "strain = 0.0: must be a number above 0"),
+        ({"strain": 0.0}, "strain = 0.0: must be a number from 1e-12 to 10000"),
         ({"rows": 0}, "rows = 0: must lie between 1"),
         ({"frames": 0.3}, "frames = 0.3 must divide strain = 1"),
         ({"tolerance": 0.5}, "tolerance = 0.5: must lie between 1e-09 and 0.1"),
@@ -201,6 +205,24 @@ def test_a_rate_refuses_the_step_of_quasistatic_shear(disks):
         jamlab.shear(disks, 0.1, 0.01, step=1e-3)
 
 
+@pytest.mark.parametrize("least", [1e-300, 1e-20, 9e-13])
+@pytest.mark.parametrize(
+    ("drive", "name", "others"),
+    [
+        (jamlab.shear, "strain", {"rate": 0.1}),
+        (jamlab.oscillate, "amplitude", {"omega": 1.0}),
+        (jamlab.creep, "stress", {"duration": 1.0}),
+        (jamlab.creep, "duration", {"stress": 1e-4}),
+        (jamlab.relax_stress, "strain", {"duration": 1.0}),
+        (jamlab.relax_stress, "duration", {"strain": 1e-4}),
+    ],
+)
+def test_motion_that_rounding_hides_is_refused(disks, drive, name, others, least):
+    """Below, energy balances to 1e4 % and worse, and a modulus is a number of 200 digits."""
+    with pytest.raises(jamlab.InputError, match=f"{name} = {least}: must be a number from 1e-"):
+        drive(disks, **{name: least}, **others)
+
+
 @pytest.mark.parametrize(("dip", "end", "found"), [(0.9, 0.995, True), (0.99, 0.985, False), (0.9, 0.5, True)])
 def test_an_overshoot_is_a_peak_from_which_the_stress_falls_wherever_it_ends(disks, dip, end, found):
     run = jamlab.shear(disks, 1.0, 0.2, rows=40)
@@ -226,3 +248,16 @@ def test_names_of_before_work_with_a_warning():
     found = jamlab.oscillate(jamlab.pack(16, 1e-2, 3), 1.0, 1e-4, cycles=2)
     with pytest.warns(FutureWarning, match=r"Oscillation.converged is now .finished"):
         assert found.converged == found.finished
+
+
+def test_an_oscillation_is_read_as_version_0_2_0_wrote_it():
+    """Its file says `converged`, and nothing of contact changes; `write_result` of that release made it."""
+    file = Path(__file__).parents[1] / "states" / "oscillation_of_0.2.0.h5"
+    found = jamlab.read_flow(file)
+    with h5py.File(file) as stored:
+        facts = json.loads(stored["flow"].attrs["facts"])
+        assert facts["converged"] is False and "finished" not in facts and "unsettled" not in facts
+        assert np.array_equal(found.stress, stored["flow/stress"]) and found.cycles == 2
+    assert (found.finished, found.unsettled, found.error > found.tolerance) == (False, 0, True)
+    again = jamlab.oscillate(found.frames[0], found.omega, found.amplitude, cycles=2)
+    assert found.storage == pytest.approx(again.storage, rel=1e-6)
