@@ -248,19 +248,31 @@ def _choose(leaves: Indices, tree: _Tree, dark: Array, depth: float, finer: int)
     paths = find_paths(dark, depth, finer, moments[tried, 1:3] / area[tried, None] - 0.5, radii)
     node = [compact[tried], radii, np.minimum(np.array(tree.joined)[tried], 9.0) / depth, height[tried] / depth]
     scores = path_scores(paths, *node)
-    outer, draw = np.zeros(leaves.shape, dtype=bool), scikit_image().draw.polygon
-    found = 0
+    outer, found = np.zeros(leaves.shape, dtype=bool), 0
     for k in np.argsort(-scores):
         if scores[k] <= LEAST_SCORE:
             break
-        inside = draw(paths.light[k, :, 1], paths.light[k, :, 0], leaves.shape)
-        if not inside[0].size or (light[inside] > 0).mean() > OVERLAP:
+        inside = pixels_within(paths.light[k], leaves.shape)
+        if not len(inside) or np.count_nonzero(light.flat[inside]) > OVERLAP * len(inside):
             continue
         found += 1
-        own = light[inside] == 0
-        light[inside[0][own], inside[1][own]] = found
-        outer[draw(paths.outer[k, :, 1], paths.outer[k, :, 0], leaves.shape)] = True
+        light.flat[inside[light.flat[inside] == 0]] = found
+        outer.flat[pixels_within(paths.outer[k], leaves.shape)] = True
     return _up_to_walls(leaves, dark, light, outer | (light > 0), found), light
+
+
+def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:
+    """Flat places of the pixels of a picture that a closed path (k, 2) encloses, by its crossings of every row."""
+    x, y = points.T
+    along, down = np.roll(x, -1) - x, np.roll(y, -1) - y
+    rows = np.arange(max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())), shape[0] - 1) + 1)
+    above = y[:, None] <= rows
+    edge, row = np.nonzero(above != np.roll(above, -1, axis=0))
+    cross = x[edge] + (rows[row] - y[edge]) * along[edge] / down[edge]
+    order = np.lexsort((cross, row))
+    ends = np.clip(np.ceil(cross[order]), 0, shape[1]).astype(np.int64) + rows[row[order]] * shape[1]
+    start, count = ends[::2], ends[1::2] - ends[::2]
+    return np.repeat(start - np.cumsum(count) + count, count) + np.arange(count.sum())
 
 
 def _up_to_walls(leaves: Indices, dark: Array, light: Indices, outer: Mask, found: int) -> Indices:
