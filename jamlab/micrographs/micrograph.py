@@ -131,7 +131,7 @@ def _measure_labels(grey: Array, contrast: str, found: Labelled, margin: int, fi
 def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
     """Droplets with dark walls, as labels."""
     wide = np.pad(grey, margin, mode="wrap")
-    rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING)
+    rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING, walls=False)
     if rings is None or not rings.labels.any():
         raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
     found = labelled(rings.labels, rings.finer, rings.light)

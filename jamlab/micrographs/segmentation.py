@@ -61,11 +61,29 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     depth = ndimage.distance_transform_edt(droplets)
     width = SMOOTHING * scale.radius
     seen, even = (ndimage.gaussian_filter(field, width) for field in (np.clip(smooth, 0, 1), depth))
-    cells = scikit_image().segmentation.watershed(FILM * seen - even / scale.radius, markers).astype(np.int64) - 1
+    cells = _flood(FILM * seen - even / scale.radius, markers, _thinning(scale.smallest)) - 1
     cells = _straighten(cells, min(STRAIGHT[0] + STRAIGHT[1] * noise, STRAIGHTEST) * scale.smallest)
-    cells = np.unique(cells, return_inverse=True)[1].reshape(cells.shape).astype(np.int64)
+    cells = (np.cumsum(np.bincount(cells.ravel()) > 0) - 1)[cells]
     inner, middle = highest(depth, cells)[0], highest(even, cells)[1]
     return Segments(cells, droplets, inner, middle, scale.radius, scale.smallest)
+
+
+def _thinning(smallest: float) -> int:
+    """Pixels of the picture to one of the grid on which markers are found."""
+    return max(1, round(smallest / COARSE))
+
+
+def _flood(landscape: Array, markers: Indices, step: int) -> Indices:
+    """(h, w) watershed from markers, which lie on every `step`th pixel: on those first, then near its walls on all."""
+    watershed = scikit_image().segmentation.watershed
+    coarse = watershed(landscape[::step, ::step], markers[::step, ::step]).astype(np.int64)
+    if step == 1:
+        return np.asarray(coarse)
+    sure = ndimage.maximum_filter(coarse, 3) == ndimage.minimum_filter(coarse, 3)
+    h, w = landscape.shape
+    cells, sure = (np.kron(part, np.ones((step, step), dtype=part.dtype))[:h, :w] for part in (coarse, sure))
+    near = ndimage.binary_dilation(~sure, np.ones((3, 3)))
+    return np.where(near, watershed(landscape, np.where(sure & near, cells, 0), mask=near), cells)
 
 
 def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:
@@ -99,7 +117,7 @@ class Basins:
         owner, open_, held = list(range(len(top))), [True] * len(top), [True] * len(top)
         root = owner.copy()  # of the basins that have joined by now
         for height, a, b in self.saddles:
-            a, b = _root(root, a), _root(root, b)
+            a, b = _root_of(root, a), _root_of(root, b)
             if a == b:
                 continue
             a, b = (a, b) if top[a] >= top[b] else (b, a)
@@ -109,7 +127,7 @@ class Basins:
             else:
                 open_[a] = False
                 held[b] = held[b] and top[b] - height > fall * (1 - 1e-6)
-        own = np.array([_root(owner, k) for k in range(len(top))], dtype=np.int64)
+        own = np.array([_root_of(owner, k) for k in range(len(top))], dtype=np.int64)
         stands = np.array(held, dtype=bool) & (self.even.ravel()[self.peaks] >= self.lowest)
         label = np.zeros(self.even.shape, dtype=np.int64)
         high = self.basin >= 0
@@ -132,22 +150,29 @@ class Basins:
 def find_basins(droplets: Mask, radius: float, smallest: float) -> Basins:
     """Landscape of the distance from the ground. `droplets`: (h, w); `radius`: typical radius, pixels; `smallest`:
     radius of small droplets, pixels."""
-    step = max(1, int(smallest / COARSE))
+    step = _thinning(smallest)
     depth = step * ndimage.distance_transform_edt(droplets[::step, ::step])
     even = np.asarray(ndimage.gaussian_filter(depth, SMOOTHING * radius / step))
     lowest = max(EDGE_SPECK * smallest, 1.0)
-    uphill = _uphill(np.where(even > 0.5 * lowest, even, 0.0))
+    basin, peaks = _basins_of(np.where(even > 0.5 * lowest, even, 0.0))
+    passes = _saddles_of(basin, np.log(np.maximum(even, 0.5 * lowest)), len(peaks))
+    return Basins(even, basin, peaks, passes, lowest, step, droplets.shape)
+
+
+def _basins_of(values: Array) -> tuple[Indices, Indices]:
+    """(h, w) maximum that leads uphill from each pixel, from 0, -1 where `values`, (h, w), are not positive; and flat
+    places of the maxima."""
+    uphill = _uphill(values)
     while ((further := uphill[uphill]) != uphill).any():
         uphill = further
-    high = even.ravel() > 0.5 * lowest
-    peaks = np.flatnonzero(high & (uphill == np.arange(even.size)))
-    name = np.full(even.size, -1)
+    high = values.ravel() > 0
+    peaks = np.flatnonzero(high & (uphill == np.arange(values.size)))
+    name = np.full(values.size, -1)
     name[peaks] = np.arange(len(peaks))
-    basin = np.where(high, name[uphill], -1).reshape(even.shape)
-    return Basins(even, basin, peaks, _saddles(basin, even, len(peaks)), lowest, step, droplets.shape)
+    return np.where(high, name[uphill], -1).reshape(values.shape), peaks
 
 
-def _root(parent: list[int], k: int) -> int:
+def _root_of(parent: list[int], k: int) -> int:
     while parent[k] != k:
         parent[k] = k = parent[parent[k]]
     return k
@@ -166,8 +191,8 @@ def _uphill(values: Array) -> Indices:
     return np.asarray(way.ravel() + np.arange(values.size))
 
 
-def _saddles(basin: Indices, even: Array, count: int) -> tuple[tuple[float, int, int], ...]:
-    """Logarithm of the highest pass between each two basins that meet, highest first."""
+def _saddles_of(basin: Indices, values: Array, count: int) -> tuple[tuple[float, int, int], ...]:
+    """Highest pass between each two basins that meet, and which, highest first."""
     names, heights = [], []
     h, w = basin.shape
     for row, column in NEIGHBOURS[:4]:
@@ -177,12 +202,12 @@ def _saddles(basin: Indices, even: Array, count: int) -> tuple[tuple[float, int,
         on = (basin[here] != basin[there]) & (basin[here] >= 0) & (basin[there] >= 0)
         first, second = basin[here][on], basin[there][on]
         names.append(np.minimum(first, second) * count + np.maximum(first, second))
-        heights.append(np.minimum(even[here][on], even[there][on]))
+        heights.append(np.minimum(values[here][on], values[there][on]))
     pairs, short = np.unique(np.concatenate(names), return_inverse=True)
-    best = np.zeros(len(pairs))
+    best = np.full(len(pairs), -np.inf)
     np.maximum.at(best, short, np.concatenate(heights))
     order = np.argsort(-best, kind="stable")
-    rows = np.log(best[order]), *np.divmod(pairs[order], max(count, 1))
+    rows = best[order], *np.divmod(pairs[order], max(count, 1))
     return tuple(zip(*(row.tolist() for row in rows), strict=True))
 
 
