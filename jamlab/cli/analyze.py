@@ -229,7 +229,8 @@ def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
 
 
 def _json(found: "Micrograph") -> dict[str, object]:
-    numbers = {"count": found.count, "measurable": int(found.measurable.sum()), "cut": found.cut, **found.measure(), "voids": len(found.voids.sides)}
+    numbers: dict[str, float] = {"count": found.count, "measurable": int(found.measurable.sum()), "cut": found.cut}
+    numbers |= {**found.measure(), "voids": len(found.voids.sides)}
     sizes = found.sizes
     measured = {"mean_radius": sizes.mean, "spread": sizes.spread, "ratio": sizes.ratio, "large": sizes.large}
     return {

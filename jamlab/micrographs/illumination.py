@@ -86,11 +86,11 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
         radius = granulometry(mask).radius
         if radius <= 0:
             return None
-        step = max(1, int(radius / FINE))
-        thin = np.s_[::step, ::step]
-        inner = step * ndimage.distance_transform_edt(mask[thin])
-        high = _droplet_level(bright, valid[thin] & (inner > max(INNER * radius, 1.5)), REACH * radius, step)
-        low, ground, opening = _ground_level(bright, (valid & ~mask)[thin], low, step)
+        every = max(1, int(radius / FINE))
+        thin = np.s_[::every, ::every]
+        inner = every * ndimage.distance_transform_edt(mask[thin])
+        high = _droplet_level(bright, valid[thin] & (inner > max(INNER * radius, 1.5)), REACH * radius, every)
+        low, ground, opening = _ground_level(bright, (valid & ~mask)[thin], low, every)
     contrast = float(np.median(high - low))
     if contrast < max(LEAST_CONTRAST, 0.5 * noise):
         return None

@@ -63,9 +63,7 @@ class Rings:
         if other is None:
             return len(own)
         count = int(other.light.max()) + 1
-        common = np.bincount(
-            (self.light * count + other.light).ravel(), minlength=(int(self.light.max()) + 1) * count
-        )
+        common = np.bincount((self.light * count + other.light).ravel(), minlength=(int(self.light.max()) + 1) * count)
         common = common.reshape(-1, count)
         both = common.sum(axis=1)[:, None] + common.sum(axis=0) - common
         return int(((common / np.maximum(both, 1))[:, 1:].max(axis=1)[own] <= 0.5).sum()) if count > 1 else len(own)
@@ -238,9 +236,7 @@ def _choose(shape: tuple[int, ...], tree: _Tree, dark: Array, depth: float, fine
     """(h, w) light inside droplets, from 1, and (h, w) what paths along their darkest lines enclose."""
     moments, compact = (
         np.array(tree.moments),
-        np.array(
-            [compactness(own, touches, shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]
-        ),
+        np.array([compactness(own, touches, shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]),
     )
     area, height = moments[:, 0], np.array(tree.height)
     tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * dark.size) & (height < 1.3 * depth)

@@ -38,7 +38,7 @@ class Segments:
     cells: Indices  # (h, w) int64, every pixel belongs to a droplet, from 0
     droplets: Mask  # (h, w) bool, pixels brighter than half-way to the ground
     inner: Array  # (n,) radius of the largest disc inside each droplet, pixels
-    middle: Array  # (n, 2) row and column of its centre
+    middle: Indices  # (n, 2) row and column of its centre
     radius: float  # pixels, typical radius by granulometry
     smallest: float  # pixels, radius of small droplets by granulometry
 

@@ -49,12 +49,14 @@ def test_none_is_good_and_wrong(worked_on):
         low, high = true.means["rho"].interval
         print(
             f"{picture.name} {true.count:4d} {seen.count:4d} {errors[0]:+.1%}, area {errors[1]:+.1%}, interior "
-            f"{errors[2]:+.3f}, above the limit {len(large)} {errors[3]:+.1%}, area {errors[4]:+.1%}, {seen.quality}; as labels rho {true.rho:.3f} ({low:.3f} to {high:.3f}), "
+            f"{errors[2]:+.3f}, above the limit {len(large)} {errors[3]:+.1%}, area {errors[4]:+.1%}, {seen.quality}; "
+            f"as labels rho {true.rho:.3f} ({low:.3f} to {high:.3f}), "
             f"z {true.z:.2f} ({true.z_range[0]:.2f} to {true.z_range[1]:.2f}), {true.quality}",
             flush=True,
         )
         rows.append(errors)
         if seen.quality == "good" and max(abs(errors[0]), abs(errors[1]), 2.5 * abs(errors[2])) > 0.05:
             wrong.append(picture.name)
-    print("median errors of count, area, interior, count and area above the limit:", np.round(np.median(np.abs(rows), axis=0), 4))
+    print("median errors of count, area, interior; count and area above the limit:")
+    print(np.round(np.median(np.abs(rows), axis=0), 4))
     assert not wrong
