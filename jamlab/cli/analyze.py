@@ -184,6 +184,8 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
         f"blur {found.blur:.1f} pixels"
     )
+    if small := int((~found.measurable).sum()):
+        print_note(f"{small} droplets are below the limit of detection, where others are missed{mark}")
     low, high = found.z_range
     if low <= high:  # not nan
         gap = found.film + found.fringe
@@ -227,7 +229,8 @@ def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
 
 
 def _json(found: "Micrograph") -> dict[str, object]:
-    numbers = {"count": found.count, "cut": found.cut, **found.measure(), "voids": len(found.voids.sides)}
+    numbers: dict[str, float] = {"count": found.count, "measurable": int(found.measurable.sum()), "cut": found.cut}
+    numbers |= {**found.measure(), "voids": len(found.voids.sides)}
     sizes = found.sizes
     measured = {"mean_radius": sizes.mean, "spread": sizes.spread, "ratio": sizes.ratio, "large": sizes.large}
     return {

@@ -76,8 +76,7 @@ def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:
 def _bars(mask: Mask, darkness: Array, highest: float, longest_void: float) -> Mask:
     """Level bars in a mask: long, filled, and unlike what is above and below them."""
     length = max(int(BAR_LENGTH * mask.shape[1]), int(longest_void), 12)
-    long = ndimage.binary_opening(mask, np.ones((1, length)))
-    label, _ = ndimage.label(long)
+    label, _ = ndimage.label(_long_runs(mask, length))
     bars = np.zeros(mask.shape, dtype=bool)
     for number, box in enumerate(ndimage.find_objects(label), 1):
         rows, columns = (side.stop - side.start for side in box)
@@ -90,6 +89,15 @@ def _bars(mask: Mask, darkness: Array, highest: float, longest_void: float) -> M
         if (np.abs(darkness[around][ring] - level) > BEYOND).mean() > BAR_EDGE:
             bars[box] |= piece
     return bars
+
+
+def _long_runs(mask: Mask, length: int) -> Mask:
+    """What lies in runs of a row of at least that many pixels: an opening by a level line."""
+    steps = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    (row, start), (_, stop) = np.nonzero(steps > 0), np.nonzero(steps < 0)
+    long, change = stop - start >= length, np.zeros(steps.shape, dtype=np.int8)
+    change[row[long], start[long]], change[row[long], stop[long]] = 1, -1
+    return np.asarray(np.cumsum(change, axis=1, dtype=np.int8)[:, :-1] > 0)
 
 
 def sort_annotations(drawn: Mask, radius: float) -> Annotations:

@@ -22,6 +22,7 @@ from jamlab.micrographs.picture_files import scikit_image
 ENVELOPE = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
 ROUNDS = 12  # of an asymmetric fit: its weights settle in six to ten
 COARSE = 128  # pixels along a side on which envelopes are fitted: light varies more slowly than droplets
+FINE = 15  # pixels of radius: levels of larger droplets are taken from every second pixel, or fewer
 REFINEMENTS = 2  # of both levels after the envelopes; a third changes rho by less than 0.001
 REACH = 2.0  # radii over which the level of droplets is averaged
 INNER = 0.25  # radii from the outline that the inner part of a droplet keeps
@@ -85,9 +86,11 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
         radius = granulometry(mask).radius
         if radius <= 0:
             return None
-        inner = ndimage.distance_transform_edt(mask)
-        high = _droplet_level(bright, valid & (inner > max(INNER * radius, 1.5)), REACH * radius)
-        low, ground, opening = _ground_level(bright, valid & ~mask, low)
+        every = max(1, int(radius / FINE))
+        thin = np.s_[::every, ::every]
+        inner = every * ndimage.distance_transform_edt(mask[thin])
+        high = _droplet_level(bright, valid[thin] & (inner > max(INNER * radius, 1.5)), REACH * radius, every)
+        low, ground, opening = _ground_level(bright, (valid & ~mask)[thin], low, every)
     contrast = float(np.median(high - low))
     if contrast < max(LEAST_CONTRAST, 0.5 * noise):
         return None
@@ -159,41 +162,44 @@ def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
     return total
 
 
-def _droplet_level(grey: Array, kept: Mask, reach: float) -> Array:
-    """Level of droplets: a surface of second degree through the kept pixels, and what lies `reach` wide beside it."""
-    step = max(1, round(max(grey.shape) / COARSE))
-    y, x = _grid(grey.shape)
-    thin = kept[::step, ::step]
-    if thin.sum() < 20:
-        return np.full(grey.shape, grey[kept].mean() if kept.any() else grey.max())
-    terms = _terms(y[::step, ::step][thin], x[::step, ::step][thin], 2)
-    fit = np.asarray(np.linalg.lstsq(terms, grey[::step, ::step][thin], rcond=None)[0], dtype=np.float64)
-    trend = _surface(fit, grey.shape, 2)
-    return trend + _near_mean(grey - trend, kept, reach)
+def _droplet_level(grey: Array, kept: Mask, reach: float, thin: int) -> Array:
+    """Level of droplets: a surface of second degree through the kept pixels, and what lies `reach` wide beside it.
+    `kept`: of every `thin`th pixel."""
+    few = grey[::thin, ::thin]
+    step = max(1, round(max(grey.shape) / COARSE / thin))
+    y, x = _grid(few.shape)
+    coarse = kept[::step, ::step]
+    if coarse.sum() < 20:
+        return np.full(grey.shape, few[kept].mean() if kept.any() else grey.max())
+    terms = _terms(y[::step, ::step][coarse], x[::step, ::step][coarse], 2)
+    fit = np.asarray(np.linalg.lstsq(terms, few[::step, ::step][coarse], rcond=None)[0], dtype=np.float64)
+    return _surface(fit, grey.shape, 2) + _near_mean(few - _surface(fit, few.shape, 2), kept, reach, thin, grey.shape)
 
 
-def _near_mean(values: Array, kept: Mask, reach: float) -> Array:
-    """Mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them."""
-    step = max(1, int(reach / 8))  # a field that smooth needs no more samples
+def _near_mean(values: Array, kept: Mask, reach: float, thin: int, shape: tuple[int, ...]) -> Array:
+    """(h, w) mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them. `values`, `kept`: of every
+    `thin`th pixel; `shape`: h and w."""
+    step = max(1, int(reach / 8 / thin))  # a field that smooth needs no more samples
     small = np.s_[::step, ::step]
     box = [ndimage.uniform_filter(part, step) for part in (kept.astype(np.float64), np.where(kept, values, 0.0))]
-    weight, total = (ndimage.gaussian_filter(part[small], reach / step, mode="nearest") for part in box)
+    weight, total = (ndimage.gaussian_filter(part[small], reach / step / thin, mode="nearest") for part in box)
     weight = np.maximum(weight, 0.0)
     trust = 1e-3
     field = total / (weight + trust)
-    zoom = [np.arange(count) / step for count in values.shape]
+    zoom = [np.arange(count) / (step * thin) for count in shape]
     return np.asarray(
         ndimage.map_coordinates(field, np.meshgrid(*zoom, indexing="ij"), order=1, mode="nearest", prefilter=False)
     )
 
 
-def _ground_level(grey: Array, ground: Mask, otherwise: Array) -> tuple[Array, int, float]:
-    """Surface through the middles of the widest voids; second degree, first or none by their number."""
-    depth = ndimage.distance_transform_edt(ground)
-    tops = (depth == ndimage.maximum_filter(depth, 9)) & (depth > 1.5)
+def _ground_level(grey: Array, ground: Mask, otherwise: Array, thin: int) -> tuple[Array, int, float]:
+    """Surface through the middles of the widest voids; second degree, first or none by their number. `ground`: of every
+    `thin`th pixel."""
+    depth = thin * ndimage.distance_transform_edt(ground)
+    tops = (depth == ndimage.maximum_filter(depth, 8 // thin + 1)) & (depth > 1.5)
     if not tops.any():
         return otherwise, 0, 0.0
-    places = np.argwhere(tops)
+    places = thin * np.argwhere(tops)
     wide = depth[tops]
     places = places[wide >= WIDE * np.quantile(wide, 0.9)]
     mean = ndimage.uniform_filter(grey, 3)[tuple(places.T)]

@@ -21,7 +21,7 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, read_values, scikit_image
-from jamlab.micrographs.segmentation import Segments
+from jamlab.micrographs.segmentation import Segments, highest
 
 LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
@@ -157,9 +157,7 @@ def label_segments(found: Labelled) -> Segments:
     for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
         wall[a] |= cells[a] != cells[b]
     depth = ndimage.distance_transform_edt(~wall) if wall.any() else np.full(wall.shape, float(max(wall.shape)))
-    every = np.arange(len(found.areas))
-    inner = np.asarray(ndimage.maximum(depth, cells, every), dtype=np.float64)
-    middle = np.array(ndimage.maximum_position(depth, cells, every))
+    inner, middle = highest(depth, cells)
     return Segments(cells, found.labels > 0, inner, middle, _radius(found.areas, 0.5), _radius(found.areas, 0.08))
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
 DPI = 150  # of an overlay
+LEAST_RING = 4.0  # pixels, radius of the light in a ring; set on the foams that were worked on
 LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
 LEAST_VOID_SHARE = 1e-3  # of a droplet
 
@@ -113,6 +114,17 @@ class Micrograph:
     def count(self) -> int:
         """Number of droplets that the picture shows whole."""
         return len(self.areas)
+
+    @property
+    def measurable(self) -> Mask:
+        """(n,) droplets above the limit of detection: of rings, `interiors` as large as a disc of 4 pixels in radius.
+
+        Smaller ones that are seen are kept, but others are missed: of nine real foams with hand-drawn interiors that
+        the search was fitted to, the count is off by 3.4 % (median) in all, and by 0.0 % above the limit. Of other
+        pictures all droplets count.
+        """
+        limit = LEAST_RING * (self.pixel or 1.0) if self.contrast == "ring" else 0.0
+        return np.asarray(self.interiors >= np.pi * limit**2)
 
     @property
     def quality(self) -> str:

@@ -16,6 +16,7 @@ Sources: F. M. Schaller et al., Philos. Mag. 93, 3993 (2013), for cells; K. Desm
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -131,7 +132,7 @@ def _measure_labels(grey: Array, contrast: str, found: Labelled, margin: int, fi
 def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
     """Droplets with dark walls, as labels."""
     wide = np.pad(grey, margin, mode="wrap")
-    rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING)
+    rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING, walls=False)
     if rings is None or not rings.labels.any():
         raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
     found = labelled(rings.labels, rings.finer, rings.light)
@@ -162,6 +163,7 @@ def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
 TRIED = 256  # pixels along a side on which bright and dark are tried
 TRIED_RINGS = 512  # pixels along a side of the middle of the picture, in which walls are looked for
 ROUNDER = 0.03  # that rings must be rounder than bright or dark droplets, which have dark walls, too
+ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
 LEAST_COVER = 0.2  # of the middle of the picture that rings must fill
 
 
@@ -197,4 +199,5 @@ def _roundness_of_rings(grey: Array) -> float:
     rings = find_rings(grey[middle])
     if rings is None or (rings.labels > 0).mean() < LEAST_COVER:
         return 0.0
-    return roundness(label_segments(labelled(rings.labels)))
+    segments = label_segments(labelled(rings.labels))
+    return roundness(replace(segments, inner=segments.inner + ROUGH))

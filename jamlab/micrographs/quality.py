@@ -15,7 +15,7 @@ import numpy as np
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.measured_droplets import Mean
-from jamlab.micrographs.segmentation import NECK, Segments, find_markers
+from jamlab.micrographs.segmentation import NECK, Segments, find_basins
 from jamlab.micrographs.walls import THICKEST_FILM, Walls
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
@@ -192,10 +192,12 @@ def _doubt_numbers(checks: Checks) -> list[str]:
 def unstable_droplets(smooth: Array, segments: Segments, whole: Mask) -> int:
     """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
     most = 0
-    for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
-        markers, _ = find_markers(smooth < level, segments.radius, segments.smallest, neck)
-        places = np.nonzero(markers)
-        rows = np.unique(np.column_stack([markers[places], segments.cells[places]]), axis=0)
-        held = np.bincount(rows[:, 1], minlength=segments.count)
-        most = max(most, int((held[whole] != 1).sum()))
+    for level, necks in ((0.35, (NECK,)), (0.65, (NECK,)), (0.5, (0.8, 0.94))):
+        basins = find_basins(smooth < level, segments.radius, segments.smallest)
+        for neck in necks:
+            markers, _ = basins.markers(segments.smallest, neck)
+            places = np.nonzero(markers)
+            pairs = np.unique(markers[places] * segments.count + segments.cells[places])
+            held = np.bincount(pairs % segments.count, minlength=segments.count)
+            most = max(most, int((held[whole] != 1).sum()))
     return most

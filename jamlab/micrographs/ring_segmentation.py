@@ -26,6 +26,7 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
 from jamlab.micrographs.picture_files import scikit_image
+from jamlab.micrographs.segmentation import highest
 from jamlab.micrographs.wall_paths import find_paths, path_scores
 
 COMPACT = 0.75  # least A^2/(2 pi I) of a region in which a droplet is looked for
@@ -57,14 +58,12 @@ class Rings:
     def unlike(self, other: Rings | None) -> int:
         """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it
         by more than half of what both cover."""
-        edge = [self.labels[0], self.labels[-1], self.labels[:, 0], self.labels[:, -1]]
-        own = np.setdiff1d(np.unique(self.labels), np.append(np.unique(np.concatenate(edge)), 0))
+        edge = [self.light[0], self.light[-1], self.light[:, 0], self.light[:, -1]]
+        own = np.setdiff1d(np.unique(self.light), np.append(np.unique(np.concatenate(edge)), 0))
         if other is None:
             return len(own)
-        count = int(other.labels.max()) + 1
-        common = np.bincount(
-            (self.labels * count + other.labels).ravel(), minlength=(int(self.labels.max()) + 1) * count
-        )
+        count = int(other.light.max()) + 1
+        common = np.bincount((self.light * count + other.light).ravel(), minlength=(int(self.light.max()) + 1) * count)
         common = common.reshape(-1, count)
         both = common.sum(axis=1)[:, None] + common.sum(axis=0) - common
         return int(((common / np.maximum(both, 1))[:, 1:].max(axis=1)[own] <= 0.5).sum()) if count > 1 else len(own)
@@ -99,11 +98,12 @@ class _Tree:
         return len(self.parts) - 1
 
 
-def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
+def find_rings(grey: Array, smoothing: float = SMOOTHING, walls: bool = True) -> Rings | None:
     """Find the droplets of a picture with dark walls; None if no wall stands out. `grey`: (h, w) grey values;
-    `smoothing`: pixels, standard deviation of the filter in a picture without noise."""
+    `smoothing`: pixels, standard deviation of the filter in a picture without noise; `walls`: whether `labels` reach to
+    the darkest line, or are those of the light inside."""
     if grey.size > MOST_PIXELS:
-        return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))), smoothing)
+        return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))), smoothing, walls)
     finer = int(np.clip(round(FINEST / min(grey.shape)), 1, MOST))
     noise = noise_level(grey)
     contrast = float(np.subtract(*np.percentile(grey, [95, 5])))
@@ -123,10 +123,11 @@ def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
     tree, depth = _merge(leaves, dark)
     if depth <= 0 or noise > MOST_NOISE * depth * float(np.median(step)):
         return None
-    droplets, inside = _choose(leaves, tree, dark, depth, finer)
+    inside, outer = _choose(leaves.shape, tree, dark, depth, finer)
+    droplets = _within(_up_to_walls(leaves, dark, inside, outer), HALF_LINE * finer) if walls else inside
     level = np.quantile(high, [0.02, 0.98])
     return Rings(
-        _within(droplets, HALF_LINE * finer),
+        droplets,
         inside,
         finer,
         depth,
@@ -135,10 +136,10 @@ def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
     )
 
 
-def _find_coarser(grey: Array, step: int, smoothing: float) -> Rings | None:
+def _find_coarser(grey: Array, step: int, smoothing: float, walls: bool) -> Rings | None:
     """Droplets of a large picture, found in one `step` times as coarse."""
     small = scikit_image().transform.downscale_local_mean(grey, (step, step))
-    found = find_rings(small, smoothing)
+    found = find_rings(small, smoothing, walls)
     if found is None:
         return None
     labels, light = (
@@ -219,9 +220,9 @@ def _tree_of(regions: Indices, dark: Array) -> _Tree:
     touches = np.zeros((count, 4), dtype=bool)
     for side, line in enumerate((regions[:, 0], regions[:, -1], regions[0], regions[-1])):
         touches[np.unique(line), side] = True
-    order = np.lexsort((dark.ravel(), flat))  # by region, then by darkness
+    order = np.sort(4.0 * flat + dark.ravel())  # by region, then by darkness, which is -0.5 to 1.5
     ends = np.concatenate([[0], np.cumsum(sums[0]).astype(np.int64)])
-    level = dark.ravel()[order[(ends[:-1] + ends[1:]) // 2]].tolist()
+    level = (order[(ends[:-1] + ends[1:]) // 2] - 4.0 * np.arange(count)).tolist()
     return _Tree([*np.stack(sums, axis=1)], [*touches], level, [0.0] * count, [np.inf] * count, [()] * count)
 
 
@@ -231,44 +232,52 @@ def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> 
     return float(TYPICAL * deep.mean())
 
 
-def _choose(leaves: Indices, tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[Indices, Indices]:
-    """(h, w) droplets from 1 up to the darkest line of their walls, and (h, w) the same of the light inside them."""
+def _choose(shape: tuple[int, ...], tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[Indices, Mask]:
+    """(h, w) light inside droplets, from 1, and (h, w) what paths along their darkest lines enclose."""
     moments, compact = (
         np.array(tree.moments),
-        np.array(
-            [compactness(own, touches, leaves.shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]
-        ),
+        np.array([compactness(own, touches, shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]),
     )
     area, height = moments[:, 0], np.array(tree.height)
-    tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * leaves.size) & (height < 1.3 * depth)
+    tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * dark.size) & (height < 1.3 * depth)
     count, radii = np.count_nonzero(tried), np.sqrt(area[tried] / np.pi)
-    light = np.zeros(leaves.shape, dtype=np.int64)
+    light, outer, found = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool), 0
     if not count:
-        return light, light
+        return light, outer
     paths = find_paths(dark, depth, finer, moments[tried, 1:3] / area[tried, None] - 0.5, radii)
     node = [compact[tried], radii, np.minimum(np.array(tree.joined)[tried], 9.0) / depth, height[tried] / depth]
     scores = path_scores(paths, *node)
-    outer, draw = np.zeros(leaves.shape, dtype=bool), scikit_image().draw.polygon
-    found = 0
     for k in np.argsort(-scores):
         if scores[k] <= LEAST_SCORE:
             break
-        inside = draw(paths.light[k, :, 1], paths.light[k, :, 0], leaves.shape)
-        if not inside[0].size or (light[inside] > 0).mean() > OVERLAP:
+        inside = pixels_within(paths.light[k], shape)
+        if not len(inside) or np.count_nonzero(light.flat[inside]) > OVERLAP * len(inside):
             continue
         found += 1
-        own = light[inside] == 0
-        light[inside[0][own], inside[1][own]] = found
-        outer[draw(paths.outer[k, :, 1], paths.outer[k, :, 0], leaves.shape)] = True
-    return _up_to_walls(leaves, dark, light, outer | (light > 0), found), light
+        light.flat[inside[light.flat[inside] == 0]] = found
+        outer.flat[pixels_within(paths.outer[k], shape)] = True
+    return light, outer | (light > 0)
 
 
-def _up_to_walls(leaves: Indices, dark: Array, light: Indices, outer: Mask, found: int) -> Indices:
+def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:
+    """Flat places of the pixels of a picture that a closed path (k, 2) encloses, by its crossings of every row."""
+    x, y = points.T
+    along, down = np.roll(x, -1) - x, np.roll(y, -1) - y
+    rows = np.arange(max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())), shape[0] - 1) + 1)
+    above = y[:, None] <= rows
+    edge, row = np.nonzero(above != np.roll(above, -1, axis=0))
+    cross = x[edge] + (rows[row] - y[edge]) * along[edge] / down[edge]
+    order = np.lexsort((cross, row))
+    ends = np.clip(np.ceil(cross[order]), 0, shape[1]).astype(np.int64) + rows[row[order]] * shape[1]
+    start, count = ends[::2], ends[1::2] - ends[::2]
+    return np.repeat(start - np.cumsum(count) + count, count) + np.arange(count.sum())
+
+
+def _up_to_walls(leaves: Indices, dark: Array, light: Indices, outer: Mask) -> Indices:
     """Droplets up to the darkest line around them: a watershed from the light inside, and from light spots between."""
-    every = np.arange(int(leaves.max()) + 1)
-    rows, columns = np.array(ndimage.minimum_position(dark, leaves, every)).T
+    rows, columns = highest(-dark, leaves)[1].T
     between = ~outer[rows, columns]
-    markers = light.copy()
+    markers, found = light.copy(), int(light.max())
     markers[rows[between], columns[between]] = found + 1
     cells = scikit_image().segmentation.watershed(dark, markers)
     return np.asarray(np.where(cells > found, 0, cells), dtype=np.int64)

@@ -99,11 +99,14 @@ def _closed_path(gain: Array) -> Indices:
     """(n, RAYS) step on each ray that the path of most gain crosses; it moves by one step at most from ray to ray. Two
     turns are made, of which the middle one is closed."""
     count, back, best = len(gain), [], gain[:, 0]
+    wide = np.full((count, STEPS + 2), -np.inf)
     for ray in range(1, 2 * RAYS + 1):
-        wide = np.pad(best, ((0, 0), (1, 1)), constant_values=-np.inf)
-        ways = np.stack([wide[:, :-2] - BENT, wide[:, 1:-1], wide[:, 2:] - BENT])
-        back.append(ways.argmax(0) - 1)
-        best = ways.max(0) + gain[:, ray % RAYS]
+        wide[:, 1:-1] = best
+        less, more = wide[:, :-2] - BENT, wide[:, 2:] - BENT
+        back.append((more > best).astype(np.int8))
+        best = np.maximum(best, more)
+        back[-1][less >= best] = -1
+        best = np.maximum(best, less) + gain[:, ray % RAYS]
     step, every = best.argmax(1), np.arange(count)
     path = np.zeros((count, 2 * RAYS), dtype=np.int64)
     for ray in range(2 * RAYS - 1, -1, -1):
@@ -144,27 +147,37 @@ def _features(values: Array, seen: Mask, share: Array, top: Array, on: Mask, poi
     that all but a tenth exceeds and mean rise, level inside and what nine tenths of the inside stay below, all over
     `depth`; concavity, roundness 4 pi A/P^2, and share of the path beyond the picture. `share`: of the way to the path;
     `top`: (n, RAYS) darkest of the wall; `on`: (n, RAYS) rays whose path the picture shows."""
-    n, nan = len(values), np.nan
-    within = np.where((share < 0.8) & seen, values, nan).reshape(n, -1)
-    within = np.where(np.asarray(np.isnan(within).all(axis=1))[:, None], values.reshape(n, -1), within)
-    level, high = np.nanquantile(within, [0.5, 0.9], axis=1)
-    beside = np.where((share < 0.95) & (share > 0.6) & seen, values, nan)
-    near = np.nanmedian(
-        np.where(np.asarray(np.isnan(beside).all(axis=2))[:, :, None], level[:, None, None], beside), axis=2
-    )
+    n = len(values)
+    within = ((share < 0.8) & seen).reshape(n, -1)
+    within |= ~np.asarray(within.any(axis=1))[:, None]
+    level, high = _quantiles(values.reshape(n, -1), within, 0.5, 0.9)
+    beside = ((share < 0.95) & (share > 0.6) & seen).reshape(n * RAYS, -1)
+    (near,) = _quantiles(values.reshape(n * RAYS, -1), beside, 0.5)
+    near = np.where(beside.any(axis=1).reshape(n, RAYS), near.reshape(n, RAYS), level[:, None])
     counted = on | ~np.asarray(on.any(axis=1))[:, None]
-    wall = np.where(counted, top - level[:, None], nan)
-    step = np.where(counted, top - near, nan)
+    wall, step, shown = top - level[:, None], top - near, counted.sum(axis=1)
     z = points[..., 0] + 1j * points[..., 1]
     first, second = (np.roll(z, -1, 1) - np.roll(z, 1, 1)) / 2, np.roll(z, -1, 1) - 2 * z + np.roll(z, 1, 1)
     area = np.maximum(path_areas(points), 1.0)
     bend = (np.conj(first) * second).imag / np.maximum(np.abs(first), 1e-9) ** 3 * np.sqrt(area / np.pi)[:, None]
-    concave = np.nanmean(np.where(counted, np.minimum(bend, 0), nan), axis=1)
+    concave = (counted * np.minimum(bend, 0)).sum(axis=1) / shown
     solid = 4 * np.pi * area / np.abs(np.roll(z, -1, 1) - z).sum(axis=1) ** 2
-    depths = np.nanquantile(wall, [0.1, 0.25, 0.5], axis=1)
-    rise = np.nanquantile(step, 0.1, axis=1), np.nanmean(np.clip(step, -0.5 * depth, 1.5 * depth), axis=1)
-    levels = np.stack([*depths, *rise, level, high - level]) / depth
+    mean = (counted * np.clip(step, -0.5 * depth, 1.5 * depth)).sum(axis=1) / shown
+    steep = [*_quantiles(wall, counted, 0.1, 0.25, 0.5), *_quantiles(step, counted, 0.1), mean]
+    levels = np.stack([*steep, level, high - level]) / depth
     return np.column_stack([levels.T, concave, solid, on.mean(axis=1)])
+
+
+def _quantiles(values: Array, kept: Mask, *shares: float) -> list[Array]:
+    """(n,) of each share: that quantile of what is kept of every row; 9 where nothing is. `values`, `kept`: (n, k)."""
+    order, last = np.sort(np.where(kept, values, 9.0), axis=1), np.maximum(kept.sum(axis=1) - 1, 0)
+    found, every = [], np.arange(len(values))
+    for share in shares:
+        place = share * last
+        low = place.astype(np.int64)
+        less, more = order[every, low], order[every, np.minimum(low + 1, last)]
+        found.append(np.asarray(less + (place - low) * (more - less)))
+    return found
 
 
 def path_scores(paths: WallPaths, compact: Array, radii: Array, joined: Array, height: Array) -> Array:

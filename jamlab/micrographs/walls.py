@@ -74,7 +74,8 @@ def find_walls(
     narrowest = np.zeros(len(names))
     if labelled:  # a strip as wide as the widest contact: voids beside it darken wider ones
         free = ndimage.distance_transform_edt(darkness.values > 0.5)
-        narrowest = 2 * np.asarray(ndimage.minimum(free, numbers, np.arange(1, len(names) + 1)))
+        narrowest[:] = np.inf
+        np.minimum.at(narrowest, short, 2 * free[wall])
         reach = 0.5 * (film or _film_between_labels(narrowest, tolerance)[1])
         half = min(reach + 1.0 + STRIP * radius, WIDEST_STRIP * radius)
     width, gaps, length = _measure_strips(numbers[tuple(nearest)], wall, away, darkness, half)

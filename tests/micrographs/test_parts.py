@@ -2,16 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.micrographs.annotations import fill_in, find_drawn, find_flat, sort_annotations
+from jamlab.micrographs.annotations import _long_runs, fill_in, find_drawn, find_flat, sort_annotations
 from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.illumination import noise_level, remove_background
 from jamlab.micrographs.measured_droplets import size_distribution
 from jamlab.micrographs.measurement import shape_factor
+from jamlab.micrographs.segmentation import SPECK, find_basins
 
-pytest.importorskip("skimage")
+reconstruction = pytest.importorskip("skimage.morphology").reconstruction
 Y, X = np.mgrid[:150, :160]
 DISCS = ((X % 32 - 16) ** 2 + (Y % 32 - 16) ** 2 < 14**2).astype(np.float64)
 
@@ -33,6 +35,29 @@ def test_background_is_divided_out():
 def test_granulometry_finds_the_radius():
     assert granulometry(DISCS > 0).radius == pytest.approx(14, abs=1.5)
     assert granulometry(np.zeros((30, 30), dtype=bool)).radius == 0
+
+
+@pytest.mark.parametrize("neck", [0.8, 0.88, 0.94])
+def test_markers_are_domes_by_morphological_reconstruction(neck):
+    """What rises above the reconstruction of the landscape lowered by the neck, and reaches its full height there."""
+    places = np.random.default_rng(4).uniform(0, 160, (60, 2))
+    discs = np.min([np.hypot(X - x, Y - y) for x, y in places], axis=0) < 11
+    basins = find_basins(discs, 11.0, 11.0)
+    height = np.log(np.maximum(basins.even, 0.5 * basins.lowest))
+    filled = reconstruction(height + np.log(neck), height)
+    domes, count = ndimage.label(height > filled, np.ones((3, 3)))
+    tops = (height - filled > -np.log(neck) * (1 - 1e-6)) & (basins.even >= 11 * SPECK)
+    found, inner = basins.markers(11.0, neck)
+    assert 1 < inner < found.max() and len(np.unique(domes[tops])) <= found.max() <= count
+    np.testing.assert_array_equal(found[tops] > 0, True)
+    np.testing.assert_array_equal(height[found > 0] > filled[found > 0], True)
+    assert len(np.unique(found[tops])) == len(np.unique(domes[tops]))
+
+
+def test_long_runs_are_an_opening_by_a_line():
+    drawn = np.random.default_rng(5).random((40, 90)) < 0.9
+    for length in (3, 12):
+        np.testing.assert_array_equal(_long_runs(drawn, length), ndimage.binary_opening(drawn, np.ones((1, length))))
 
 
 def test_bars_are_found_and_filled_in():

@@ -1,6 +1,7 @@
 """Droplets with dark walls, and labels of other programs: known pictures come back, what is wrong is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,13 @@ def test_rings_are_always_doubted(rings):
     assert rings.quality == "doubtful" and any("droplets are rings" in why for why in rings.reasons)
     same = jamlab.micrograph(labels=np.maximum(rings.labels, 0))
     assert not any("rings" in reason for reason in same.reasons)
+
+
+def test_rings_below_the_limit_of_detection_are_told(rings):
+    assert rings.measurable.all()
+    tiny = replace(rings, interiors=np.where(np.arange(rings.count) < 3, np.pi * 3.9**2, rings.interiors))
+    assert np.flatnonzero(~tiny.measurable).tolist() == [0, 1, 2]
+    assert replace(tiny, pixel=0.5).measurable.all() and replace(tiny, contrast="labels").measurable.all()
 
 
 def test_dark_walls_all_around_touching_droplets():
