@@ -89,10 +89,12 @@ def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
     near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))
     reach = size[near.i] - size[near.j] if within else size[near.i] + size[near.j]
     suspect = np.all(np.abs(near.r) <= 0.5 * np.abs(reach), axis=1)
-    for i, j, r in zip(near.i[suspect], near.j[suspect], near.r[suspect], strict=True):
-        other = shapely.transform(shapes[j], lambda x, by=r - (middle[j] - middle[i]): x + by)
-        if shapely.intersects(shapes[i], other) and not shapely.touches(shapes[i], other):
-            raise crossing_error(int(i), int(j))
+    i, j = near.i[suspect], near.j[suspect]
+    shift = np.repeat(near.r[suspect] - (middle[j] - middle[i]), shapely.get_num_coordinates(shapes[j]), axis=0)
+    others = shapely.transform(shapes[j], lambda x: x + shift)
+    crossed = np.flatnonzero(shapely.intersects(shapes[i], others) & ~shapely.touches(shapes[i], others))
+    if len(crossed):
+        raise crossing_error(int(i[crossed[0]]), int(j[crossed[0]]))
 
 
 def crossing_error(m: int, n: int) -> InputError:

@@ -1,5 +1,7 @@
 """Time and memory against size: exponents of made-up costs, and one part measured."""
 
+from pathlib import Path
+
 import pandas as pd
 import pytest
 
@@ -21,6 +23,15 @@ def test_what_follows_for_a_million_disks_is_shown():
     shown = STUDY.show(MeasuredTable(pd.DataFrame(rows), {"sessions": [session]}))
     assert shown.tables[0].rows[0][2:] == ["1.00", "f 50 %", "1e+06", "1 s", "1.1 GB"]
     assert {task.partition(", N")[0] for task in STUDY.tasks()} == set(PARTS)
+
+
+def test_the_page_on_large_packings_holds_the_table_that_ships():
+    page = (Path(__file__).parents[2] / "docs" / "how_to" / "large_packings.md").read_text(encoding="utf-8")
+    shown = STUDY.draw()
+    rows = [row[:4] for row in shown.tables[0].rows]
+    assert {row[0] for row in rows} == set(PARTS)
+    lines = [f"| {' | '.join(row)} |".replace("*", "\\*").replace("<", "\\<") for row in rows]
+    assert "\n".join(lines) in page and shown.figure is not None
 
 
 @pytest.mark.slow

@@ -224,7 +224,10 @@ class SizeScaling(TableStudy):
             part: next((n for what, n in _MADE.items() if what in part), _SIZES[part.partition(":")[0]])
             for part in PARTS
         }
-        return {f"{part}, N = {n}": partial(measure_part, part, n) for part in PARTS for n in sizes[part]}
+        # small ones first: a run that is stopped has every part
+        ranks = range(max(map(len, sizes.values())))
+        in_turn = [(part, n) for rank in ranks for part in PARTS for n in sizes[part][rank : rank + 1]]
+        return {f"{part}, N = {n}": partial(measure_part, part, n) for part, n in in_turn}
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw seconds over N, with exponents and what follows for larger packings."""
