@@ -368,10 +368,10 @@ def add(
         names = ", ".join(each.name for each in add_studies(source))
         out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
         return
-    from jamlab.studies.reference_data import RECORD
+    from jamlab.studies.reference_data import has_record
 
     expect_output(out)
-    _save_tables(source, out, commit, only or [], keep=(out / RECORD).exists())
+    _save_tables(source, out, commit, only or [], keep=has_record(out))
 
 
 def _chosen(names: list[str]) -> "dict[str, Study]":

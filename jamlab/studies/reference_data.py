@@ -1,7 +1,7 @@
 """Reference data are tables of campaigns, thinned to what figures use, and kept with the runs that they come from.
 
-A folder holds one file for each table and `reference.json`, the list of runs. A file has one line for each column, its
-name and its values with commas between, packed by xz: columns one after the other take 40 % less than rows.
+A folder holds one file for each table and `reference.json.xz`, the list of runs. A file has one line for each column,
+its name and its values with commas between, packed by xz: columns one after the other take 40 % less than rows.
 """
 
 import io
@@ -38,7 +38,8 @@ from jamlab.studies.ensemble_tables import (
     EnsembleTables,
 )
 
-RECORD = "reference.json"  # origin of the tables
+RECORD = "reference.json.xz"  # origin of the tables
+_RECORD_BEFORE = "reference.json"  # of version 0.2.0 and later ones, which is still read
 TABLE_FILE = "{}.columns.xz"
 _BEFORE = "{}.csv.gz"  # of version 0.2.0, which is still read
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
@@ -115,13 +116,19 @@ def _facts(runs: Sequence[dict[str, Any]]) -> dict[str, str]:
     return facts | {f"campaign {name}": f"commit {commit}" for name, commit in others.items()}
 
 
+def has_record(folder: Path) -> bool:
+    """Whether a folder is one of reference tables."""
+    return any((folder / name).is_file() for name in (RECORD, _RECORD_BEFORE))
+
+
 def read_record(folder: Path) -> dict[str, Any]:
     """Read the runs of a folder, oldest first, and the rows of each table."""
-    record = folder / RECORD
+    record = folder / RECORD if (folder / RECORD).exists() else folder / _RECORD_BEFORE
     remedy = "give a folder of reference tables or a campaign"
     try:
-        content = json.loads(record.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        data = record.read_bytes()
+        content = json.loads(lzma.decompress(data) if record.name == RECORD else data)
+    except (OSError, EOFError, ValueError, lzma.LZMAError) as error:
         raise StorageError(f"{record} cannot be read ({error}): {remedy}") from None
     if isinstance(content, dict) and isinstance(content.get("facts"), dict):
         content = _flat(content)
@@ -229,7 +236,8 @@ def save(
     runs = [*before["runs"], {**facts, "rows": rows, "file": campaign}]
     content = {"schema": "jamlab-reference", "version": 2, "runs": runs, "rows": before["rows"] | rows}
     with atomic_file(folder / RECORD) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        temporary.write_bytes(lzma.compress(json.dumps(content).encode()))
+    (folder / _RECORD_BEFORE).unlink(missing_ok=True)
     return written
 
 
@@ -245,7 +253,7 @@ def open_tables(source: Path | None) -> EnsembleTables:
     """Open the tables of a campaign (its file or folder) or a folder of reference tables; None: those installed."""
     if source is None:
         return reference_tables()
-    if (source / RECORD).is_file():
+    if has_record(source):
         return read_folder(source)
     campaign = open_campaign(source)
     return EnsembleTables(campaign.table, {"campaign": str(source), **versions()})

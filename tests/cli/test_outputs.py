@@ -27,7 +27,7 @@ FLOWS = {
     "creep": "--stress 1e-4 --duration 1",
     "relax-stress": "--strain 1e-3 --duration 1",
 }
-TABLES = ["reference.json", "states.columns.xz", "spectra.columns.xz"]
+TABLES = ["reference.json.xz", "states.columns.xz", "spectra.columns.xz"]
 WRITTEN = {  # command and its option that names what is written: its other words, files that it may not replace unasked
     ("demo", "--out"): ("--n 8", ["index.html", "sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png"]),
     ("jam", "--out"): ("--n 8", "p.h5"),

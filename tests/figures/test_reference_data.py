@@ -59,12 +59,12 @@ def test_packings_that_are_there_are_not_added_again(tmp_path):
 def test_tables_are_never_lost(tmp_path):
     """Not where another campaign writes, nor where a file that is to be added to cannot be read."""
     saved(tmp_path)
-    record, other = (tmp_path / "reference.json").read_bytes(), EnsembleTables({"flow": tables().flow}.__getitem__)
+    record, other = (tmp_path / "reference.json.xz").read_bytes(), EnsembleTables({"flow": tables().flow}.__getitem__)
     with pytest.raises(InputError, match=r"holds states, .*--add"):
         save(other, tmp_path, {})
-    assert (tmp_path / "reference.json").read_bytes() == record and len(read_folder(tmp_path).states)
+    assert (tmp_path / "reference.json.xz").read_bytes() == record and len(read_folder(tmp_path).states)
     save(combine(other, read_folder(tmp_path)), tmp_path, {"commit": "new"}, add=True, names=["flow"])
-    now, before = read_record(tmp_path), json.loads(record)
+    now, before = read_record(tmp_path), json.loads(lzma.decompress(record))
     assert now["rows"] == before["rows"] and now["runs"][:1] == before["runs"]
     assert [run.get("commit") for run in now["runs"]] == ["old", "new"] and list(now["runs"][1]["rows"]) == ["flow"]
     (tmp_path / "flow.columns.xz").write_bytes(b"no xz")
@@ -101,6 +101,10 @@ def test_damaged_reference_tables_are_refused(tmp_path):
     with pytest.raises(StorageError, match="onset"):
         gallery.draw("boromand-10", read_folder(tmp_path))
     (tmp_path / "onset.columns.xz").unlink()
+    (tmp_path / "reference.json.xz").write_bytes(b"no xz")
+    with pytest.raises(StorageError, match=r"reference\.json\.xz cannot be read"):
+        read_folder(tmp_path)
+    (tmp_path / "reference.json.xz").unlink()
     (tmp_path / "reference.json").write_text('{"facts": {}, "rows": {"onset": 1}}')
     (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
     with pytest.raises(StorageError, match=r"onset\.csv\.gz has no column seed"):  # nor may it be added to
@@ -128,6 +132,7 @@ def test_a_folder_of_the_version_before_is_read(tmp_path):
         "campaign": "",
         "before": first,
     }
+    (tmp_path / "reference.json.xz").unlink()
     (tmp_path / "reference.json").write_text(json.dumps(second))
     back = read_folder(tmp_path)
     assert back.facts == {"campaign": "b", "commit": "2", "campaign a": "commit 1"}
@@ -206,7 +211,7 @@ def test_rows_of_tables_that_were_not_written_anew_are_those_of_the_record_befor
 
 
 def test_the_record_of_the_reference_data_names_every_table_its_rows_and_its_runs():
-    record = json.loads((REFERENCE / "reference.json").read_text())
+    record = read_record(REFERENCE)
     assert set(record["rows"]) == set(NAMES)
     assert {path.name for path in REFERENCE.glob("*.columns.xz")} == {f"{name}.columns.xz" for name in NAMES}
     for name, count in record["rows"].items():
@@ -214,7 +219,7 @@ def test_the_record_of_the_reference_data_names_every_table_its_rows_and_its_run
         assert {line.count(",") for line in lines} == {count} and count > 0
     assert [run["campaign"] for run in record["runs"]] == ["dynamics"] + 2 * ["beyond_the_papers"] + 10 * [
         "reference"
-    ] + ["beyond_the_papers"]
+    ] + ["beyond_the_papers", "reference"]
     assert all(run["commit"] and run["file"] and run["rows"] for run in record["runs"])
 
 

@@ -8,6 +8,7 @@ from commands import call
 
 import jamlab
 from jamlab.studies import gallery
+from jamlab.studies.reference_data import read_record
 from jamlab.studies.registry import CHARTS, MAPS, OWN, add_studies, studies
 
 OWN_STUDY = """
@@ -115,6 +116,6 @@ def test_packings_of_a_campaign_are_added_to_tables(tmp_path):
     for commit in ("one", "two"):
         done = call(tmp_path, "study", "add", campaign.file, "--out", "tables", "--commit", commit)
         assert done.exit_code == 0, done.stderr
-    record = json.loads((tmp_path / "tables" / "reference.json").read_text())
+    record = read_record(tmp_path / "tables")
     assert [run["commit"] for run in record["runs"]] == ["one", "two"]
     assert record["runs"][0]["rows"] == record["runs"][1]["rows"]
