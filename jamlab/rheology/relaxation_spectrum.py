@@ -113,7 +113,8 @@ def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
     _, vectors = linalg.eigh(k, metric)
     amplitudes = vectors.T @ (metric @ x)
     energies, losses = (np.einsum("im,im->m", vectors, matrix @ vectors) for matrix in (k, b))
-    kept = np.flatnonzero((energies > 0) & (losses > 0))
+    rounding = len(x) * np.finfo(np.float64).eps  # of the products above: less dissipation is none
+    kept = np.flatnonzero((energies > 0) & (sigma * losses > rounding * energies))
     rates = energies[kept] / losses[kept]
     order = np.argsort(rates)
     kept = kept[order]
