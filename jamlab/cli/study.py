@@ -145,12 +145,12 @@ def all_charts(
 @chart.command(
     "flow-table",
     short_help="Measure the errors behind choose_flow.",
-    epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz",
+    epilog="Example: jamlab chart flow-table --out flow_errors.csv.xz",
 )
 def flow_table(
     out: Annotated[
-        Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/flow_errors.csv.gz.")
-    ] = Path("flow_errors.csv.gz"),
+        Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/flow_errors.csv.xz.")
+    ] = Path("flow_errors.csv.xz"),
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
@@ -168,11 +168,11 @@ def flow_table(
 @chart.command(
     "estimates",
     short_help="Measure the table behind estimate.",
-    epilog="Example: jamlab chart estimates --out ways.csv.gz",
+    epilog="Example: jamlab chart estimates --out ways.csv.xz",
 )
 def estimates(
-    out: Annotated[Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/ways.csv.gz.")] = Path(
-        "ways.csv.gz"
+    out: Annotated[Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/ways.csv.xz.")] = Path(
+        "ways.csv.xz"
     ),
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
     as_json: Json = False,

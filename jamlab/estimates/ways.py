@@ -7,6 +7,7 @@ for each packing and packing fraction, so every number that follows from it has 
 import gzip
 import io
 import json
+import lzma
 import math
 import zlib
 from collections.abc import Iterable, Mapping
@@ -166,22 +167,27 @@ def _require_reached(packing: Packing, rho: float | None) -> Packing:
     return packing
 
 
+_XZ = b"\xfd7zXZ"  # how such files begin
+
+
 def read_table(path: Path | None, shipped: str, columns: Iterable[str], command: str) -> pd.DataFrame:
     """Read a table, or the shipped one; what all of its rows share, such as settings, is in `attrs`."""
     source = path or resources.files("jamlab.estimates").joinpath(shipped)
     try:
         with source.open("rb") as file:
-            first, _, body = gzip.decompress(file.read()).decode().partition("\n")
+            data = file.read()
+        unpack = lzma.decompress if data.startswith(_XZ) else gzip.decompress  # as earlier versions wrote it
+        first, _, body = unpack(data).decode().partition("\n")
         table = pd.read_csv(io.StringIO(body))
         table.attrs = json.loads(first.removeprefix("#"))["facts"]
         if missing := set(columns) - set(table.columns):
             raise ValueError(f"no columns {', '.join(sorted(missing))}")
-    except (OSError, EOFError, zlib.error, ValueError, KeyError) as error:
+    except (OSError, EOFError, zlib.error, lzma.LZMAError, ValueError, KeyError) as error:
         raise StorageError(f"cannot read the table {source}: {error}; make one with `{command}`") from error
     return table
 
 
-SHIPPED = "ways.csv.gz"
+SHIPPED = "ways.csv.xz"
 N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
 QUANTITIES = ("z", "g", "b", "a", "void_sides")
 WAY = ("start", "n", "nv", "contact", "tolerance")

@@ -83,7 +83,8 @@ def _flood(landscape: Array, markers: Indices, step: int) -> Indices:
     h, w = landscape.shape
     cells, sure = (np.kron(part, np.ones((step, step), dtype=part.dtype))[:h, :w] for part in (coarse, sure))
     near = ndimage.binary_dilation(~sure, np.ones((3, 3)))
-    return np.where(near, watershed(landscape, np.where(sure & near, cells, 0), mask=near), cells)
+    seeds = np.where(markers > 0, markers, np.where(sure, cells, 0))  # a cell may be too narrow to hold a sure pixel
+    return np.where(near, watershed(landscape, seeds, mask=near), cells)
 
 
 def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:

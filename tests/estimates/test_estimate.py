@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import lzma
 import warnings
 from dataclasses import replace
 from importlib import resources
@@ -218,13 +219,13 @@ def test_a_dry_run_refuses_what_no_run_can_start_from(tmp_path, words):
 
 
 def test_a_table_that_is_none_is_refused(tmp_path):
-    shipped = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
+    shipped = resources.files("jamlab.estimates").joinpath("ways.csv.xz").read_bytes()
     bad = [b"start,n", gzip.compress(b'# {"facts": {}}\nstart,n\n'), gzip.compress(b""), shipped[:-1000]]
     for k, content in enumerate([*bad, shipped[:5000] + b"spoilt" + shipped[5006:]]):
         (tmp_path / f"{k}").write_bytes(content)
         with pytest.raises(jamlab.StorageError, match="make one with `jamlab chart estimates`"):
             read_ways(tmp_path / f"{k}")
-    other = gzip.decompress(shipped).replace(b'"gamma": 0.4', b'"gamma": 0.5', 1)
+    other = lzma.decompress(shipped).replace(b'"gamma": 0.4', b'"gamma": 0.5', 1)
     (tmp_path / "d").write_bytes(gzip.compress(other))
     with pytest.raises(jamlab.StorageError, match=r"gamma = 0.5 \(now 0.4\)"):
         read_ways(tmp_path / "d")
@@ -232,13 +233,13 @@ def test_a_table_that_is_none_is_refused(tmp_path):
 
 def test_a_table_goes_on_where_it_stands(tmp_path, monkeypatch):
     """Seeds that a table has are not made again, whether its rows or only the packed file are left."""
-    packed = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
-    (tmp_path / "ways.csv.gz").write_bytes(packed)
+    packed = resources.files("jamlab.estimates").joinpath("ways.csv.xz").read_bytes()
+    (tmp_path / "ways.csv.xz").write_bytes(packed)
     monkeypatch.setattr("jamlab.studies.least_model.find_onset", None)  # nothing is made
     for _ in range(2):
-        made = make_table(tmp_path / "ways.csv.gz", range(20_001, 20_011))
+        made = make_table(tmp_path / "ways.csv.xz", range(20_001, 20_011))
         assert made.keys() == read_ways().keys()
-        assert gzip.decompress((tmp_path / "ways.csv.gz").read_bytes()) == gzip.decompress(packed)
+        assert lzma.decompress((tmp_path / "ways.csv.xz").read_bytes()) == lzma.decompress(packed)
     monkeypatch.undo()
     few = make_table(
         tmp_path / "few.csv.gz",

@@ -11,7 +11,7 @@ from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.illumination import noise_level, remove_background
 from jamlab.micrographs.measured_droplets import size_distribution
 from jamlab.micrographs.measurement import shape_factor
-from jamlab.micrographs.segmentation import SPECK, find_basins
+from jamlab.micrographs.segmentation import SPECK, _flood, find_basins
 
 reconstruction = pytest.importorskip("skimage.morphology").reconstruction
 Y, X = np.mgrid[:150, :160]
@@ -143,3 +143,12 @@ def test_rendering_refuses(dp_onset, sp_jammed):
     ):
         with pytest.raises(InputError, match=message):
             jamlab.synthetic_micrograph(dp_onset, **how)
+
+
+def test_no_cell_is_lost_where_all_of_it_lies_near_walls():
+    """Cells two pixels of the coarse grid wide have no pixel there whose neighbours are all theirs."""
+    step, wide = 3, 6
+    markers = np.zeros((60, 60), dtype=np.int64)
+    markers[::wide, ::wide] = np.arange(1, 101).reshape(10, 10)
+    landscape = np.random.default_rng(1).random((60, 60))
+    assert set(np.unique(_flood(landscape, markers, step))) == set(range(1, 101))
