@@ -59,7 +59,8 @@ def test_templates_hold_no_relative_links():
 def test_files_that_are_named_are_there():
     """Paths from the root, in pages, code and settings."""
     path = re.compile(
-        rf"(?<![\w/.-])((?:{'|'.join(map(re.escape, FOLDERS))})/[\w./-]+\.(?:py|cpp|h|csv|md|toml|json|js)(?:\.[gx]z)?)\b"
+        rf"(?<![\w/.-])((?:{'|'.join(map(re.escape, FOLDERS))})/[\w./-]+\.(?:py|cpp|h|csv|md|toml|json|js)"
+        r"(?:\.[gx]z)?)\b"
     )
     code = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*") if file.suffix in (".py", ".h", ".cpp")]
     named = [
