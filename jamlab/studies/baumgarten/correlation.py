@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.packing.packing import Packing
+from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
@@ -17,9 +19,28 @@ from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, scaled
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
+SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of the motion are compared
 _MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
 _PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
 _SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
+
+
+def lengths_otherwise(packing: Packing) -> dict[str, float]:
+    """First zero of C at a critical frequency, in lanes of other heights and of the motion at zero stress; an
+    observable, by contact damping."""
+    try:
+        backbone, u = oscillating_displacements(packing, SLOW)
+    except ConvergenceError:  # not stable
+        return dict.fromkeys(("length", "length_half_lane", "length_quarter_lane", "length_imaginary"), np.nan)
+    ways = {"": (u.real, 1.0), "_half_lane": (u.real, 0.5), "_quarter_lane": (u.real, 0.25), "_imaginary": (u.imag, 1.0)}
+    found = {}
+    for way, (motion, lane) in ways.items():
+        c = correlation_along_x(backbone.positions, motion[:, 1], packing.box, lane=lane)
+        try:
+            found[f"length{way}"] = c.length
+        except ConvergenceError:
+            found[f"length{way}"] = np.nan
+    return found
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:

@@ -1,5 +1,6 @@
 """Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -7,9 +8,16 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.measure import measure
+from jamlab.mechanics.force_network import force_network
+from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, collapse
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.equation_of_motion import equation_of_motion
+from jamlab.rheology.rounding_error import solve_frequency
+from jamlab.rheology.slow_and_fast_limits import find_limits
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
@@ -27,6 +35,7 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_sweep,
 )
 from jamlab.studies.claims import Kind, halves, vary, write_by
+from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import FEWEST, bootstrap, mean_over_packings, scaled
 from jamlab.studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
@@ -60,6 +69,23 @@ def _part(group: Group, part: str) -> Array:
 
 def _slope(omega: Array, low: float, high: float, groups: list[Array]) -> float:
     return float(power_law(omega, groups[0].mean(axis=0), low=low, high=high).exponents[0])
+
+
+def slopes_without_rotations(packing: Packing) -> dict[str, float]:
+    """Critical slopes of G' - G_0 and G'' under balanced contact damping of disks that do not turn, an observable."""
+    network = force_network(packing)
+    whole = equation_of_motion(network, ContactDamping())
+    m = whole.moving
+    still = replace(
+        whole, k_qq=whole.k_qq[:m, :m], b_qq=whole.b_qq[:m, :m], k_qg=whole.k_qg[:m], b_qg=whole.b_qg[:m]
+    )
+    omega = np.geomspace(CRITICAL * measure(packing, "pressure")["pressure"], HIGHEST, 9)
+    try:
+        g_0 = find_limits(still).g0
+    except ConvergenceError:  # not stable
+        return {"storage_slope": np.nan, "loss_slope": np.nan}
+    found = np.array([solve_frequency(still, float(w))[1] for w in omega])
+    return {"storage_slope": fit_exponent(omega, found.real - g_0), "loss_slope": fit_exponent(omega, found.imag)}
 
 
 def figure_1(tables: EnsembleTables) -> Drawing:

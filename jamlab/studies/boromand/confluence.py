@@ -219,8 +219,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     _claim_confluent_limit(out, states)
     how = "the points of emulsions and foams are printed in no table, and the stored text has no picture"
     for curve in ("z over rho", "rho over A - 1"):
-        like = published.Published(0.0, where="[B] sec 3, fig 9")
-        out.claim(f"{curve}: droplets less experiments", None, like, how=how)
+        out.claim(f"{curve}: droplets less experiments", None, published.EXPERIMENTS, how=how)
     out.caption = (
         "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
         "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."
