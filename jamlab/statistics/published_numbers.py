@@ -26,9 +26,7 @@ class Published(NamedTuple):
     where: str = ""  # figure, table, equation or section that prints it
 
 
-def printed(
-    text: str, where: str, relation: str = "=", *, decimals: int = 1, error: float | None = None
-) -> Published:
+def printed(text: str, where: str, relation: str = "=", *, decimals: int = 1, error: float | None = None) -> Published:
     """Give a number that a paper prints its margin, by one rule for all: the error that the paper states; else half a
     unit of the last decimal. What is printed without decimals, or said in words such as "constant", counts as printed
     to `decimals`: one, but two where it is a part of a whole (of area, voids, rho, phi, A). 1/4 counts as 0.25. A
@@ -130,6 +128,8 @@ CONFLUENCE = 0.16  # drho at which droplets are confluent
 AREA_OF_DENSE_DROPLETS = printed("1", "[B] sec 3, fig 4 b", decimals=2)
 
 # [B] figs 5 to 7
+AT_CONFLUENCE = printed("0.16", "[B] sec 3, fig 4 c")  # drho
+PROPORTIONAL = printed("1", "[B] abstract, sec 4")  # exponent of G in z - z_J
 MODELS_PART = printed("0.88", "[B] sec 3, fig 5")  # rho
 ALPHA_0 = printed("0.5", "[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alpha_0
 BETA_0 = printed("0.5", "[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
@@ -156,6 +156,8 @@ TRIANGLES_FROM = 0.97  # rho from which all voids of droplets have three sides
 DENSE_DROPLET_TRIANGLES = printed("1", "[B] sec 3, fig 8 a", decimals=2)  # P_3 from there on
 PLATEAU_SHAPE = printed("4.87", "[B] sec 3")
 DENSE_DISK_TRIANGLES = printed("1", "[B] sec 3, fig 8 a", "<")  # P_3 below rho = 1
+SAME_VOIDS = printed("0", "[B] sec 3, fig 8 a", decimals=2)  # P_3 at onset, DP less SP
+TRIANGLES_FOR_SQUARES = printed("1", "[B] sec 3, fig 8 a")  # by how much P_4 of DP falls over that by which P_3 rises
 MORE_TRIANGLES = printed("0.88", "[B] sec 3, fig 8 a")  # rho, P_3 of DP over SP
 DENSE_DISK_TRIANGLES_SHAPE = printed("2", "[B] sec 3", "<")
 EXPERIMENTS = printed("0", "[B] sec 3, fig 9", decimals=2)  # droplets less experiments
@@ -168,6 +170,8 @@ SAME_ONSETS = printed("0", "[B] sec 4, appendix")  # mean rho_J of DP less phi_J
 
 # [B] fig 11
 KAPPA = printed("0.75", "[B] appendix, fig 11 a")  # phi - rho ~ (U/N)^kappa
+OVERLAP_IN_PHI = printed("1.5", "[B] appendix, fig 11 a")  # phi - rho ~ dphi^1.5, of which kappa follows
+PHI_IN_ENERGY = printed("0.5", "[B] appendix, fig 11 a")  # dphi ~ (U/N)^0.5
 ZETA = tuple(printed(v, "[B] appendix, fig 11 c") for v in ("1.5", "2.5"))  # 1 - <a>/a_J ~ drho^zeta, small and large
 OMEGA = {  # drho ~ (A - A_J)^omega, small and large A; of disks the text has 0.66, the caption 0.67
     "sp": (printed("0.665", "[B] appendix, fig 11 d", error=0.01), printed("0.3", "[B] appendix, fig 11 d")),
@@ -179,6 +183,7 @@ ONSET_CORRECTION = 0.7
 
 # [T] figs 1, 3 and 6
 KELVIN_VOIGT_SLOPE = printed("1", "[T] Introduction, fig 1")  # of G'' at both ends of the spectrum
+STORAGE_AT_ENDS = printed("0", "[T] Introduction, fig 1")  # slope of G' at both ends
 CRITICAL_SLOPE = printed("1/2", "[T] Introduction, fig 1")  # of G' and G'' between them
 MU = printed("1/2", "[T] Balanced damping, fig 3")  # G_0 ~ p^mu
 LAMBDA = printed("1", "[T] Balanced damping, fig 3")  # tau* ~ p^-lambda
@@ -208,6 +213,8 @@ MEAN_APPROACH = printed("0", "[T] Relation to floppiness, text on fig 5")  # its
 MEAN_AS_MEDIAN = printed("0", "[T] Relation to floppiness, text on fig 5")  # of mean over median in p
 INDEPENDENT = printed("0", "[T] Correlations, fig 7 a")  # exponent of l, contact damping, in omega, in p
 SAME_LENGTH = printed("1", "[T] Correlations", decimals=2)  # l of other lanes, or of the imaginary part, over l
+OF_THE_BOX = printed("0", "[T] Correlations, fig 7 a")  # exponent of l/L in N
+MOVES_OUT = printed("0", "[T] Correlations, fig 7 b", "<")  # exponent in omega of where C is least, Stokes drag
 SHALLOWER = printed("-1/2", "[T] Finite size effects, fig 8", ">")  # slope with pre-stress
 STOKES_AS_CONTACT = printed("1", "[T] Finite size effects, fig 8")  # a that it considers likely
 HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k

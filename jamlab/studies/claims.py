@@ -176,9 +176,9 @@ def claim(
     quantity: str,
     found: Interval | None,
     paper: Published,
+    *,
     kind: Kind = Kind.MEASURED,
     family: Mapping[str, float] | None = None,
-    /,
     **words: str,
 ) -> Claim:
     """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction,

@@ -32,14 +32,19 @@ def lengths_otherwise(packing: Packing) -> dict[str, float]:
         backbone, u = oscillating_displacements(packing, SLOW)
     except ConvergenceError:  # not stable
         return dict.fromkeys(("length", "length_half_lane", "length_quarter_lane", "length_imaginary"), np.nan)
-    ways = {"": (u.real, 1.0), "_half_lane": (u.real, 0.5), "_quarter_lane": (u.real, 0.25), "_imaginary": (u.imag, 1.0)}
+    ways = {
+        "": (u.real, 1.0),
+        "_half_lane": (u.real, 0.5),
+        "_quarter_lane": (u.real, 0.25),
+        "_imaginary": (u.imag, 1.0),
+    }
     found = {}
     for way, (motion, lane) in ways.items():
         c = correlation_along_x(backbone.positions, motion[:, 1], packing.box, lane=lane)
         try:
             found[f"length{way}"] = c.length
         except ConvergenceError:
-            found[f"length{way}"] = np.nan
+            found[f"length{way}"] = float("nan")
     return found
 
 
@@ -106,7 +111,7 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
     every = {f"N = {m}": length for m, length in by_size.items() if m != sampled}
     # of contact damping the paper reads a radius of swirls off pictures; its zero of C is that of slow Stokes drag
     same = Kind.DUPLICATE if low < high else Kind.MEASURED
-    out.claim(text, found, published.CORRELATION_LENGTH, same, every, **words)
+    out.claim(text, found, published.CORRELATION_LENGTH, kind=same, family=every, **words)
     if low == high:
         return
     shown = {"how": f"N = {sampled}, l in boxes", "shown_by": "baumgarten-7 a"}
@@ -121,9 +126,7 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
         usable = len(x) > 2
         slope = bootstrap(cubes, exponent) if usable else None
         every = vary(partial(exponent, cubes), {"first": 1}) if usable else {}
-        out.claim(
-            f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, Kind.MEASURED, every, **shown
-        )
+        out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
 
 
 def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, float]:
@@ -261,4 +264,4 @@ def _claim_logarithm(
     cause = _compare_lengths(out, [pressures[k] for k in several], curves, middle)
     words = {"how": how, "cause": cause, "shown_by": "baumgarten-7 c"}
     text = "exponent of -ln p in the collapse of l"
-    out.claim(text, found, published.LOG_EXPONENT, Kind.MEASURED, every, **words)
+    out.claim(text, found, published.LOG_EXPONENT, family=every, **words)

@@ -23,7 +23,7 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_law,
     select_limits,
 )
-from jamlab.studies.claims import Kind, vary, write_list
+from jamlab.studies.claims import vary, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import FEWEST, RESAMPLES, bootstrap, enough, groups_by, mean_over_packings, scaled
 from jamlab.studies.panels import Drawing, drawing, label, scale, size_style, style
@@ -64,7 +64,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         words = {"how": how, "cause": _local_exponents(out, name, p, mean.value), "shown_by": "baumgarten-5"}
         if square := _mean_square(out, tables, n, [p[k] for k in fitted], name):
             words |= {"how": f"{how}; {square}", "cause": f"{square}; {words['cause']}"}
-        out.claim(f"exponent of {name} in p", found, paper, Kind.MEASURED, every, **words)
+        out.claim(f"exponent of {name} in p", found, paper, family=every, **words)
         stressed = table[table["prestress"].astype(bool) & (table["n"] == n) & bool(len(loose))]
         used = {
             q: v
@@ -73,9 +73,9 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         }
         found, every = _fit_motion(used)
         words = {"how": f"N = {n}, {len(used)} pressures with five packings or more", "shown_by": "baumgarten-5"}
-        out.claim(f"exponent of {name} in p, with pre-stress", found, paper, Kind.MEASURED, every, **words)
-        if name == "approach":
-            _claim_mean_approach(out, tables, n, [p[k] for k in fitted])
+        out.claim(f"exponent of {name} in p, with pre-stress", found, paper, family=every, **words)
+    _claim_means(out, table[table["mean_sliding"].notna()] if "mean_sliding" in table else table.head(0))
+    _claim_mean_approach(out, tables, n, [p[k] for k in fitted])
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
         ", without pre-stress as in the paper."
@@ -98,6 +98,25 @@ def _fit_motion(groups: dict[float, Array]) -> tuple[Interval | None, dict[str, 
     return bootstrap(values, exponent), vary(partial(exponent, values), {"first": 1}, {"last": -1})
 
 
+def _claim_means(out: Drawing, table: pd.DataFrame) -> None:
+    """Claim that means go as medians do, and sliding without its affine part; in packings of which both are known."""
+    loose = table[~table["prestress"].astype(bool)]
+    n = int(loose["n"].max()) if len(loose) else 0
+    p = [q for q in enough(loose, "pressure") if q * n**2 >= LARGE] if n else []
+    how = f"N = {n}, {len(p)} pressures, no pre-stress" if n else "no packing has means beside medians"
+    for text, over, under, paper in (
+        ("exponent of mean over median sliding in p", "mean_sliding", "sliding", published.MEAN_AS_MEDIAN),
+        ("exponent of mean over median nonaffine in p", "mean_nonaffine", "nonaffine", published.MEAN_AS_MEDIAN),
+        ("exponent of mean approach in p", "mean_approach", "", published.MEAN_APPROACH),
+        ("exponent of sliding without its affine part in p", "sheared", "", published.SLOW_SHEAR["sliding"]),
+    ):
+        found, every = None, {}
+        if p:
+            ratio = loose.assign(ratio=loose[over] / (loose[under] if under else 1.0))
+            found, every = _fit_motion(dict(zip(p, groups_by(ratio, "pressure", "ratio", p), strict=True)))
+        out.claim(text, found, paper, family=every, how=how, shown_by="baumgarten-5")
+
+
 def _claim_mean_approach(out: Drawing, tables: EnsembleTables, n: int, pressures: list[float]) -> None:
     """Claim the exponent of the root mean square of approach, from G_0: no mean is larger, so none has a plateau."""
     found: Interval | None = None
@@ -115,7 +134,7 @@ def _claim_mean_approach(out: Drawing, tables: EnsembleTables, n: int, pressures
     words = {"how": f"N = {n}, no pre-stress; a mean is at most its root mean square, (G_0 V/k N_c)^1/2"}
     words |= {"cause": "the bound falls with p, so the mean cannot stay", "shown_by": "baumgarten-5"}
     text = "exponent in p of the bound of the mean approach"
-    out.claim(text, found, published.MEAN_APPROACH, Kind.MEASURED, every, **words)
+    out.claim(text, found, published.MEAN_APPROACH, family=every, **words)
 
 
 def _local_exponents(out: Drawing, name: str, pressures: list[float], means: Array) -> str:
@@ -254,7 +273,7 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
         theirs, ours = out.keep(f"spread in ln eta_0, {text}", spreads, a=(paper.value, float(found.value)))
         words["cause"] = f"curves lie apart by {theirs:.3f} in ln eta_0 with the paper's a, by {ours:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
-    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, Kind.MEASURED, moved, **words)
+    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, family=moved, **words)
     _claim_tail(out, law, prestress, near)
     least = every.up_to(_LEAST)
     if law == "stokes" and not prestress and len(least.n) > 1:
@@ -264,7 +283,7 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
         moved = vary(up_to, {"highest": published.HIGHEST_PRESSURE}, {"highest": highest})
         words |= {"how": f"p <= {_LEAST:g}", "cause": "a does not fall towards 1 with p"}
         likely = published.STOKES_AS_CONTACT
-        out.claim("a of Stokes drag, as of contact damping", a, likely, Kind.MEASURED, moved, **words)
+        out.claim("a of Stokes drag, as of contact damping", a, likely, family=moved, **words)
 
 
 def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
@@ -284,4 +303,4 @@ def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
         moved = vary(partial(slope, near.drawn), {"low": 3 * low}, {"low": 10 * low})
     text = f"slope for p N^2 > {low:g}, {law}, {'with' if prestress else 'no'} pre-stress"
     words = {"how": f"N = {write_list(near.n)}, eta_0/N^{a:g}", "shown_by": "baumgarten-8"}
-    out.claim(text, found, paper, Kind.MEASURED, moved, **words)
+    out.claim(text, found, paper, family=moved, **words)
