@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.packing.packing import Packing
 from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
 from jamlab.statistics import published_numbers as published
@@ -79,6 +79,8 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     _claim_length(out, "l/L, contact damping", contact, balanced)
     _claim_length(out, "plateau l/L, Stokes drag", slow, dragged)
     _claim_logarithm(out, n, side, pressures, family)
+    _claim_minimum(out, stokes)
+    _claim_other_lanes(out, tables)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
         "(b) Stokes drag; (c) first zero l of C under Stokes drag; (d) its collapse as in the paper."
@@ -127,6 +129,42 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
         slope = bootstrap(cubes, exponent) if usable else None
         every = vary(partial(exponent, cubes), {"first": 1}) if usable else {}
         out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
+
+
+def _claim_minimum(out: Drawing, stokes: pd.DataFrame) -> None:
+    """Claim that C under Stokes drag is least further out the slower the shear: the exponent of that place in omega."""
+    low, high = 1e-4, 1e-1
+    part = stokes[(stokes["pressure"] == stokes["pressure"].min()) & stokes["omega"].between(0.99 * low, 1.01 * high)]
+    omega, whole = np.sort(part["omega"].unique()), by_frequency(part)
+
+    def exponent(drawn: list[Array], first: int = 0, last: int | None = None) -> float:
+        x, c = np.moveaxis(average(drawn[0]), -1, 0)
+        least = x[np.arange(len(x)), np.nanargmin(c, axis=1)]
+        return float(power_law(omega[first:last], least[first:last]).exponents[0])
+
+    found, every = bootstrap([whole], exponent), vary(partial(exponent, [whole]), {"first": 1}, {"last": -1})
+    words = {"how": f"N = {part['n'].iloc[0]}, p = {part['pressure'].min():g}, {low:g} < omega < {high:g}"}
+    text, shown = "exponent of the place of the least C in omega, Stokes drag", "baumgarten-7 b"
+    out.claim(text, found, published.MOVES_OUT, family=every, **words, shown_by=shown)
+
+
+def _claim_other_lanes(out: Drawing, tables: EnsembleTables) -> None:
+    """Claim that lengths of correlation are those of lower lanes, and of the motion at zero stress."""
+    try:
+        table = tables.quasistatic
+    except (InputError, StorageError):
+        table = pd.DataFrame(columns=["pressure"])
+    for text, name in (("lanes half as high", "length_half_lane"), ("the imaginary part", "length_imaginary")):
+        rows = table.dropna(subset=["length", name]) if name in table else table.head(0)
+        p = enough(rows, "pressure") if len(rows) else []
+        ratios = [part[name].to_numpy() / part["length"].to_numpy() for _, part in rows.groupby("pressure")]
+        found = bootstrap(ratios, lambda g: np.concatenate(g).mean()) if p else None
+        every = {f"p = {q:g}": float(v.mean()) for q, v in zip(p, ratios, strict=True)}
+        if name == "length_half_lane" and p:
+            every["a quarter as high"] = float((rows["length_quarter_lane"] / rows["length"]).mean())
+        how = f"N = {rows['n'].iloc[0]}, omega = {SLOW:g}, mean over packings" if p else "no packing has both"
+        words = {"how": how, "shown_by": "baumgarten-7 a"}
+        out.claim(f"l of {text} over l, contact damping", found, published.SAME_LENGTH, family=every, **words)
 
 
 def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, float]:
