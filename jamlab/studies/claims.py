@@ -159,6 +159,22 @@ class Claim:
         return f"{self.figure}: {self.quantity} = {self.value:.4g} {ends}, paper {self.paper_text}: {self.text}"
 
     @property
+    def record(self) -> str:
+        """Write all that decides the verdict: the paper's words, interval, definition, window, data, every choice."""
+        (low, high), (least, most) = self.allowed, self.asked
+        every = ", ".join(f"{choice}: {value:.4g}" for choice, value in self.family.items())
+        aside = "" if self.counted else f" ({self.kind}, not counted)"
+        lines = [
+            f"{self.figure}: {self.quantity}: {self.verdict}{aside}",
+            f"  paper    {self.paper_text}, that is {least:.4g} to {most:.4g} ({self.where})",
+            f"  ours     {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], with choices {low:.4g} to {high:.4g}",
+            f"  data     {self.how}" if self.how else "",
+            f"  choices  {every}" if every else "",
+            f"  because  {self.reason}" if self.reason else "",
+        ]
+        return "\n".join(filter(None, lines))
+
+    @property
     def paper_text(self) -> str:
         """Write the paper's value as text."""
         sign = "" if self.relation == "=" else f"{self.relation} "

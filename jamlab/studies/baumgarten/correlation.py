@@ -79,6 +79,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     _claim_length(out, "l/L, contact damping", contact, balanced)
     _claim_length(out, "plateau l/L, Stokes drag", slow, dragged)
     _claim_logarithm(out, n, side, pressures, family)
+    _claim_box_alone(out, balanced)
     _claim_minimum(out, stokes)
     _claim_other_lanes(out, tables)
     out.caption = (
@@ -129,6 +130,40 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
         slope = bootstrap(cubes, exponent) if usable else None
         every = vary(partial(exponent, cubes), {"first": 1}) if usable else {}
         out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
+
+
+def _claim_box_alone(out: Drawing, balanced: pd.DataFrame) -> None:
+    """Claim that l of contact damping is that of the box at every size, and over all frequencies of fig 7 a."""
+    p = balanced.groupby("pressure")["n"].nunique().idxmax()
+    rows = balanced[balanced["pressure"] == p]
+    shared = set.intersection(*(set(part["omega"]) for _, part in rows.groupby("n")))
+    middle = rows[rows["omega"] == sorted(shared)[len(shared) // 2]]
+    n = enough(middle, "n")
+    cubes = [by_frequency(part) / [float(part["box"].mean()), 1.0] for part in (middle[middle["n"] == m] for m in n)]
+
+    def of_size(drawn: list[Array], first: int = 0, last: int | None = None) -> float:
+        lengths = [first_zeros(whole)[0] for whole in drawn]
+        return float(power_law(n[first:last], lengths[first:last]).exponents[0])
+
+    found, every = (bootstrap(cubes, of_size), {}) if len(n) > 1 else (None, {})
+    if len(n) > 2:
+        every = vary(partial(of_size, cubes), {"first": 1}, {"last": -1})
+    words = {
+        "how": f"N = {write_list(n)}, p = {p:g}, omega = {middle['omega'].iloc[0]:g}",
+        "shown_by": "baumgarten-7 a",
+    }
+    out.claim("exponent of l/L in N, contact damping", found, published.OF_THE_BOX, family=every, **words)
+    fastest = rows[rows["omega"] == rows["omega"].max()]
+    wide = rows[(rows["n"] == fastest["n"].max()) & rows["seed"].isin(fastest["seed"])]
+    omega, whole = np.sort(wide["omega"].unique()), by_frequency(wide)
+
+    def of_frequency(drawn: list[Array], first: int = 0, last: int | None = None) -> float:
+        return float(power_law(omega[first:last], first_zeros(drawn[0])[first:last]).exponents[0])
+
+    found, every = bootstrap([whole], of_frequency), vary(partial(of_frequency, [whole]), {"first": 1}, {"last": -1})
+    words["how"] = f"N = {wide['n'].iloc[0]}, p = {p:g}, omega = {omega[0]:g} to {omega[-1]:g}"
+    text = "exponent of l in omega over all decades, contact damping"
+    out.claim(text, found, published.INDEPENDENT, family=every, **words)
 
 
 def _claim_minimum(out: Drawing, stokes: pd.DataFrame) -> None:

@@ -16,6 +16,7 @@ from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
+    ENOUGH,
     RESAMPLES,
     Ensemble,
     average,
@@ -52,9 +53,13 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             for n in _shown_sizes(states, model):
                 small = n < 64
                 x, y = ensemble(states, model, n, by, column, FRACTIONS).band
-                series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
+                count = states[(states["model"] == model) & (states["n"] == n)]["seed"].nunique()
+                few = f" ({count} packings)" if count < ENOUGH else ""
+                series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}{few}"
                 look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN}
-                look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
+                look |= {
+                    "marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*" if few else "p")
+                }
                 shown = y.value if small else y  # bands of the small ones would cover all others
                 out.curve(axes, series, x, shown, linestyle="none", fillstyle=fill, **look)
         _draw_table_lines(out, axes, column)
@@ -76,10 +81,12 @@ def figure_5(tables: EnsembleTables) -> Drawing:
 
 
 def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
-    """Pick the sizes nearest to the paper's least and largest; none without packings."""
+    """Pick the sizes nearest to the paper's least and largest, and the largest itself even of few packings; none
+    without packings."""
     if not has(states, model):
         return []
-    return sorted({nearest_size(states, model, wanted) for wanted in (conventions.SIZES[0], conventions.SIZES[-1])})
+    ends = (conventions.SIZES[0], conventions.SIZES[-1])
+    return sorted({nearest_size(states, model, wanted) for wanted in ends} | {ends[1]} & set(sizes(states, model)))
 
 
 def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
