@@ -288,6 +288,15 @@ class EnsembleTables:
         table = _require_rows("quasistatic", self.read("quasistatic")).dropna(subset=["sliding"])
         return _require_rows("quasistatic", _at_targets(self._joined(table, OWN)))
 
+    @property
+    def slow_shear(self) -> pd.DataFrame:
+        """Those rows, if any, with all the columns that came later."""
+        try:
+            table = self.quasistatic
+        except (InputError, StorageError):
+            table = pd.DataFrame(columns=COLUMNS["quasistatic"])
+        return table.assign(**{name: np.nan for name in BESIDE if name not in table})
+
     def _joined(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
         """Join a table with columns that a campaign keeps in its states; tables that ship have them."""
         if "task" not in table or set(names) & set(table.columns):

@@ -13,6 +13,8 @@ from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.bootstrap import bootstrap as resample
+from jamlab.statistics.power_laws import power_law
+from jamlab.studies.claims import vary
 
 Statistic = Callable[[Array, Array], ArrayLike]
 
@@ -161,6 +163,21 @@ def mean_over_packings(groups: Sequence[Array]) -> Interval:
 def side_by_side(found: Iterable[Interval]) -> Interval:
     """Join numbers (m,) with the ends of their intervals."""
     return Interval(*np.array([[float(f.value), float(f.low), float(f.high)] for f in found]).T)
+
+
+def power_over(
+    x: Sequence[float], drawn: Sequence[Array], values: Callable[[Sequence[Array]], ArrayLike]
+) -> tuple[Interval | None, dict[str, float]]:
+    """Fit the exponent in x (m,) of values (m,) that groups of packings have, with its interval; and without the first
+    and without the last place, as any power holds there too. None and nothing with less than two places."""
+
+    def exponent(groups: Sequence[Array], first: int = 0, last: int | None = None) -> float:
+        return float(power_law(x[first:last], np.asarray(values(groups))[first:last]).exponents[0])
+
+    if len(x) < 2:
+        return None, {}
+    choices: tuple[dict[str, int], ...] = ({"first": 1}, {"last": -1}) if len(x) > 2 else ()
+    return bootstrap(drawn, exponent), vary(partial(exponent, drawn), *choices)
 
 
 def scaled(found: Interval, factor: ArrayLike) -> Interval:

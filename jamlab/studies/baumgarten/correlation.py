@@ -1,5 +1,6 @@
 """Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -7,16 +8,15 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.packing import Packing
 from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
-from jamlab.statistics.power_laws import power_law
 from jamlab.studies.baumgarten.spectral_groups import format_power, select_largest, select_law
 from jamlab.studies.claims import Kind, vary, write_by, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, scaled
+from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, power_over, scaled
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
 SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of the motion are compared
@@ -119,16 +119,10 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
         return
     shown = {"how": f"N = {sampled}, l in boxes", "shown_by": "baumgarten-7 a"}
     over = np.sort(part["omega"].unique())
-    for what, x in (("omega", over), ("p", np.array(pressures))):
-
-        def exponent(drawn: list[Array], what: str = what, x: Array = x, first: int = 0) -> float:
-            zeros = np.array([first_zeros(whole) for whole in drawn])
-            mean = np.nanmean(zeros, axis=0 if what == "omega" else 1)
-            return float(power_law(x[first:], mean[first:]).exponents[0])
-
-        usable = len(x) > 2
-        slope = bootstrap(cubes, exponent) if usable else None
-        every = vary(partial(exponent, cubes), {"first": 1}) if usable else {}
+    for what, x, other in (("omega", over, 0), ("p", np.array(pressures), 1)):
+        slope, every = power_over(
+            x, cubes, lambda drawn, other=other: np.nanmean([first_zeros(whole) for whole in drawn], axis=other)
+        )
         out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
 
 
@@ -141,13 +135,7 @@ def _claim_box_alone(out: Drawing, balanced: pd.DataFrame) -> None:
     n = enough(middle, "n")
     cubes = [by_frequency(part) / [float(part["box"].mean()), 1.0] for part in (middle[middle["n"] == m] for m in n)]
 
-    def of_size(drawn: list[Array], first: int = 0, last: int | None = None) -> float:
-        lengths = [first_zeros(whole)[0] for whole in drawn]
-        return float(power_law(n[first:last], lengths[first:last]).exponents[0])
-
-    found, every = (bootstrap(cubes, of_size), {}) if len(n) > 1 else (None, {})
-    if len(n) > 2:
-        every = vary(partial(of_size, cubes), {"first": 1}, {"last": -1})
+    found, every = power_over(n, cubes, lambda drawn: [first_zeros(whole)[0] for whole in drawn])
     words = {
         "how": f"N = {write_list(n)}, p = {p:g}, omega = {middle['omega'].iloc[0]:g}",
         "shown_by": "baumgarten-7 a",
@@ -157,10 +145,7 @@ def _claim_box_alone(out: Drawing, balanced: pd.DataFrame) -> None:
     wide = rows[(rows["n"] == fastest["n"].max()) & rows["seed"].isin(fastest["seed"])]
     omega, whole = np.sort(wide["omega"].unique()), by_frequency(wide)
 
-    def of_frequency(drawn: list[Array], first: int = 0, last: int | None = None) -> float:
-        return float(power_law(omega[first:last], first_zeros(drawn[0])[first:last]).exponents[0])
-
-    found, every = bootstrap([whole], of_frequency), vary(partial(of_frequency, [whole]), {"first": 1}, {"last": -1})
+    found, every = power_over(omega, [whole], lambda drawn: first_zeros(drawn[0]))
     words["how"] = f"N = {wide['n'].iloc[0]}, p = {p:g}, omega = {omega[0]:g} to {omega[-1]:g}"
     text = "exponent of l in omega over all decades, contact damping"
     out.claim(text, found, published.INDEPENDENT, family=every, **words)
@@ -172,12 +157,11 @@ def _claim_minimum(out: Drawing, stokes: pd.DataFrame) -> None:
     part = stokes[(stokes["pressure"] == stokes["pressure"].min()) & stokes["omega"].between(0.99 * low, 1.01 * high)]
     omega, whole = np.sort(part["omega"].unique()), by_frequency(part)
 
-    def exponent(drawn: list[Array], first: int = 0, last: int | None = None) -> float:
+    def least(drawn: Sequence[Array]) -> Array:
         x, c = np.moveaxis(average(drawn[0]), -1, 0)
-        least = x[np.arange(len(x)), np.nanargmin(c, axis=1)]
-        return float(power_law(omega[first:last], least[first:last]).exponents[0])
+        return np.asarray(x[np.arange(len(x)), np.nanargmin(c, axis=1)])
 
-    found, every = bootstrap([whole], exponent), vary(partial(exponent, [whole]), {"first": 1}, {"last": -1})
+    found, every = power_over(omega, [whole], least)
     words = {"how": f"N = {part['n'].iloc[0]}, p = {part['pressure'].min():g}, {low:g} < omega < {high:g}"}
     text, shown = "exponent of the place of the least C in omega, Stokes drag", "baumgarten-7 b"
     out.claim(text, found, published.MOVES_OUT, family=every, **words, shown_by=shown)
@@ -185,12 +169,9 @@ def _claim_minimum(out: Drawing, stokes: pd.DataFrame) -> None:
 
 def _claim_other_lanes(out: Drawing, tables: EnsembleTables) -> None:
     """Claim that lengths of correlation are those of lower lanes, and of the motion at zero stress."""
-    try:
-        table = tables.quasistatic
-    except (InputError, StorageError):
-        table = pd.DataFrame(columns=["pressure"])
+    table = tables.slow_shear
     for text, name in (("lanes half as high", "length_half_lane"), ("the imaginary part", "length_imaginary")):
-        rows = table.dropna(subset=["length", name]) if name in table else table.head(0)
+        rows = table.dropna(subset=["length", name])
         p = enough(rows, "pressure") if len(rows) else []
         ratios = [part[name].to_numpy() / part["length"].to_numpy() for _, part in rows.groupby("pressure")]
         found = bootstrap(ratios, lambda g: np.concatenate(g).mean()) if p else None

@@ -15,7 +15,7 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
 from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
-from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
+from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
     Ensemble,
@@ -30,7 +30,6 @@ from jamlab.studies.ensembles import (
 )
 from jamlab.studies.panels import FIT, Drawing, drawing, label
 
-TENTH = 0.1  # distance at which the curve itself is compared, which no degenerate fit can hide
 EXPONENTS = {"d_phi": (0.5,), "d_rho": (0.5, 1.0)}  # against phi the paper's linear terms are 0
 LOOKS = {
     Verdict.AGREES: (BLUE, "o"),
@@ -155,7 +154,7 @@ def _by_size(
 
 
 def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
-    """Claim z_0, z_1, and the curve at a distance of 0.1."""
+    """Claim z_0 and z_1."""
     model, by = SERIES[series]
     paper, exponents = published.TABLE_1[series][2:], EXPONENTS[by]
     e = even_curve(states, series, n, "excess contacts")
@@ -177,12 +176,10 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     for k in range(len(exponents)):
         every = vary(partial(_vary_fit, e, exponents, k), *_windows(series)) | {"z_J = own": float(own_law[k])}
         out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=every, **words)
-    value = _curve_at_tenth(paper, 0.05)
-    out.claim(f"z - {SUBTRACTED} at d = {TENTH}, {series}", e.interval(_at_tenth), value, kind=Kind.DUPLICATE, **words)
 
 
 def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
-    """Claim G_0, G_1, and the curve at a distance of 0.1; means, with medians beside them."""
+    """Claim G_0 and G_1; means, with medians beside them."""
     by = SERIES[series][1]
     paper, exponents = published.TABLE_2[series], EXPONENTS[by]
     e = even_curve(states, series, n, "g")
@@ -201,13 +198,10 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     if series == "DP(ρ)":
         words["calibrated"] = conventions.TABLE_TARGET
     else:
-        what = "G_0" if series == "SP(φ)" else "G at d = 0.1"
-        statistic = _coefficient if series == "SP(φ)" else _modulus_at_tenth
         stable = average(np.where(e.y > 0, e.y, np.nan))
-        only = coefficients(x, stable)[0] if series == "SP(φ)" else _at_tenth(x, stable)
-        out.keep(f"{what} of packings with G > 0, {series}", only)
-        by_size = _by_size(out, f"{what}, {series}", states, series, lambda s: statistic(s, series, "g"))
-        words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and {what} is {by_size}"
+        only = out.keep(f"G_0 of packings with G > 0, {series}", coefficients(x, stable)[0])
+        by_size = _by_size(out, f"G_0, {series}", states, series, lambda s: _coefficient(s, series, "g"))
+        words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and G_0 is {by_size}"
         words["cause"] += f"; packings with G > 0 alone give {only:.3g}"
         if sheared is not None:
             ratio = out.write(f"G along x over the mean over directions, {series}")
@@ -217,10 +211,6 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
         moved = vary(partial(_vary_fit, e, exponents, k), *_windows(series))
         moved |= {name[:-3]: float(value) for name, value in every.items() if name.endswith(f", {k}")}
         out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=moved, **words)
-    median_there = out.keep(f"G at d = {TENTH}, median of packings, {series}", at(TENTH, x, middle))
-    words["how"] = f"N = {n}; median of packings: {median_there:.3g}"
-    value = _curve_at_tenth(paper, 0.005)
-    out.claim(f"G at d = {TENTH}, {series}", e.interval(_at_tenth), value, kind=Kind.DUPLICATE, **words)
 
 
 def _along_x(out: Drawing, states: pd.DataFrame, series: str, n: int) -> Array | None:
@@ -269,25 +259,10 @@ def _claim_ratio(out: Drawing) -> None:
         out.claim(text, found, published.LARGER_RATIO, **words, shown_by="boromand-5")
 
 
-def _curve_at_tenth(paper: tuple[float, ...], last_digit: float) -> published.Published:
-    """Take the paper's curve at a distance of 0.1, which it does not print: no test beside those of the coefficients;
-    margin: half a unit of the last digit of those that are not 0."""
-    margin = last_digit * sum(TENTH**power for c, power in zip(paper, (0.5, 1.0), strict=True) if c)
-    return published.Published(published.table_law(paper, TENTH), margin, where="[B] sec 3, tables 1 and 2")
-
-
 def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
     """Fit the first coefficient of the mean curve of the one size in these states."""
     x, y = even_curve(states, series, int(states["n"].iloc[0]), column).mean
     return float(fit_coefficients(x, y, EXPONENTS[SERIES[series][1]])[0])
-
-
-def _modulus_at_tenth(states: pd.DataFrame, series: str, column: str) -> float:
-    return _at_tenth(*even_curve(states, series, int(states["n"].iloc[0]), column).mean)
-
-
-def _at_tenth(x: Array, y: Array) -> float:
-    return at(TENTH, x, y)
 
 
 def _part(found: Interval | None, k: int) -> Interval | None:
