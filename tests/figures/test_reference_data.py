@@ -63,6 +63,7 @@ def test_states_ship_without_what_follows_from_others():
     held = whole["n"] - whole["rattlers"]
     even = whole.assign(z=2 * (0.5 * whole["z"] * held).round() / held, shape=whole["excess"] + 1.0)
     first = even[even["state"] == 0].set_index(["model", "n", "seed"])[["z", "overlap"]]
+    even = even.drop(columns=[c for c in ("z_J", "overlap_J") if c in even])
     there = even.join(first.add_suffix("_J"), on=["model", "n", "seed"])
     even["d_z"], even["d_rho"] = there["z"] - there["z_J"], there["d_phi"] - there["overlap"] + there["overlap_J"]
     even["rho"] = even["phi"] - even["overlap"]
