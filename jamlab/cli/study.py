@@ -154,13 +154,13 @@ def flow_table(
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
-    from jamlab.estimates.flow_errors import CALIBRATE, SLIDING_CHECK
+    from jamlab.estimates.flow_errors import Part
     from jamlab.studies.least_model import FLOW_SEEDS, measure_errors
 
     expect_output(out)
-    quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in FLOW_SEEDS.items()}
+    quick_parts = {part: seeds[: 2 if part == Part.CALIBRATE else 1] for part, seeds in FLOW_SEEDS.items()}
     made = measure_errors(out, quick_parts if quick else FLOW_SEEDS, progress=tell)
-    (kept, of), (others, of_others) = made.kept(), made.kept(SLIDING_CHECK)
+    (kept, of), (others, of_others) = made.kept(), made.kept(Part.SLIDING_CHECK)
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
     out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
 
@@ -227,34 +227,26 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from jamlab.studies.other_codes.compare import (
-        FILES,
-        Comparison,
-        comparison_tables,
-        jolted_minimum,
-        notes,
-        write_comparison,
-        write_recipe,
-    )
+    from jamlab.studies.other_codes import compare as codes
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")
         check_targets(folder, ["packing.npz", f"{recipe}_check.py"], replace=force)
-        out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
+        out_console.print(codes.write_recipe(recipe, folder, codes.jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
         return
     if out is not None:
         make_folder(out)
-        check_targets(out, FILES, replace=force)
+        check_targets(out, codes.FILES, replace=force)
         expect_output(out)
-    rows, analysis = Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
+    rows, analysis = codes.Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
     if out is not None:
-        write_comparison(out, rows, analysis, n, phi)
+        codes.write_comparison(out, rows, analysis, n, phi)
     if as_json:
         print_json({"rows": rows, "analysis": analysis})
         return
-    for table in comparison_tables(rows, analysis, n, phi):
+    for table in codes.comparison_tables(rows, analysis, n, phi):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
-    for name, note in notes(rows, analysis).items():
+    for name, note in codes.notes(rows, analysis).items():
         out_console.print(f"{name}: {note}", soft_wrap=True, highlight=False, markup=False)
     if out is not None:
         out_console.print(f"Open {out / 'index.html'}", soft_wrap=True)
