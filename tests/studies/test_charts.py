@@ -150,7 +150,7 @@ def test_figure_breaks_its_axis_for_what_is_exact():
 
 @pytest.mark.parametrize("name", ["other-codes", "disk-minimisers", "flow-in-time"])
 def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
-    figure = curve_figure("title", "error", CHARTS[name].points())
+    figure = curve_figure("title", "error", CHARTS[name].average(CHARTS[name].table().rows))
     FigureCanvasAgg(figure).draw()
     for axes in figure.axes:
         boxes = [text.get_window_extent() for text in axes.texts]
@@ -170,7 +170,7 @@ def test_what_ships(name):
     assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
     took = table.rows.groupby("task")["took"].first().sum()
     assert table.tasks == set(chart.tasks()) and chart.plan(Path("none")).seconds == pytest.approx(took)
-    points = chart.points()
+    points = chart.average(table.rows)
     fewer = {"N = 1024": 5, "N = 8192": 3}  # in other codes, as the caption says
     assert all(p.packings + p.failed >= fewer.get(p.panel, 15) for p in points)
     assert all(p.packings and np.isfinite(p.error) for p in points if p.default)

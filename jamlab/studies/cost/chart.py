@@ -396,10 +396,6 @@ class Chart(TableStudy):
 
         return {str(seed): partial(rows, seed) for seed in self.seeds}
 
-    def points(self, folder: Path | None = None) -> list[Point]:
-        """Points of all curves, from a folder of results or from the table that ships."""
-        return self.average(self.table(folder).rows)
-
     def show(self, table: MeasuredTable) -> Shown:
         points = self.average(table.rows)
         beaten = dominated(points)
