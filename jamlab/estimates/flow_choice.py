@@ -179,11 +179,10 @@ def _for_oscillation(
         if law.alpha < 1:
             found = nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
             best = complex(found.storage[0], found.loss[0])
-    static = complex(spectrum.g0)
-    values: dict[str, complex | None] = {"static modulus": static, "linear spectrum": plain}
-    errors = {name: np.inf for name in values}
-    for name, value in (("static modulus", static), ("linear spectrum", plain)) if np.isfinite(error) else ():
-        errors[name] = float(abs(value - best) / abs(best) * (1 + error) + error)  # of the best, which itself errs
+    values = {"static modulus": complex(spectrum.g0), "linear spectrum": plain}
+    off = {name: abs(value - best) / abs(best) for name, value in values.items()}
+    # of the best, which itself errs; nothing is promised where its own error is infinite
+    errors = {name: float(each * (1 + error) + error) if np.isfinite(error) else np.inf for name, each in off.items()}
     if law.alpha < 1:
         values["equivalent damping"], errors["equivalent damping"] = best, error
     slowest = spectrum.tau_star if np.isfinite(spectrum.tau_star) else 0.0  # relaxes to e^-3; then two are compared

@@ -195,10 +195,7 @@ def _between(values: tuple[float, ...], chance: np.random.Generator) -> float:
 def _random(seed: int) -> tuple[Packing, list[Flow]]:
     """Another packing, of another size and pressure, and conditions anywhere within the grid."""
     chance = np.random.default_rng(seed)
-
-    def between(values: tuple[float, ...]) -> float:
-        return _between(values, chance)
-
+    between = partial(_between, chance=chance)
     packing = pack(int(chance.choice([64, 128, 256])), between(PRESSURES), seed)
     found = []
     for k in range(_CASES):

@@ -17,6 +17,7 @@ from jamlab.rheology.reduced_model import SETTINGS
 from jamlab.studies.cost import minimisers, packings
 from jamlab.studies.cost.chart import (
     COLUMNS,
+    PAGE,
     Point,
     Trial,
     curve_figure,
@@ -24,13 +25,13 @@ from jamlab.studies.cost.chart import (
     dominated,
     points_of,
     price,
-    write_charts,
 )
 from jamlab.studies.cost.measurements import covered
 from jamlab.studies.cost.packings import limit_of_size
 from jamlab.studies.other_codes.compare import jolted_minimum
 from jamlab.studies.other_codes.peers import Lammps
 from jamlab.studies.registry import CHARTS, studies
+from jamlab.studies.study import draw_tables
 
 
 def point(method, seconds, error, panel="a", floor=0.0, **rest):
@@ -236,9 +237,11 @@ def test_measuring_goes_on_where_it_stopped(tmp_path):
     replace(chart, seeds=[2]).run(tmp_path)
     assert chart.plan(tmp_path).left == 2 and done == [2, 2]  # the first one twice, to load libraries
     told = []
-    found = write_charts(
-        tmp_path, {"spectrum": chart}, measure=True, progress=lambda share, text: told.append((round(share, 2), text))
-    )["spectrum"]
+
+    def tell(share, text):
+        told.append((round(share, 2), text))
+
+    found = chart.average(draw_tables(tmp_path, {"spectrum": chart}, PAGE, measure=True, progress=tell)["spectrum"])
     assert told == [(0.0, "spectrum: packing 1 of 3"), (0.67, "spectrum: packing 3 of 3"), (0.0, "spectrum")]
     assert done[2:] == [1, 1, 3]
     assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]
