@@ -345,7 +345,7 @@ def flow(
     lines = [f"fix flow all overdamped {drive} stop {time}", f"fix test all ave/time 1 1 1 {STRESSES}"]
     values = strain, tension[0, 1], -0.5 * np.trace(tension), tension[0, 0] - tension[1, 1]
     text = head(f"in.{name}", [style, "fix overdamped"], [*post, *lines], 1e-11) + of_a_fix(name)
-    box = packing.box + [[0.0, 0.0], [strain * packing.box[1, 1], 0.0]]
+    box = packing.box + np.array([[0.0, 0.0], [strain * packing.box[1, 1], 0.0]])
     places = in_box(packing.positions, x, packing.box, box)
     text += field("tags", "no_respa") + field("natoms", len(x))
     text += vectors("run_pos", places) + vectors("run_vel", np.zeros_like(x))
