@@ -44,7 +44,7 @@ FAULTS = {  # name: file, what stands there, what takes its place
     "fix overdamped of droplets, factor": (DROPLETS, "torque = 0.5 * m.distance", "torque = m.distance"),
     "fix overdamped of droplets, background": (DROPLETS, "turns[i].drag * p[i].x;", "2.0 * turns[i].drag * p[i].x;"),
     "fix overdamped of droplets, ghost": (DROPLETS, "exchange.add_from_ghosts(out);", ""),
-    "fix overdamped of droplets, newton": ("droplet_stiffness.cpp", "newton_bond || j < nlocal", "true"),
+    "fix overdamped of droplets, newton": ("droplet_stiffness.cpp", "lmp->force->newton_bond || j < nlocal", "true"),
 }
 
 
