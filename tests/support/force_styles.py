@@ -281,7 +281,7 @@ class Disks:
             ("overdamped-stress", f"stress {STRESS}", self.creep()),
         ):
             found[f"fix-timestep-{name}"] = flow(
-                "disks", "atom atomic", [], f"{drive} {how}", FLOWN, self.packing(), *result
+                "disks", "atom atomic", [], f"{drive} {how}", FLOWN, self.packing(), result
             )
         return found
 
@@ -324,25 +324,16 @@ class Droplets:
             longest = DROPLETS_FLOWN / 4e-5  # the first step is a millionth of it, others 1.5 times the one before
             drive = f"rate {RATE} tolerance 0.1 solver 1e-13 longest {longest} {drag} background {background}"
             result = (*self.flow(beta, background), RATE * DROPLETS_FLOWN)
-            text = flow("droplets", "atom molecular", post, drive, DROPLETS_FLOWN, self.packing, *result)
+            text = flow("droplets", "atom molecular", post, drive, DROPLETS_FLOWN, self.packing, result)
             found[f"fix-timestep-overdamped-droplets_{name}"] = text
         return found
 
 
-def flow(
-    name: str,
-    style: str,
-    post: list[str],
-    drive: str,
-    time: float,
-    packing: jamlab.Packing,
-    x: np.ndarray,
-    tension: np.ndarray,
-    strain: float,
-) -> str:
+def flow(name: str, style: str, post: list[str], drive: str, time: float, packing: jamlab.Packing, end: tuple) -> str:
     """A test of fix overdamped: where the particles come to, without velocities of LAMMPS' own; strain, shear stress,
     pressure and first normal stress difference there, which fix ave/time hands on."""
     lines = [f"fix flow all overdamped {drive} stop {time}", f"fix test all ave/time 1 1 1 {STRESSES}"]
+    x, tension, strain = end
     values = strain, tension[0, 1], -0.5 * np.trace(tension), tension[0, 0] - tension[1, 1]
     text = head(f"in.{name}", [style, "fix overdamped"], [*post, *lines], 1e-11) + of_a_fix(name)
     box = packing.box + np.array([[0.0, 0.0], [strain * packing.box[1, 1], 0.0]])
