@@ -1,5 +1,6 @@
 """fix overdamped among commands of LAMMPS: what it refuses, with value and remedy, and what it goes along with."""
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -104,6 +105,20 @@ def test_a_solver_that_does_not_converge_says_what_is_left(tmp_path, disks):
     with Flow(tmp_path, disks, "rate 1 solver 1e-12 iterations 3") as flow:
         with pytest.raises(Exception, match=r"a residual of .* is left after 3 iterations: give a background drag"):
             flow.run(1)
+
+
+@pytest.mark.parametrize(("layout", "who"), [(-17.0, "Fix overdamped"), (-1.0, "Pair style disk/drag")])
+def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
+    """Those of 0.2.0 have a time where the fix now has its layout, and beta where the pair style has its own."""
+    file = tmp_path / "flow.restart"
+    with Flow(tmp_path, disks, "rate 1", "1 0.4") as flow:
+        flow.run(1)
+        flow.lmp.command(f"write_restart {file}")
+        ours = struct.pack("d", layout) + (b"" if layout < -1.0 else struct.pack("d", 0.4))
+        assert file.read_bytes().count(ours) == 1
+        file.write_bytes(file.read_bytes().replace(ours, bytes(8) + ours[8:]))
+        with pytest.raises(Exception, match=f"{who}: the restart file was written by another version"):
+            flow.lmp.commands_list(["clear", f"read_restart {file}", "fix flow all overdamped rate 1"])
 
 
 def test_disks_in_one_place_are_refused(lmp, tmp_path, disks):
