@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
-from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, ShapeForces, ShapePressures, shape_forces
+from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, LEAST_ROOM, ShapeForces, ShapePressures, shape_forces
 from jamlab.micrographs.picture_numbers import Mean, Number, mean_of, share_of
 from jamlab.micrographs.quality import LEAST_RING
 from jamlab.micrographs.segmentation import borders
@@ -205,7 +205,8 @@ class Micrograph:
         In line tension over length, with standard errors learnt on rendered droplets.
 
         Raises:
-            InputError: droplets are too small, or known by labels or dark walls, for which no error was learnt.
+            InputError: droplets or voids are too small, or droplets are known by labels or dark walls, for which no
+                error was learnt.
         """
         return self._mechanics[0]
 
@@ -232,6 +233,9 @@ class Micrograph:
             raise InputError(f"no forces of droplets by {self.contrast}: errors were learnt on bright and dark ones")
         if radius < LEAST_RADIUS:
             raise InputError(f"droplets are {radius:.0f} pixels in radius: forces need {LEAST_RADIUS:.0f} or more")
+        if radius * (1 - self.rho) < LEAST_ROOM:
+            room = f"radius times 1 - rho is {radius * (1 - self.rho):.1f} pixels"
+            raise InputError(f"voids are too small for forces: {room}, {LEAST_ROOM:g} or more are needed")
         gap = self.fringe / scale
         pressures, forces = shape_forces(self.outlines, self.beside, self.centres / scale, gap)
         value, error, length = pressures.value / scale, pressures.error / scale, forces.length * scale

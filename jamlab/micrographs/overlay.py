@@ -28,7 +28,7 @@ LEAST_FONT, LARGEST_FONT = 3.0, 11.0  # points
 LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned
 
 
-def draw_overlay(found: Micrograph, ax: Axes | None = None) -> Axes:
+def draw_overlay(found: Micrograph, ax: Any = None) -> Axes:
     """Draw droplets, contacts and voids over their picture, on axes of matplotlib; None makes a figure."""
     height, width = found.picture.shape
     if ax is None:
@@ -56,7 +56,8 @@ def draw_overlay(found: Micrograph, ax: Axes | None = None) -> Axes:
     ax.set_title(_title(found), fontsize=11)
     handles = _legend(bool(found.rattlers.any()), bool(cut), sides)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False)
-    return ax
+    axes: Axes = ax
+    return axes
 
 
 def _title(found: Micrograph) -> str:
