@@ -96,12 +96,7 @@ def shape_forces(
                 net[k] += sign * strength * way
                 total[k] += abs(strength)
     residual = np.divide(np.hypot(*net.T), total, out=np.full(n, np.nan), where=total > 0)
-    radii = np.array([_extent(ring) for ring in rings])
+    radii = np.array([np.hypot(*(ring - ring.mean(axis=0)).T).mean() for ring in rings])  # about the middle
     error = FORCE_ERROR[0] + FORCE_ERROR[1] * np.abs(size)
     forces = ShapeForces(np.where(pairs < n, pairs, -1), size, error, direction, length, residual)
     return ShapePressures(pressures, PRESSURE_ERROR / radii * np.abs(pressures)), forces
-
-
-def _extent(ring: Array) -> float:
-    """Mean distance of an outline from its middle."""
-    return float(np.hypot(*(ring - ring.mean(axis=0)).T).mean())

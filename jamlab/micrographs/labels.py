@@ -65,14 +65,9 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
 def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> NDArray[Any]:
     """(h, w) numbers of a file or an array."""
     values = _read(Path(source), shape) if isinstance(source, str | Path) else np.asarray(source)
-    if values.ndim == 3 and values.shape[2] > 1:
-        alike = values.shape[2] >= LIKELY_COLOURS and (values[..., :3] == values[..., :1]).all()
-        if not alike:
-            raise InputError(
-                f"labels are colours, {values.shape}: save the label image itself, one whole number a pixel"
-            )
-        values = values[..., 0]
     if values.ndim == 3:
+        if 1 < values.shape[2] < LIKELY_COLOURS or (values[..., :3] != values[..., :1]).any():
+            raise InputError(f"labels are colours, {values.shape}: save the label image itself, one number a pixel")
         values = values[..., 0]
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")

@@ -78,9 +78,7 @@ class Measurement:
         self.outside = self._outside()
         self.whole, self.centres = self._whole()
         if not self.whole.any():
-            raise InputError(
-                f"no whole droplet among {segments.count} found: check `contrast` ({contrast}) and its size"
-            )
+            raise InputError(f"no whole droplet among {segments.count}: check `contrast` ({contrast}) and its size")
 
     def _outside(self) -> Mask:
         """Pixels at the edge of the picture and beside labels."""
@@ -115,8 +113,7 @@ class Measurement:
             whole[number] = length <= EDGE_CHORD * inner or clear
             gap = min(ring.min(), (np.array(cells.shape)[::-1] - 1 - ring).min())
             self.unsure += gap < zone and length**2 < 8 * inner * zone and not clear  # a chord c is cut c^2/(8 r) deep
-        low = np.array([side.start for side in self.window])
-        high = np.array([side.stop for side in self.window])
+        low, high = (np.array(ends) for ends in zip(*((side.start, side.stop) for side in self.window), strict=True))
         self.seen = (size > 0) & ((centres >= low) & (centres < high)).all(axis=1)
         return whole & self.seen, centres
 

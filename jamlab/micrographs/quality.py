@@ -105,8 +105,7 @@ def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
     `means`: rho, z and shape_rim, as in `Micrograph.means`."""
     words = {"rho": "rho", "z": "z", "shape_rim": "A"}
     if count < FEWEST:
-        text = f"{count} whole droplets only, needs {FEWEST}: means over more may differ"
-        return [Doubt(text, frozenset(words))]
+        return [Doubt(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]
     found = []
     for name, word in words.items():
         mean, limit = means[name], LIMITS["shape" if name == "shape_rim" else name]
