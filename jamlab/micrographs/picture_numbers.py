@@ -30,7 +30,7 @@ class Number:
 
     @property
     def quality(self) -> str:
-        """ "good" or "doubtful"."""
+        """Whether it can be trusted: "good" or "doubtful"."""
         return "doubtful" if self.reasons else "good"
 
 

@@ -129,13 +129,13 @@ def propose(grey: Array) -> Proposals | None:
     high, low = (envelope(smooth, every, above) for above in (ENVELOPE, 1 - ENVELOPE))
     step = np.maximum(high - low, 0.2 * float(np.median(high - low)))
     dark = np.clip((high - smooth) / step, -0.5, 1.5)
-    contrast = float(np.median(step))
-    left = noise / contrast / max(2 * np.sqrt(np.pi) * width, 1.0)
+    between = float(np.median(step))
+    left = noise / between / max(2 * np.sqrt(np.pi) * width, 1.0)
     leaves = _leaves(dark, max(LEAST_DEPTH, NOISES * left))
     if leaves.max() < 1:
         return None
     tree, depth = _merge(leaves, dark)
-    if depth <= 0 or noise > MOST_NOISE * depth * contrast:
+    if depth <= 0 or noise > MOST_NOISE * depth * between:
         return None
     return Proposals(*_paths_of(tree, dark, depth, finer), dark, leaves, finer)
 
