@@ -109,14 +109,6 @@ def test_numbers_that_the_paper_itself_contradicts_say_so():
         assert single.contradiction == conventions.contradiction_of_single_exponent(table)
 
 
-def test_a_curve_of_coefficients_has_their_margin_and_is_no_test_of_its_own():
-    """z = 3.97 + 3.7 d^0.5 at d = 0.1 is known to 0.05 sqrt(0.1): a coefficient of 0 has no last digit."""
-    told = {c.quantity: c for c in drawn("tables").claims}
-    assert told["z - 3.97 at d = 0.1, SP(φ)"].margin == pytest.approx(0.05 * 0.1**0.5)
-    assert told["G at d = 0.1, DP(ρ)"].margin == pytest.approx(0.005 * (0.1**0.5 + 0.1))
-    assert not any(c.counted for name, c in told.items() if "at d = 0.1" in name)
-
-
 def test_two_packings_of_a_size_do_not_hide_the_others():
     """Of 1024 disks few reach z = 6: the collapse of sizes is that of the others."""
     states = tables().states
