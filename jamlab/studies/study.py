@@ -41,7 +41,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Plan:
-    """How many tasks are left of a study, and their CPU seconds by the table that ships, None if that is not known."""
+    """Tasks that are left of a study, and their CPU seconds by the table that ships; None: it lacks some."""
 
     name: str
     left: int
@@ -128,7 +128,8 @@ class TableStudy(Study):
             took = self.table().rows.groupby("task")["took"].first()
         except StorageError:
             return Plan(self.name, len(left), None)
-        return Plan(self.name, len(left), float(took[took.index.isin(left)].sum()))
+        known = took[took.index.isin(left)]
+        return Plan(self.name, len(left), float(known.sum()) if len(known) == len(left) else None)
 
     def run(self, folder: Path, progress: Progress = no_progress) -> None:
         """Measure what a folder of results does not hold, on one core, and save after every task."""
