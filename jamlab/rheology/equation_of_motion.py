@@ -19,7 +19,6 @@ from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
@@ -142,7 +141,7 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     spinning = damping.at_contacts and damping.contrast > 0 and packing.model == "sp"
     first = 0 if drifting else 2
     free = np.arange(first, 3 * sites if spinning else 2 * sites)
-    if spinning and isinstance(network.meetings, Pairs) and isinstance(damping, ContactDamping):
+    if spinning:
         free = np.setdiff1d(free, 2 * sites + np.array(damping.gears(packing, network.meetings), dtype=np.int64))
     kept = np.append(free, k.shape[0] - 1)
     k, b = k[kept][:, kept], b[kept][:, kept]
