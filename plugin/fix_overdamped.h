@@ -82,7 +82,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double ahead = 0.0;         // droplets: time over which a new velocity counts in the last step
   int flip = 0;
 
-  struct State {    // what a restart file keeps
+  struct State {    // what a restart file keeps: numbers alone
     double time = 0.0, strain = 0.0, rate = 0.0, rate_before = 0.0, strain_step = 0.0;
     double step = 0.0;         // that the error allows next; 0: nothing has moved yet
     double last_step = 0.0, step_before = 0.0;
@@ -93,6 +93,8 @@ class FixOverdamped : public Fix, private GhostExchange {
     double unsettled = 0.0;    // times that no states of several pairs with a gap of zero fitted
     double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
   } state;
+  static constexpr int KEPT = sizeof(State) / sizeof(double);
+  static constexpr double LAYOUT = -KEPT;    // of a restart file, where those of 0.2.0 and before have a time
 
   using Weights = std::array<double, 3>;
   struct Stage {    // of a step of disks

@@ -7,9 +7,10 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "error.h"
 #include "force.h"
 
-#include <cstring>
+#include <algorithm>
 
 using namespace LAMMPS_NS;
 
@@ -18,24 +19,36 @@ using namespace LAMMPS_NS;
 void FixOverdamped::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  const std::vector<DiskDrag::Edge> edges = disks ? disks->edges() : std::vector<DiskDrag::Edge>();
-  const int count = static_cast<int>(edges.size());
-  const int size = static_cast<int>(sizeof(State) + sizeof(int) + count * sizeof(DiskDrag::Edge));
+  const double *const kept = &state.time;
+  std::vector<double> list(1, LAYOUT);
+  list.insert(list.end(), kept, kept + KEPT);
+  if (disks)
+    for (const DiskDrag::Edge &edge : disks->edges())
+      list.insert(list.end(), {static_cast<double>(edge.first), static_cast<double>(edge.second),
+                               static_cast<double>(edge.state), edge.theta, edge.base, edge.held,
+                               static_cast<double>(edge.tried), edge.free ? 1.0 : 0.0});
+  list.insert(list.begin() + 1, static_cast<double>(list.size() - 1 - KEPT));
+  const int size = static_cast<int>(list.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(&state, sizeof(State), 1, fp);
-  fwrite(&count, sizeof(int), 1, fp);
-  fwrite(edges.data(), sizeof(DiskDrag::Edge), count, fp);
+  fwrite(list.data(), sizeof(double), list.size(), fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::restart(char *buf)
 {
-  std::memcpy(&state, buf, sizeof(State));
-  int count;
-  std::memcpy(&count, buf + sizeof(State), sizeof(int));
-  restored.resize(count);
-  std::memcpy(restored.data(), buf + sizeof(State) + sizeof(int), count * sizeof(DiskDrag::Edge));
+  const double *list = reinterpret_cast<const double *>(buf);
+  if (*list != LAYOUT)
+    error->all(FLERR, "Fix overdamped: the restart file was written by another version of this plugin, which can "
+               "end the flow; or start a flow anew from a data file of its state");
+  const int numbers = static_cast<int>(list[1]);
+  list += 2;
+  std::copy(list, list + KEPT, &state.time);
+  list += KEPT;
+  restored.clear();
+  for (const double *const end = list + numbers; list < end; list += 8)
+    restored.push_back({static_cast<tagint>(list[0]), static_cast<tagint>(list[1]), static_cast<int>(list[2]),
+                        list[3], list[4], list[5], static_cast<int>(list[6]), list[7] != 0.0});
 }
 
 /* ---------------------------------------------------------------------- */

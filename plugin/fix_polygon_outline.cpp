@@ -21,13 +21,13 @@ static constexpr int PER_ATOM = 7;     // of a link, on its way to another rank
 static constexpr int PER_GHOST = 5;
 
 /* ----------------------------------------------------------------------
-   fix ID all polygon/outline: made by the other styles, not by users
+   fix ID all POLYGON/OUTLINE: made by the other styles, not by users
 ------------------------------------------------------------------------- */
 
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), unread(true), stale(true), longest(0.0), mean(0.0), built_at(-1), refreshed(0), nlocal(0), nghost(0)
 {
-  if (narg != 3) error->all(FLERR, "Fix polygon/outline takes no arguments");
+  if (narg != 3) error->all(FLERR, "Fix POLYGON/OUTLINE takes no arguments");
   if (domain->dimension != 2) error->all(FLERR, "Polygons require a 2d simulation");
 
   create_attribute = 1;
@@ -59,8 +59,8 @@ FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
   if (lmp->atom->map_style == Atom::MAP_NONE)
     lmp->error->all(FLERR, who + " requires an atom map: use atom_modify map array");
 
-  const auto found = lmp->modify->get_fix_by_style("^polygon/outline$");
-  Fix *fix = found.empty() ? lmp->modify->add_fix("JAMLAB_OUTLINE all polygon/outline") : found.front();
+  const auto found = lmp->modify->get_fix_by_style("^POLYGON/OUTLINE$");
+  Fix *fix = found.empty() ? lmp->modify->add_fix("JAMLAB_OUTLINE all POLYGON/OUTLINE") : found.front();
   return dynamic_cast<FixPolygonOutline *>(fix);
 }
 

@@ -80,7 +80,7 @@ static constexpr PluginStyle STYLES[] = {
      &create<ComputePolygonContact>},
     {"compute", "polygon/group/group", "energy and force of the contacts between two groups", nullptr,
      &create<ComputePolygonGroup>},
-    {"fix", "polygon/outline", "order of the vertices on outlines; made by the other styles", nullptr,
+    {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles", nullptr,
      &create<FixPolygonOutline>},
     {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
      nullptr},

@@ -14,7 +14,7 @@ STYLES = {  # header: macro of registration, style, class
     "pair_circuloline": ("Pair", "circuloline", "PairCirculoline"),
     "bond_line_tension": ("Bond", "line/tension", "BondLineTension"),
     "fix_polygon_area": ("Fix", "polygon/area", "FixPolygonArea"),
-    "fix_polygon_outline": ("Fix", "polygon/outline", "FixPolygonOutline"),
+    "fix_polygon_outline": ("Fix", "POLYGON/OUTLINE", "FixPolygonOutline"),  # upper case: LAMMPS' own, not for inputs
     "compute_polygon": ("Compute", "polygon", "ComputePolygon"),
     "compute_polygon_contact": ("Compute", "polygon/contact", "ComputePolygonContact"),
     "compute_polygon_group_group": ("Compute", "polygon/group/group", "ComputePolygonGroupGroup"),
@@ -82,7 +82,7 @@ def needed(name: str, found: set[str]) -> set[str]:
 def source(name: str) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration."""
     text = (SOURCE / name).read_text().partition("\n\n")[2]
-    text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup").replace("JAMLAB_OUTLINE", "POLYGON_OUTLINE")
+    text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup").replace('"JAMLAB_OUTLINE ', '"POLYGON_OUTLINE ')
     text = text.replace('"compute_polygon_group.h"', '"compute_polygon_group_group.h"').replace("JAMLAB_", "LMP_")
     text = re.sub(r"// The wheel.*?#if __has_include.*?#endif\n", '#include "respa.h"\n', text, flags=re.DOTALL)
     text = text.replace("LMP_COMPUTE_POLYGON_GROUP_H", "LMP_COMPUTE_POLYGON_GROUP_GROUP_H")
@@ -150,13 +150,14 @@ def heading(line: str) -> str:
 
 LINES = """\
 cmake/CMakeLists.txt: POLYGON in the list of STANDARD_PACKAGES; pkg_depends(POLYGON MOLECULE)
-src/Makefile: polygon in PACKAGE, after plumed; src/.gitignore: the files of src/POLYGON
+src/Makefile: polygon in PACKAGE, after plugin; src/.gitignore: the files of src/POLYGON
 doc/src/Commands_pair.rst: * :doc:`circuloline <pair_circuloline>`
 doc/src/Commands_bond.rst: * :doc:`line/tension <bond_line_tension>`
 doc/src/Commands_fix.rst: * :doc:`polygon/area <fix_polygon_area>`
 doc/src/Commands_compute.rst: * :doc:`polygon <compute_polygon>`, polygon/contact, polygon/group/group
-doc/src/pair_style.rst, bond_style.rst, fix.rst, compute.rst: the same with a sentence each
-doc/src/Packages_list.rst, Packages_details.rst: POLYGON, the author as its maintainer
+doc/src/pair_style.rst, bond_style.rst, fix.rst, compute.rst: the same with " - " and a sentence each
+doc/src/Packages.rst: a row of the table, :ref:`POLYGON <PKG-POLYGON>`; Packages_details.rst: * :ref:`POLYGON <PKG-POLYGON>`,
+and a section below .. _PKG-POLYGON: with contents, the author as its maintainer, and examples/PACKAGES/polygon
 """
 
 

@@ -20,6 +20,9 @@
 
 using namespace LAMMPS_NS;
 
+// stands where restart files of version 0.2.0 have beta, which is not negative
+static constexpr double LAYOUT = -1.0;
+
 static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
 
@@ -300,20 +303,22 @@ void PairDiskDrag::read_restart(FILE *fp)
 
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
-  fwrite(&law, sizeof(DragLaw), 1, fp);
-  fwrite(&exponent, sizeof(double), 1, fp);
+  const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent};
+  fwrite(values, sizeof(double), 6, fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
-  if (comm->me == 0) {
-    utils::sfread(FLERR, &law, sizeof(DragLaw), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &exponent, sizeof(double), 1, fp, nullptr, error);
-  }
-  MPI_Bcast(&law, sizeof(DragLaw), MPI_BYTE, 0, world);
-  MPI_Bcast(&exponent, 1, MPI_DOUBLE, 0, world);
+  double values[6];
+  if (comm->me == 0) utils::sfread(FLERR, values, sizeof(double), 6, fp, nullptr, error);
+  MPI_Bcast(values, 6, MPI_DOUBLE, 0, world);
+  if (values[0] != LAYOUT)
+    error->all(FLERR, "Pair style disk/drag: the restart file was written by another version of this plugin: start "
+               "from a data file");
+  law = {values[1], values[2], values[3], values[4] != 0.0};
+  exponent = values[5];
 }
 
 /* ---------------------------------------------------------------------- */

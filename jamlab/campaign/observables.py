@@ -113,11 +113,12 @@ class Spectra(Linear):
 
 
 class Quasistatic(Observable):
-    """Medians of the linear motion in slow shear; nan where a packing is unstable."""
+    """Medians and means of the linear motion in slow shear, `sheared` without its affine part; nan where unstable."""
 
     name, only = "quasistatic", "sp"
-    _MEDIANS: ClassVar = {"approach": "median_normal", "sliding": "median_tangential", "nonaffine": "median_nonaffine"}
-    stored: ClassVar[Schema] = {**STATE, "prestress": FLAG, **floats(*_MEDIANS)}
+    _KINDS: ClassVar = ("approach", "sliding", "nonaffine", "sheared")
+    _MEANS: ClassVar = tuple(f"mean_{kind}" for kind in _KINDS)
+    stored: ClassVar[Schema] = {**STATE, "prestress": FLAG, **floats(*_KINDS, *_MEANS)}
 
     prestress: Prestress = Field(default=[True])
 
@@ -126,10 +127,13 @@ class Quasistatic(Observable):
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
         motion = slow_shear(packing, prestress=how["prestress"])
-        return [{column: getattr(motion, name) for column, name in self._MEDIANS.items()}]
+        lengths = np.abs([motion.normal, motion.tangential, motion.sliding])
+        parts = (lengths[0], lengths[1], np.hypot(*motion.nonaffine.T), lengths[2])
+        medians = dict(zip(self._KINDS, map(np.median, parts), strict=True))
+        return [medians | dict(zip(self._MEANS, map(np.mean, parts), strict=True))]
 
     def without_answer(self) -> list[Row]:
-        return [dict.fromkeys(self._MEDIANS, np.nan)]
+        return [dict.fromkeys((*self._KINDS, *self._MEANS), np.nan)]
 
     def seconds(self, size: Size) -> float:
         each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])

@@ -145,47 +145,56 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
         err_console.print(line, markup=False)
 
 
-DOUBT = " ?"  # beside every number of a doubtful picture
+DOUBT = " ?"  # beside every doubtful number
 SIDES = {"bright": "bright on dark", "dark": "dark on bright", "ring": "with dark walls", "labels": "as labelled"}
 MOST_SIDES = 6  # voids with more are one entry of the table
 
 
 def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
-    """Print what a picture shows; a doubtful verdict marks every number and gives its reasons."""
+    """Print what a picture shows; each doubtful number is marked, and reasons are given."""
     from jamlab.micrographs.quality import LIMITS
 
     if as_json:
         print_json(_json(found))
         return
-    mark = DOUBT if found.reasons else ""
+    marks = {name: DOUBT if number.reasons else "" for name, number in found.numbers.items()}
     length = "pixels" if found.pixel is None else "units of --pixel"
     means = found.means
     row = {
-        "droplets": f"{found.count}",
-        "cut": f"{found.cut}",
-        "rho": means["rho"].text(".4f"),
-        "z": means["z"].text(".2f"),
-        "A": means["shape_rim"].text(".4f"),
-        "rattlers": f"{found.rattlers.sum()}",
-        "voids": f"{len(found.voids.sides)}",
-        "radius": means["radius"].text(".4g"),
+        "droplets": f"{found.count}{marks['count']}",
+        "cut": f"{found.cut}{marks['count']}",
+        "rho": means["rho"].text(".4f") + marks["rho"],
+        "z": means["z"].text(".2f") + marks["z"],
+        "A": means["shape_rim"].text(".4f") + marks["shape_rim"],
+        "rattlers": f"{found.rattlers.sum()}{marks['z']}",
+        "voids": f"{len(found.voids.sides)}{marks['voids']}",
+        "radius": means["radius"].text(".4g") + marks["area"],
     }
-    print_table(f"droplets of {name}", list(row), [[value + mark for value in row.values()]])
+    print_table(f"droplets of {name}", list(row), [list(row.values())])
     print_note(
         f"± standard error over the droplets; light, blur and films of a good picture shift rho by up to "
         f"{LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
     )
     share = found.voids.probability
-    sides = [f"P_{k} = {share[k]:.2f}{mark}" for k in share if k <= MOST_SIDES]
+    sides = [f"P_{k} = {share[k]:.2f}{marks['voids']}" for k in share if k <= MOST_SIDES]
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
-    print_note(", ".join([*sides, *([f"P_{MOST_SIDES + 1}+ = {more:.2f}{mark}"] if more else [])]) or "no voids")
-    print_note(f"sizes: {found.sizes}{mark}; lengths in {length}; droplets that the edge cuts are not counted")
+    sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}{marks['voids']}"] if more else []
+    print_note(", ".join(sides) or "no voids")
+    print_note(f"sizes: {found.sizes}{marks['area']}; lengths in {length}; droplets that the edge cuts are not counted")
     print_note(
         f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
         f"blur {found.blur:.1f} pixels"
     )
     if small := int((~found.measurable).sum()):
-        print_note(f"{small} droplets are below the limit of detection, where others are missed{mark}")
+        print_note(f"{small} droplets are below the limit of detection, where others are missed")
+    if found.contrast == "ring":
+        known = {
+            name: f"{number.value:.4g} ± {number.half_width:.2g}{marks[name]}" for name, number in found.numbers.items()
+        }
+        print_note(
+            f"rings above the limit: {known['count']}; light inside: {known['area']} each, "
+            f"{known['interior_fraction']} of the picture (95 %)"
+        )
     low, high = found.z_range
     if low <= high:  # not nan
         gap = found.film + found.fringe
@@ -239,6 +248,10 @@ def _json(found: "Micrograph") -> dict[str, object]:
         "interval_95": {name: mean.interval for name, mean in found.means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
         "sizes": {"verdict": sizes.verdict, **measured},
+        "numbers": {
+            name: {"value": number.value, "interval": number.interval, "quality": number.quality}
+            for name, number in found.numbers.items()
+        },
         "z_range": found.z_range,
         "film": found.film,
         "pixel": found.pixel,

@@ -387,7 +387,8 @@ def figure(
     names: Annotated[
         list[str],
         typer.Argument(
-            help="Figures such as boromand-6; all; list: show their names; reference: reduce a campaign's tables."
+            help="Figures such as boromand-6; all; list: show their names; rows: print every number, of all or those "
+            "named after it, with what decides its verdict; reference: reduce a campaign's tables."
         ),
     ],
     source: Annotated[
@@ -412,6 +413,8 @@ def figure(
         print_json(gallery.titles())
     elif names == ["list"]:
         print_table("figures", ["name", "shows"], [[name, title] for name, title in gallery.titles().items()])
+    elif names[0] == "rows":
+        _print_rows(names[1:] or ["all"], source, as_json)
     elif names == ["reference"]:
         if source is None:
             raise InputError("reference needs a campaign: name its file or folder with --from")
@@ -433,6 +436,24 @@ def _save_tables(
         print_json({"out": str(out), "bytes": written})
     else:
         print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
+
+
+def _print_rows(names: list[str], source: Path | None, as_json: bool) -> None:
+    """Print every number of figures with what decides it, without drawing a picture."""
+    from jamlab.studies import gallery
+    from jamlab.studies.claims import first_line
+    from jamlab.studies.reference_data import open_tables
+
+    chosen, tables, claims = gallery.check_names(names), open_tables(source), []
+    for name in chosen:
+        found = gallery.draw(name, tables).claims
+        claims += found
+        for c in () if as_json else found:
+            out_console.print(c.record, soft_wrap=True, highlight=False, markup=False)
+    if as_json:
+        print_json({"rows": [c.row() | {"family": dict(c.family)} for c in claims]})
+    else:
+        out_console.print(first_line(claims), soft_wrap=True, highlight=False)
 
 
 def _draw_figures(names: list[str], source: Path | None, out: Path, force: bool, as_json: bool) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
 from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
@@ -81,15 +81,21 @@ class CreepRun(FlowRun):
         return self.state != "creeps"
 
     @property
-    def reached(self) -> str:
-        """What the run has reached, in words."""
-        early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
+    def outcome(self) -> str:
+        """What the packing does at the end, as short as a legend needs it."""
         words = {
             "rests": f"at rest at strain {self.strain[-1]:.4g}",
             "flows": f"flows at rate {self.final_rate:.3g}",
-            "creeps": f"STILL CREEPS: strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}",
+            "creeps": "STILL CREEPS",
         }
-        return early + words[self.state]
+        return words[self.state]
+
+    @property
+    def reached(self) -> str:
+        """What the run has reached, in words."""
+        early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
+        growth = f": strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}" if self.state == "creeps" else ""
+        return early + self.outcome + growth
 
     def __repr__(self) -> str:
         return f"CreepRun(stress={self.applied:g}, {self.describe()}; {self.verdict})"
@@ -101,7 +107,7 @@ class CreepRun(FlowRun):
         >>> ax = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0).plot()
         """
         per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
-        name = label or rf"$\sigma$ = {self.applied:g}: {shortly(self.reached)}"
+        name = label or rf"$\sigma$ = {self.applied:g}: {self.outcome}"
         draw_in_time(axes, self.time[1:], self.compliance[1:], name, **style)
         finish_in_time(axes, in_unit(r"compliance $J(t)$", per_unit if self.unit else ""), self)
 

@@ -214,8 +214,3 @@ def finish_in_time(axes: Any, y: str, run: FlowRun) -> None:
     label_axes(axes, r"time $t/\tau_1$", y)
     axes.legend(fontsize=LEGEND)
     say_balance(axes, run.imbalance, run.allowed_imbalance)
-
-
-def shortly(reached: str) -> str:
-    """Shorten what a run has reached to what a legend has room for."""
-    return reached.partition(":")[0] if reached.startswith(("STILL", "NOT")) else reached

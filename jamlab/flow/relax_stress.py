@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
 from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
@@ -72,13 +72,19 @@ class StressRelaxation(FlowRun):
         return self._change < _RESTS
 
     @property
+    def _left(self) -> str:
+        return f"{'G' if self.step_strain else 'a stress'} = {self._relaxing[-1]:.4g}"
+
+    @property
+    def outcome(self) -> str:
+        """Whether the stress has relaxed, as short as a legend needs it."""
+        return f"relaxed to {self._left}" if self.finished else "NOT RELAXED"
+
+    @property
     def reached(self) -> str:
         """What the run has reached, in words."""
-        g, change = self._relaxing, self._change
-        what = "G" if self.step_strain else "a stress"
-        if self.finished:
-            return f"relaxed to {what} = {g[-1]:.4g}"
-        return f"NOT RELAXED: {what} = {g[-1]:.4g} has changed by {change:.1g} over the last half of the time"
+        change = f": {self._left} has changed by {self._change:.1g} over the last half of the time"
+        return self.outcome + ("" if self.finished else change)
 
     def __repr__(self) -> str:
         return f"StressRelaxation(strain={self.step_strain:g}, {self.describe()}; {self.verdict})"
@@ -89,7 +95,7 @@ class StressRelaxation(FlowRun):
 
         >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
         """
-        name = label or rf"$\gamma$ = {self.step_strain:g}: {shortly(self.reached)}"
+        name = label or rf"$\gamma$ = {self.step_strain:g}: {self.outcome}"
         values, what = (self.modulus, r"relaxation modulus $G(t)$") if self.step_strain else (self.stress, r"$\sigma$")
         draw_in_time(axes, self.time, values, name, **style)
         finish_in_time(axes, in_unit(what, self.unit), self)

@@ -35,6 +35,7 @@ class SlowShear:
         normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
             included; positive where disks part.
         tangential: (m,) across it, counter-clockwise.
+        sliding: (m,) likewise, of the non-affine displacements alone.
         nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
         unit: of length, for labels.
 
@@ -46,6 +47,7 @@ class SlowShear:
 
     normal: Array
     tangential: Array
+    sliding: Array
     nonaffine: Array
     unit: str = field(default="", repr=False)
 
@@ -114,11 +116,13 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     assert isinstance(touching, Pairs)
     i, j, r = touching.i, touching.j, touching.r
     relative = u[j] - u[i]
-    relative[:, 0] += r[:, 1]
     normal = r / np.hypot(*r.T)[:, None]
+    sliding = relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1]
+    relative[:, 0] += r[:, 1]
     return SlowShear(
         normal=np.einsum("ij,ij->i", relative, normal),
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
+        sliding=sliding,
         nonaffine=u - u.mean(axis=0),
         unit=UNIT_OF_LENGTH[packing.model, packing.units],
     )

@@ -8,6 +8,7 @@ Sources: G. Matheron, Random Sets and Integral Geometry (1975); P. Maragos, IEEE
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,32 +24,38 @@ SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller ones than 
 
 @dataclass(frozen=True)
 class Granulometry:
-    """Openings of a picture."""
+    """Scale of the foreground of a picture."""
 
-    radii: Array  # (k,) pixels
-    left: Array  # (k,) share of the foreground that an opening by each disc leaves, 1 to 0
-    radius: float  # half of the foreground lies in larger discs; 0 without foreground
-    smallest: float  # all but 8 % of the foreground lies in larger discs
+    radius: float  # pixels: half of the foreground lies in larger discs; 0 without foreground
+    smallest: float  # pixels: all but 8 % of the foreground lies in larger discs
 
 
 def granulometry(mask: Mask) -> Granulometry:
-    """Open a mask by discs. `mask`: (h, w), True in droplets."""
+    """Open a mask by discs, only by those between which the wanted shares lie. `mask`: (h, w), True in droplets."""
     step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
     depth = _depth(mask[::step, ::step])
-    step *= max(1, int(depth.max() / COARSEST))
-    small = mask[::step, ::step]
-    depth = _depth(small)
-    widest = float(depth.max())
-    if not mask.any() or widest <= 0.5:
-        return Granulometry(np.zeros(0), np.zeros(0), 0.0, 0.0)
-    radii = np.geomspace(1.0, max(1.01 * widest, 1.1), RADII)
-    total, left = small.sum(), []
-    for radius in radii:
-        centres = depth >= radius
-        left.append((ndimage.distance_transform_edt(~centres) < radius).sum() / total if centres.any() else 0.0)
-    share = np.minimum.accumulate(np.minimum(left, 1.0))
-    places = np.interp([0.5, SMALLEST_SHARE], 1 - share, radii) * step
-    return Granulometry(radii * step, share, float(places[0]), float(places[1]))
+    coarser = max(1, int(depth.max() / COARSEST))
+    step *= coarser
+    depth = depth if coarser == 1 else _depth(mask[::step, ::step])
+    widest, total = float(depth.max()), int(np.count_nonzero(mask[::step, ::step]))
+    if widest <= 0.5:
+        return Granulometry(0.0, 0.0)
+    radii, gone = np.geomspace(1.0, max(1.01 * widest, 1.1), RADII), {RADII: 1.0}
+
+    def lost(k: int) -> float:
+        if k not in gone:
+            centres = depth >= radii[k]
+            left = np.count_nonzero(ndimage.distance_transform_edt(~centres) < radii[k]) if centres.any() else 0
+            gone[k] = 1 - min(left / total, 1.0)
+        return gone[k]
+
+    def radius_at(share: float) -> float:
+        k = bisect_left(range(RADII), share, key=lost)
+        if k == 0 or k == RADII:
+            return float(radii[min(k, RADII - 1)])
+        return float(np.interp(share, [lost(k - 1), lost(k)], radii[k - 1 : k + 1]))
+
+    return Granulometry(step * radius_at(0.5), step * radius_at(SMALLEST_SHARE))
 
 
 def _depth(mask: Mask) -> Array:

@@ -154,12 +154,11 @@ def _asymmetric_fit(terms: Array, values: Array, above: float) -> Array:
 
 
 def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
-    """Surface over the whole picture, term by term: all terms at once would fill memory."""
-    y, x = (np.linspace(-1, 1, count) for count in shape)
-    total = np.zeros(shape)
-    for factor, (i, j) in zip(fit, _powers(degree), strict=True):
-        total += np.outer(factor * y**j, x**i)
-    return total
+    """Surface over the whole picture."""
+    matrix = np.zeros((degree + 1, degree + 1))  # powers of y along rows, of x along columns
+    matrix[tuple(np.array(_powers(degree)).T[::-1])] = fit
+    y, x = (np.vander(np.linspace(-1, 1, count), degree + 1, increasing=True) for count in shape)
+    return np.asarray(y @ matrix @ x.T)
 
 
 def _droplet_level(grey: Array, kept: Mask, reach: float, thin: int) -> Array:

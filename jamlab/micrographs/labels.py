@@ -36,6 +36,7 @@ class Labelled:
     pieces: int  # number of labels that lie in several pieces
     light_areas: Array  # (n,) pixels of the light inside walls; `areas` where labels are all that is known
     light_share: float  # of the picture that it covers
+    names: Indices  # (n,) number that each had before
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
@@ -138,9 +139,9 @@ def labelled(values: ArrayLike, finer: int = 1, light: Indices | None = None) ->
         if box is not None:
             pieces += ndimage.label(middle[box] == number, np.ones((3, 3)))[1] > 1
     if light is None:
-        return Labelled(middle, areas, coverage, int(pieces), areas, float(coverage.mean()))
+        return Labelled(middle, areas, coverage, int(pieces), areas, float(coverage.mean()), kept)
     inside = np.bincount(light.ravel(), minlength=int(kept[-1]) + 1 if len(kept) else 1)[kept] / finer**2
-    return Labelled(middle, areas, coverage, int(pieces), inside, float((light > 0).mean()))
+    return Labelled(middle, areas, coverage, int(pieces), inside, float((light > 0).mean()), kept)
 
 
 def label_darkness(found: Labelled) -> Darkness:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import ndimage
-from scipy.special import stdtrit
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, ShapeForces, ShapePressures, shape_forces
+from jamlab.micrographs.picture_numbers import Mean, Number, mean_of, share_of
+from jamlab.micrographs.quality import LEAST_RING
 from jamlab.packing.short_repr import short_repr
-from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_target
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
 DPI = 150  # of an overlay
-LEAST_RING = 4.0  # pixels, radius of the light in a ring; set on the foams that were worked on
+RING_NUMBERS = ("count", "area")  # of rings, that `quality` speaks of
 LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
 LEAST_VOID_SHARE = 1e-3  # of a droplet
 
@@ -58,7 +58,10 @@ class Micrograph:
         fringe: gap beyond a film that passes for a contact, in the unit of length.
         z_range: lowest and highest z if fringes from 0.7 to 1.4 times as wide pass for contacts, from 0.2 times between
             labels far apart; nan if all rattle.
-        reasons: why the numbers may be wrong; empty if the picture is good.
+        numbers: count, area (mean), interior_fraction, rho, z, shape_rim, voids (count), each with `value`, the
+            `interval` that holds the true one of this picture, its own `quality` and `reasons`; of rings, count and
+            area are those of the light inside `measurable` ones.
+        reasons: all of them; empty if every number is good.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
@@ -96,6 +99,7 @@ class Micrograph:
     film: float
     fringe: float
     z_range: tuple[float, float]
+    numbers: dict[str, Number]
     reasons: tuple[str, ...]
     pixel: float | None
     picture: Array = field(repr=False)
@@ -128,11 +132,12 @@ class Micrograph:
 
     @property
     def quality(self) -> str:
-        """Verdict of checks that need no truth, of the picture and of how many droplets it shows; see `reasons`.
+        """Verdict of checks that need no truth: "good" if all `numbers` are, of rings if count and area are.
 
-        "good", or "doubtful".
+        Otherwise "doubtful". Which numbers can be trusted is said by each of `numbers`.
         """
-        return "doubtful" if self.reasons else "good"
+        counted = RING_NUMBERS if self.contrast == "ring" else tuple(self.numbers)
+        return "doubtful" if any(self.numbers[name].reasons for name in counted) else "good"
 
     @property
     def unit(self) -> str:
@@ -386,53 +391,3 @@ def size_distribution(areas: Array) -> SizeDistribution:
         ratio = float(radii[cut:].mean() / radii[:cut].mean())
         return SizeDistribution("bidisperse", mean, spread, ratio, share, explained)
     return SizeDistribution("polydisperse", mean, spread, nan, nan, explained)
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A mean over the droplets of a picture, with how far it may be from that over many more.
-
-    The mean over n droplets has the standard error s/sqrt(n), with their standard deviation s, as if each had been
-    drawn on its own; for rho, the area of droplets over that of their cells, it is that of a ratio,
-    sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps, which evens out what is
-    beside each other: in windows of 30 and of 60 out of 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z scatter by
-    0.7 to 0.8 of this error and rho by 1.0 of it. What light, blur and films do to all droplets alike is not in it.
-
-    Source: W. G. Cochran, Sampling Techniques, 3rd ed. (1977), sections 2.6 and 2.11.
-    """
-
-    value: float  # nan without droplets
-    error: float  # standard error; nan for fewer than two droplets
-    count: int  # of droplets
-
-    @property
-    def half_width(self) -> float:
-        """Half of the 95 % interval, by Student's t for few droplets."""
-        return float(stdtrit(max(self.count - 1, 1), 0.5 + 0.5 * CONFIDENCE) * self.error)
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Ends of the 95 % interval."""
-        return self.value - self.half_width, self.value + self.half_width
-
-    def text(self, form: str) -> str:
-        """Value ± standard error, to as many decimals or, in a format "g", two digits; "none" if there is no value."""
-        if not np.isfinite(self.value):
-            return "none"
-        error = f" ± {self.error:{form if form.endswith('f') else '.2g'}}" if np.isfinite(self.error) else ""
-        return f"{self.value:{form}}{error}"
-
-
-def mean_of(values: Array) -> Mean:
-    """Mean over droplets, (n,)."""
-    n = len(values)
-    value = float(np.mean(values)) if n else float("nan")
-    return Mean(value, float(np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else float("nan"), n)
-
-
-def share_of(areas: Array, cells: Array, value: float) -> Mean:
-    """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio. `areas`: (n,) of
-    droplets; `cells`: (n,) of their cells; `value`: packing fraction of all that the picture shows."""
-    n, whole = len(areas), float(cells.sum())
-    rest = areas - areas.sum() / whole * cells
-    return Mean(value, float(np.sqrt(n / (n - 1) * (rest**2).sum()) / whole) if n > 1 else float("nan"), n)

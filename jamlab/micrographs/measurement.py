@@ -15,7 +15,18 @@ from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.labels import Labelled
 from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_voids, size_distribution
 from jamlab.micrographs.picture_files import scikit_image
-from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, find_doubts, unstable_droplets
+from jamlab.micrographs.picture_numbers import Number
+from jamlab.micrographs.quality import (
+    LOOSE,
+    Checks,
+    doubt_few,
+    doubt_rings,
+    find_doubts,
+    rendered_errors,
+    ring_errors,
+    unstable_droplets,
+)
+from jamlab.micrographs.ring_segmentation import Rings
 from jamlab.micrographs.segmentation import Segments
 from jamlab.micrographs.walls import THICKEST_FILM, Walls, find_walls
 
@@ -24,6 +35,8 @@ OPEN_LABELS = 0.65  # the same of labels and rings: wet foams have half of it
 EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
 EDGE_ZONE = 0.6  # of blur and denoising: a droplet that ends so near to the edge may be cut or not
 CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
+BESIDE = 0.25  # of the radius: where the ground beside a droplet is looked for
+LEAST_GROUND = 0.75  # of its darkness in wide voids: what is lighter is a blurred film
 CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
 
 
@@ -39,15 +52,15 @@ class Measurement:
         margin: int = 0,
         film: float | None = None,
         drawn: Annotations | None = None,
-        unstable: int = 0,
         labelled: Labelled | None = None,
+        rings: Rings | None = None,
     ) -> None:
         """Arguments of a periodic picture are repeated around it, `margin` pixels wide, but for `grey`. `grey`: (h, w)
         grey values; `contrast`: "bright", "dark", "ring" or "labels", for the record; `darkness`: the picture without
         its background; `segments`: droplets and their cells; `film`: widest gap of a contact, pixels; None takes it
-        from the gaps; `drawn`: bars and labels in the picture; `unstable`: droplets that come and go when they are
-        looked for otherwise; `labelled`: what the droplets are, where that is known without looking at darkness."""
-        self.grey, self.contrast, self.margin, self.unstable, self.labelled = grey, contrast, margin, unstable, labelled
+        from the gaps; `drawn`: bars and labels in the picture; `labelled`: what the droplets are, where that is known
+        without looking at darkness; `rings`: what they were found as, if by their walls."""
+        self.grey, self.contrast, self.margin, self.labelled, self.found = grey, contrast, margin, labelled, rings
         height, width = grey.shape
         self.window = slice(margin, margin + height), slice(margin, margin + width)
         self.darkness, self.segments = darkness, segments
@@ -86,10 +99,13 @@ class Measurement:
         centres = np.column_stack(sums)
         whole = (size > 0) & np.array([len(ring) > 0 for ring in self.rings])
         self.unsure, zone = 0, EDGE_ZONE * np.hypot(self.blur, self.darkness.filter)
-        if self.contrast == "labels":
+        if self.labelled is not None:
             whole = size > 0
-            whole[np.unique(cells[self.outside & self.segments.droplets])] = False
-        for number in np.flatnonzero(whole & (self.contrast != "labels")):
+            if self.found is None:
+                whole[np.unique(cells[self.outside & self.segments.droplets])] = False
+            else:  # the light inside is off the edge
+                whole &= self.found.candidates.whole[self.labelled.names - 1]
+        for number in np.flatnonzero(whole & (self.labelled is None)):
             ring = self.rings[number]
             x, y = np.rint(ring).astype(np.int64).T
             cut = self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)]
@@ -142,6 +158,12 @@ class Measurement:
         edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
         return not self.margin and bool((edge > 0.5).mean() > (OPEN_LABELS if self.labelled else OPEN_EDGE))
 
+    def _interiors(self) -> Mask:
+        """Pixels brighter than half-way from droplets to what is beside them, which glow may keep from being black."""
+        reach = 2 * int(BESIDE * self.segments.radius) + 1
+        ground = np.clip(ndimage.maximum_filter(self.darkness.smooth, reach), LEAST_GROUND, 1.0)
+        return np.asarray(self.darkness.smooth < 0.5 * ground)
+
     def _widest(self) -> float:
         """Radius of the largest disc between droplets, over the typical radius of droplets."""
         room = ndimage.distance_transform_edt(~self.segments.droplets)[self.window].max()
@@ -180,7 +202,7 @@ class Measurement:
             unsure=int(self.unsure),
             open_edge=self._open(),
             annotated=self.annotated,
-            unstable=self.unstable if self.labelled else unstable_droplets(self.darkness.smooth, segments, self.whole),
+            unstable=0 if self.labelled else unstable_droplets(self.darkness.smooth, segments, self.whole),
             widest=self._widest() if self.contrast == "ring" else 0.0,
             pieces=self.labelled.pieces if self.labelled else 0,
             labelled=self.labelled is not None,
@@ -212,14 +234,12 @@ class Measurement:
         """Numbers of the droplets that are whole."""
         segments, walls, n = self.segments, self.walls, self.segments.count
         cells, kept, cut = segments.cells, np.flatnonzero(self.whole), np.flatnonzero(~self.whole & self.seen)
-        scale = np.float64(1.0 if pixel is None else pixel)
+        scale, nan = np.float64(1.0 if pixel is None else pixel), float("nan")
         cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
         dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
         areas = np.maximum(cell_areas - dark, 1.0) if self.labelled is None else self.labelled.areas
-        interiors, light = (
-            np.bincount(cells[segments.droplets], minlength=n).astype(np.float64),
-            float(segments.droplets[self.window].mean()),
-        )
+        inside = self._interiors()
+        interiors, light = np.bincount(cells[inside], minlength=n).astype(np.float64), float(inside[self.window].mean())
         if self.labelled is not None:
             interiors, light = self.labelled.light_areas, self.labelled.light_share
         contacts, rattlers, z = self._coordination(walls.widest)
@@ -248,7 +268,8 @@ class Measurement:
             film=float(walls.film * scale),
             fringe=float((walls.widest - walls.film) * scale),
             z_range=(min(checks.z), max(checks.z)) if np.isfinite(checks.z).all() else (np.nan, np.nan),
-            reasons=find_doubts(self.darkness, self.blur, segments, walls, checks),
+            numbers={},
+            reasons=(),
             pixel=pixel,
             picture=self.grey,
             beside=tuple(self._beside(int(k), names) for k in kept),
@@ -256,7 +277,28 @@ class Measurement:
             cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
             touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
         )
-        return replace(found, reasons=(*found.reasons, *doubt_few(found.count, found.means)))
+        counted = found.interiors[found.measurable]
+        values = {
+            "count": float(found.measurable.sum()),
+            "area": float((counted if self.found else found.areas).mean()) if len(counted) else nan,
+            "interior_fraction": light,
+            **{name: found.measure()[name] for name in ("rho", "z", "shape_rim")},
+            "voids": float(len(found.voids.sides)),
+        }
+        doubts = find_doubts(self.darkness, self.blur, segments, walls, checks) + doubt_few(found.count, found.means)
+        if self.found is not None:
+            errors = ring_errors(self.found.candidates, counted / scale**2, light, self.grey.size)
+            errors["area"] *= scale**2
+            doubts += doubt_rings(values, errors)
+        elif self.labelled is not None:  # as they are drawn
+            errors = dict.fromkeys(("count", "area", "interior_fraction", "rho"), 0.0)
+        else:
+            errors = rendered_errors(values)
+        numbers = {
+            name: Number(value, errors.get(name, nan), tuple(doubt.text for doubt in doubts if name in doubt.numbers))
+            for name, value in values.items()
+        }
+        return replace(found, numbers=numbers, reasons=tuple(doubt.text for doubt in doubts))
 
 
 MODES = 8  # Fourier modes of an outline

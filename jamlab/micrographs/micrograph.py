@@ -31,11 +31,10 @@ from jamlab.micrographs.labels import Labelled, label_darkness, label_segments, 
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, scikit_image
-from jamlab.micrographs.ring_segmentation import SMOOTHING, find_rings
+from jamlab.micrographs.ring_segmentation import find_rings
 from jamlab.micrographs.segmentation import Segments, find_droplets
 
 CONTRASTS = ("auto", "dark", "bright", "ring")
-OTHER_SMOOTHING = 2.0  # times as wide a filter, with which rings are looked for again
 LARGEST = 1e100  # size of a pixel, so that areas are finite
 MARGIN = 0.3  # of the picture, repeated around a periodic one: more than half of the largest droplet and its cell
 
@@ -131,14 +130,13 @@ def _measure_labels(grey: Array, contrast: str, found: Labelled, margin: int, fi
 
 def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
     """Droplets with dark walls, as labels."""
-    wide = np.pad(grey, margin, mode="wrap")
-    rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING, walls=False)
+    rings = find_rings(np.pad(grey, margin, mode="wrap"))
     if rings is None or not rings.labels.any():
         raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
     found = labelled(rings.labels, rings.finer, rings.light)
-    own = Measurement(grey, "ring", label_darkness(found), label_segments(found), margin, film, labelled=found)
-    own.unstable = rings.unlike(again)
-    return own
+    return Measurement(
+        grey, "ring", label_darkness(found), label_segments(found), margin, film, labelled=found, rings=rings
+    )
 
 
 def _without_background(grey: Array) -> tuple[Darkness, Annotations]:

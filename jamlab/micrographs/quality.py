@@ -9,19 +9,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
-from jamlab.micrographs.measured_droplets import Mean
-from jamlab.micrographs.segmentation import NECK, Segments, find_basins
+from jamlab.micrographs.picture_numbers import Mean
+from jamlab.micrographs.ring_segmentation import Candidates
+from jamlab.micrographs.segmentation import NECK, Segments, find_markers
 from jamlab.micrographs.walls import THICKEST_FILM, Walls
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
 LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
+LEAST_RING = 4.0  # pixels, radius of the light in a ring: below, droplets are missed; set on the foams worked on
+RING_COUNT = (1.0, 0.04)  # rings, and share of all, by which the count errs beyond what their chances say
+RING_EDGE = 0.3  # pixels, by which the edge of the light in rings is uncertain
+RING_LIGHT = 0.06  # of the picture: light of droplets at its edge, which hands draw and no wall closes
+RING_LIMIT = 0.1  # of count and mean area of rings
+TWO_SIGMA = 2.0  # standard deviations in half of a 95 % interval
+RELATIVE = {"count": 0.045, "area": 0.03, "voids": 0.1}  # largest errors of good rendered pictures, of the value
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
 OUTLINE = 0.0085  # noise over contrast times blur, of the radius: outlines are uncertain by about as much
@@ -34,7 +44,6 @@ CLOSED = 0.25  # of the outline of a droplet must be beside something darker tha
 SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
 COUNT = 0.06  # share of droplets, and one, that may split or merge when markers are set otherwise
-RING_COUNT = 0.1  # the same of droplets with dark walls, when they are looked for with a wider filter
 WIDEST = 1.1  # radius of a disc between rings, of that of droplets: larger ones are droplets with a gap in the wall
 Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film as they may
 BLIND = 0.015  # of a diameter: where gaps so wide pass for contacts, z may change by less
@@ -69,45 +78,112 @@ class Checks:
     rings: bool  # droplets were found by their walls
 
 
-def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> tuple[str, ...]:
+ALL = frozenset(("count", "area", "interior_fraction", "rho", "z", "shape_rim", "voids"))
+WALLS = frozenset(("rho", "z", "shape_rim", "voids"))  # what rests on where walls are and where they touch
+CONTACTS = frozenset(("z", "voids"))
+
+
+class Doubt(NamedTuple):
+    """Why some numbers of a picture may be wrong."""
+
+    text: str
+    numbers: frozenset[str] = ALL  # names of `Micrograph.numbers`
+
+
+def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> list[Doubt]:
     """Reasons why the numbers may be wrong, in words; none if all is well."""
-    return (
+    return [
         *([] if checks.labelled else _doubt_light(darkness, blur, segments, walls, checks)),
-        *_doubt_scale(darkness, segments, walls, checks),
+        *_doubt_scale(segments, walls, checks),
         *_doubt_droplets(checks),
         *_doubt_numbers(checks),
-    )
+    ]
 
 
-def doubt_few(count: int, means: Mapping[str, Mean]) -> tuple[str, ...]:
+def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
     """Reasons why means over the droplets of a picture may not be those of more droplets. `count`: of whole droplets;
     `means`: rho, z and shape_rim, as in `Micrograph.means`."""
+    words = {"rho": "rho", "z": "z", "shape_rim": "A"}
     if count < FEWEST:
-        return (f"{count} whole droplets only, needs {FEWEST}: means over more may differ",)
-    known = {name: (means[name], LIMITS[name]) for name in ("rho", "z")} | {"A": (means["shape_rim"], LIMITS["shape"])}
-    return tuple(
-        f"{name} is known to ±{mean.half_width:.2g} over {mean.count} droplets (95 %), needs {limit:g}: show more"
-        for name, (mean, limit) in known.items()
-        if mean.half_width > limit
-    )
+        text = f"{count} whole droplets only, needs {FEWEST}: means over more may differ"
+        return [Doubt(text, frozenset(words))]
+    found = []
+    for name, word in words.items():
+        mean, limit = means[name], LIMITS["shape" if name == "shape_rim" else name]
+        if mean.half_width > limit:
+            known = f"±{mean.half_width:.2g} over {mean.count} droplets (95 %)"
+            found.append(Doubt(f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
+    return found
 
 
-def _doubt_light(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> list[str]:
-    reasons, radius = [], segments.radius
+def rendered_errors(values: Mapping[str, float]) -> dict[str, float]:
+    """Largest errors of good rendered pictures of bright or dark droplets, of numbers as large as those."""
+    absolute = {
+        "interior_fraction": LIMITS["rho"],
+        "rho": LIMITS["rho"],
+        "z": LIMITS["z"],
+        "shape_rim": LIMITS["shape"],
+    }
+    return absolute | {name: share * values[name] for name, share in RELATIVE.items()}
+
+
+def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int) -> dict[str, float]:
+    """Half-widths of the intervals of what is known of rings. `areas`: (n,) of the light inside droplets that count,
+    pixels; `light`: share of the picture that it covers; `pixels`: of the picture."""
+    chance, mean = expit(candidates.odds), float(areas.mean()) if len(areas) else float("nan")
+    taken = np.arange(len(chance)) < candidates.taken
+    wrong = np.where(taken, -(1 - chance), chance)  # what the count lacks on average
+    counted = candidates.whole & (candidates.areas >= np.pi * LEAST_RING**2)
+    spread, larger = chance * (1 - chance), candidates.areas - mean  # variance of each being one; what it adds
+    rim = 2 * np.sqrt(np.pi * areas)  # pixels of area for a pixel by which the edge of the light is elsewhere
+    mixed = abs((wrong * larger)[counted].sum()) + TWO_SIGMA * np.sqrt((spread * larger**2)[counted].sum())
+    unsure = abs((wrong * candidates.areas).sum()) + TWO_SIGMA * np.sqrt((spread * candidates.areas**2).sum())
+    count = abs(wrong[counted].sum()) + TWO_SIGMA * np.sqrt(spread[counted].sum())
+    return {
+        "count": float(count + RING_COUNT[0] + RING_COUNT[1] * len(areas)),
+        "area": float(mixed / max(len(areas), 1) + RING_EDGE * rim.mean()) if len(areas) else float("nan"),
+        "interior_fraction": float(
+            RING_LIGHT + light * RING_EDGE * rim.sum() / max(areas.sum(), 1.0) + unsure / pixels
+        ),
+    }
+
+
+def doubt_rings(values: Mapping[str, float], errors: Mapping[str, float]) -> list[Doubt]:
+    """Reasons why numbers of rings are not known well enough."""
+    words = {"count": "the count", "area": "the mean area", "interior_fraction": "the share of light inside"}
+    limits = {
+        "count": max(RING_LIMIT * values["count"], LIMITS["count"]),
+        "area": RING_LIMIT * values["area"],
+        "interior_fraction": LIMITS["rho"],
+    }
+    return [
+        Doubt(f"{words[name]} is known to ±{errors[name]:.2g}, needs {limit:.2g}", frozenset((name,)))
+        for name, limit in limits.items()
+        if not errors[name] <= limit  # nan, too
+    ]
+
+
+def _doubt_light(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> list[Doubt]:
+    reasons: list[Doubt] = []
+    radius = segments.radius
     spread = np.hypot(blur, darkness.filter)
     dim = darkness.noise * np.sqrt(darkness.light)
     if dim > NOISE:
-        reasons.append(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim")
+        reasons.append(Doubt(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim"))
     if darkness.light > LIGHT:
-        reasons.append(f"light falls to {1 / darkness.light:.0%} of its brightest")
+        reasons.append(Doubt(f"light falls to {1 / darkness.light:.0%} of its brightest"))
     if spread > BLUR * radius:
-        reasons.append(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
+        reasons.append(
+            Doubt(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
+        )
     elif darkness.noise * spread > OUTLINE * radius:
-        reasons.append(f"noise ({darkness.noise:.0%}) and blur ({spread:.1f} pixels) together leave outlines uncertain")
+        reasons.append(
+            Doubt(f"noise ({darkness.noise:.0%}) and blur ({spread:.1f} pixels) together leave outlines uncertain")
+        )
     if darkness.ground < 3:
-        reasons.append("hardly any open ground is seen between droplets, so its level is a guess")
+        reasons.append(Doubt("hardly any open ground is seen between droplets, so its level is a guess"))
     elif darkness.opening < OPENING * spread:
-        reasons.append("voids are as narrow as the blur, so the level of the ground is a guess")
+        reasons.append(Doubt("voids are as narrow as the blur, so the level of the ground is a guess"))
     grey = ((darkness.smooth > 0.25) & (darkness.smooth < 0.75)).mean()
     edge = (
         (_edge_length(segments) + walls.length[walls.touching].sum())
@@ -116,26 +192,35 @@ def _doubt_light(darkness: Darkness, blur: float, segments: Segments, walls: Wal
         / segments.cells.size
     )
     if grey - edge > BETWEEN * max(1 - checks.rho, 0.05):
-        reasons.append(f"{grey:.0%} of the picture is neither droplet nor ground")
+        reasons.append(Doubt(f"{grey:.0%} of the picture is neither droplet nor ground"))
     return reasons
 
 
-def _doubt_scale(darkness: Darkness, segments: Segments, walls: Walls, checks: Checks) -> list[str]:
-    reasons, radius = [], segments.radius
+def _doubt_scale(segments: Segments, walls: Walls, checks: Checks) -> list[Doubt]:
+    reasons: list[Doubt] = []
+    radius = segments.radius
     if radius < SMALLEST:
-        reasons.append(f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}: take it closer")
+        reasons.append(
+            Doubt(
+                f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}: take it closer",
+                WALLS if checks.labelled else ALL,
+            )
+        )
     if walls.film > FILM * radius and not checks.labelled:
         share = walls.film / radius
         reasons.append(
-            f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets"
+            Doubt(f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets")
         )
     if walls.film > THICKEST_FILM * radius and checks.labelled:
         share = walls.film / radius
         reasons.append(
-            f"droplets lie {walls.film:.0f} pixels apart, {share:.0%} of the radius: that they touch is a guess"
+            Doubt(
+                f"droplets lie {walls.film:.0f} pixels apart, {share:.0%} of the radius: that they touch is a guess",
+                CONTACTS,
+            )
         )
     if checks.annotated > ANNOTATED:
-        reasons.append(f"{checks.annotated:.0%} of the picture lie under bars and labels")
+        reasons.append(Doubt(f"{checks.annotated:.0%} of the picture lie under bars and labels"))
     return reasons
 
 
@@ -144,60 +229,66 @@ def _edge_length(segments: Segments) -> float:
     return float((d[1:] != d[:-1]).sum() + (d[:, 1:] != d[:, :-1]).sum()) * np.pi / 4
 
 
-def _doubt_droplets(checks: Checks) -> list[str]:
-    reasons = []
-    if checks.rings:  # z of a rendered picture to which no other rule objected was off by more than LIMITS
-        reasons.append("droplets are rings, of which no rule tells right numbers from wrong ones: look at the overlay")
+def _doubt_droplets(checks: Checks) -> list[Doubt]:
+    reasons: list[Doubt] = []
+    if checks.rings:  # z of rendered pictures to which no other rule objected was off by up to 1
+        reasons.append(
+            Doubt("of rings no rule tells right rho, z, A and voids from wrong ones: look at the overlay", WALLS)
+        )
     whole = checks.whole
     odd = (checks.roundness < ROUND)[whole]
     if odd.mean() > ODD or checks.roundness[whole].mean() < MEAN_ROUND:
         mean = checks.roundness[whole].mean()
         reasons.append(
-            f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none"
+            Doubt(f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none")
         )
     if checks.pieces:
-        reasons.append(f"{checks.pieces} labels lie in several pieces each")
+        reasons.append(Doubt(f"{checks.pieces} labels lie in several pieces each"))
     loose = (checks.closed < CLOSED)[whole]
     if loose.sum() > max(1, 0.03 * whole.sum()):
-        reasons.append(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
+        reasons.append(Doubt(f"{loose.sum()} of {whole.sum()} droplets have no closed border"))
     radii = checks.radii[whole]
     if len(radii) > 2 and radii.std() > SPREAD * radii.mean():
-        reasons.append(f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean")
+        reasons.append(Doubt(f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean"))
     return reasons
 
 
-def _doubt_numbers(checks: Checks) -> list[str]:
-    reasons = []
+def _doubt_numbers(checks: Checks) -> list[Doubt]:
+    reasons: list[Doubt] = []
     count = int(checks.whole.sum())
-    if checks.unstable > (RING_COUNT if checks.labelled else COUNT) * count + 1:
+    if checks.unstable > COUNT * count + 1:
         reasons.append(
-            f"{checks.unstable} of {count} droplets split or merge if thresholds and scale are set otherwise"
+            Doubt(f"{checks.unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
         )
     low, high = min(checks.z), max(checks.z)
     if checks.loose > LOOSE * count:
-        reasons.append(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide")
+        reasons.append(
+            Doubt(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide", CONTACTS)
+        )
     elif np.isfinite(checks.z).all() and high - low > (BLIND_Z if checks.blind > BLIND else Z):
-        reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
+        reasons.append(
+            Doubt(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact", CONTACTS)
+        )
     if checks.widest > WIDEST:
-        reasons.append("between droplets is room for one more: its wall may have a gap")
+        reasons.append(Doubt("between droplets is room for one more: its wall may have a gap"))
     if checks.unsure > UNSURE:
-        reasons.append(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
+        reasons.append(
+            Doubt(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
+        )
     if checks.open_edge:
-        reasons.append("droplets end inside the picture: those at the rim of it have fewer contacts")
+        reasons.append(Doubt("droplets end inside the picture: those at the rim of it have fewer contacts", WALLS))
     if abs(checks.rho - checks.rho_by_pixels) > RHO:
-        reasons.append(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels")
+        reasons.append(Doubt(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels"))
     return reasons
 
 
 def unstable_droplets(smooth: Array, segments: Segments, whole: Mask) -> int:
     """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
     most = 0
-    for level, necks in ((0.35, (NECK,)), (0.65, (NECK,)), (0.5, (0.8, 0.94))):
-        basins = find_basins(smooth < level, segments.radius, segments.smallest)
-        for neck in necks:
-            markers, _ = basins.markers(segments.smallest, neck)
-            places = np.nonzero(markers)
-            pairs = np.unique(markers[places] * segments.count + segments.cells[places])
-            held = np.bincount(pairs % segments.count, minlength=segments.count)
-            most = max(most, int((held[whole] != 1).sum()))
+    for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
+        markers, _ = find_markers(smooth < level, segments.radius, segments.smallest, neck)
+        places = np.nonzero(markers)
+        pairs = np.unique(markers[places] * segments.count + segments.cells[places])
+        held = np.bincount(pairs % segments.count, minlength=segments.count)
+        most = max(most, int((held[whole] != 1).sum()))
     return most

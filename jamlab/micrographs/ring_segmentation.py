@@ -27,11 +27,13 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
 from jamlab.micrographs.picture_files import scikit_image
 from jamlab.micrographs.segmentation import highest
-from jamlab.micrographs.wall_paths import find_paths, path_scores
+from jamlab.micrographs.wall_paths import WallPaths, find_paths, path_odds, path_terms
 
 COMPACT = 0.75  # least A^2/(2 pi I) of a region in which a droplet is looked for
 LEAST_PIXELS, LARGEST = 6, 0.6  # least area of such a region, and largest share of the picture
 LEAST_SCORE = -0.9  # log odds that a closed path is a droplet
+LEAST_ODDS = -5.0  # below, a droplet in a hundred and fifty, a path is no droplet that was missed
+EDGE = 0.5  # pixels from the light of a droplet that is whole to the edge of the picture
 OVERLAP = 0.3  # of what a path encloses, that others may have taken before
 TYPICAL = 0.8  # of the mean depth above Otsu's threshold: what counts as the depth of walls in the picture
 LEAST_DEPTH = 0.05  # between envelopes of light and dark: spots that stand out by less have no region
@@ -45,6 +47,16 @@ HALF_LINE = 0.5  # pixels: the darkest line of a wall is no droplet's, where the
 
 
 @dataclass(frozen=True)
+class Candidates:
+    """Closed paths along walls, none over another: first those that are taken for droplets, by their labels."""
+
+    odds: Array  # (m,) log odds that it is a droplet
+    areas: Array  # (m,) of the light inside, pixels of the picture
+    whole: Mask  # (m,) off the edge of the picture
+    taken: int  # number of those taken for droplets
+
+
+@dataclass(frozen=True)
 class Rings:
     """Droplets of a ring picture."""
 
@@ -54,19 +66,7 @@ class Rings:
     depth: float  # mean darkness of walls over what they divide, between the envelopes of light and dark
     noise: float  # standard deviation of the noise over that depth
     fall: float  # brightest over darkest of the light envelope
-
-    def unlike(self, other: Rings | None) -> int:
-        """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it
-        by more than half of what both cover."""
-        edge = [self.light[0], self.light[-1], self.light[:, 0], self.light[:, -1]]
-        own = np.setdiff1d(np.unique(self.light), np.append(np.unique(np.concatenate(edge)), 0))
-        if other is None:
-            return len(own)
-        count = int(other.light.max()) + 1
-        common = np.bincount((self.light * count + other.light).ravel(), minlength=(int(self.light.max()) + 1) * count)
-        common = common.reshape(-1, count)
-        both = common.sum(axis=1)[:, None] + common.sum(axis=0) - common
-        return int(((common / np.maximum(both, 1))[:, 1:].max(axis=1)[own] <= 0.5).sum()) if count > 1 else len(own)
+    candidates: Candidates
 
 
 @dataclass
@@ -98,55 +98,83 @@ class _Tree:
         return len(self.parts) - 1
 
 
-def find_rings(grey: Array, smoothing: float = SMOOTHING, walls: bool = True) -> Rings | None:
-    """Find the droplets of a picture with dark walls; None if no wall stands out. `grey`: (h, w) grey values;
-    `smoothing`: pixels, standard deviation of the filter in a picture without noise; `walls`: whether `labels` reach to
-    the darkest line, or are those of the light inside."""
+@dataclass(frozen=True)
+class Proposals:
+    """Closed paths that may be droplets, and the picture that they were sought in."""
+
+    paths: WallPaths
+    terms: Array  # (n, 24) what the log odds of a droplet are linear in, see `path_terms`
+    dark: Array  # (f h, f w) darkness between the envelopes
+    leaves: Indices  # (f h, f w) region of each light spot, from 0
+    finer: int  # f
+    depth: float  # of walls
+    noise: float  # standard deviation of the noise over that depth
+    fall: float  # brightest over darkest of the light envelope
+
+
+def find_rings(grey: Array) -> Rings | None:
+    """Find the droplets of a picture with dark walls; None if no wall stands out. `grey`: (h, w) grey values."""
     if grey.size > MOST_PIXELS:
-        return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))), smoothing, walls)
+        return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))))
+    seen = propose(grey)
+    if seen is None:
+        return None
+    inside, outer, candidates = _choose(seen)
+    droplets = _within(_up_to_walls(seen.leaves, seen.dark, inside, outer), HALF_LINE * seen.finer)
+    return Rings(droplets, inside, seen.finer, seen.depth, seen.noise, seen.fall, candidates)
+
+
+def propose(grey: Array) -> Proposals | None:
+    """Look for the wall around every region that is roughly compact; None if no wall stands out."""
     finer = int(np.clip(round(FINEST / min(grey.shape)), 1, MOST))
     noise = noise_level(grey)
     contrast = float(np.subtract(*np.percentile(grey, [95, 5])))
-    width = float(np.hypot(smoothing, width_of_filter(noise / max(contrast, 1e-12))))
+    width = float(np.hypot(SMOOTHING, width_of_filter(noise / max(contrast, 1e-12))))
     smooth = ndimage.gaussian_filter(grey, width, mode="nearest") if finer == 1 else grey
     if finer > 1:
         smooth = ndimage.zoom(grey, finer, order=3, grid_mode=True, mode="nearest")
-        smooth = ndimage.gaussian_filter(smooth, width * finer / max(1.0, 2.0 / smoothing * SMOOTHING), mode="nearest")
+        smooth = ndimage.gaussian_filter(smooth, width * finer / 2.0, mode="nearest")
     every = np.ones(smooth.shape, dtype=bool)
     high, low = (envelope(smooth, every, above) for above in (ENVELOPE, 1 - ENVELOPE))
     step = np.maximum(high - low, 0.2 * float(np.median(high - low)))
     dark = np.clip((high - smooth) / step, -0.5, 1.5)
-    left = noise / float(np.median(step)) / max(2 * np.sqrt(np.pi) * width, 1.0)
+    contrast = float(np.median(step))
+    left = noise / contrast / max(2 * np.sqrt(np.pi) * width, 1.0)
     leaves = _leaves(dark, max(LEAST_DEPTH, NOISES * left))
     if leaves.max() < 1:
         return None
     tree, depth = _merge(leaves, dark)
-    if depth <= 0 or noise > MOST_NOISE * depth * float(np.median(step)):
+    if depth <= 0 or noise > MOST_NOISE * depth * contrast:
         return None
-    inside, outer = _choose(leaves.shape, tree, dark, depth, finer)
-    droplets = _within(_up_to_walls(leaves, dark, inside, outer), HALF_LINE * finer) if walls else inside
     level = np.quantile(high, [0.02, 0.98])
-    return Rings(
-        droplets,
-        inside,
-        finer,
-        depth,
-        noise / float(np.median(step)) / depth,
-        float(level[1] / max(level[0], 0.01)),
-    )
+    fall = float(level[1] / max(level[0], 0.01))
+    return Proposals(*_paths_of(tree, dark, depth, finer), dark, leaves, finer, depth, noise / contrast / depth, fall)
 
 
-def _find_coarser(grey: Array, step: int, smoothing: float, walls: bool) -> Rings | None:
+def _paths_of(tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[WallPaths, Array]:
+    """Paths around the regions that may be droplets, and their terms."""
+    moments, sides = np.array(tree.moments), zip(tree.moments, tree.touches, strict=True)
+    compact = np.array([compactness(own, touches, dark.shape) for own, touches in sides])
+    area, height = moments[:, 0], np.array(tree.height)
+    tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * dark.size) & (height < 1.3 * depth)
+    radii = np.sqrt(area[tried] / np.pi)
+    paths = find_paths(dark, depth, finer, moments[tried, 1:3] / area[tried, None] - 0.5, radii)
+    joined = np.minimum(np.array(tree.joined)[tried], 9.0)
+    return paths, path_terms(paths, compact[tried], radii, joined / depth, height[tried] / depth)
+
+
+def _find_coarser(grey: Array, step: int) -> Rings | None:
     """Droplets of a large picture, found in one `step` times as coarse."""
     small = scikit_image().transform.downscale_local_mean(grey, (step, step))
-    found = find_rings(small, smoothing, walls)
+    found = find_rings(small)
     if found is None:
         return None
     labels, light = (
         np.kron(part[:: found.finer, :: found.finer], np.ones((step, step), dtype=np.int64))[: len(grey), : len(grey.T)]
         for part in (found.labels, found.light)
     )
-    return replace(found, labels=labels, light=light, finer=1)
+    candidates = replace(found.candidates, areas=step**2 * found.candidates.areas)
+    return replace(found, labels=labels, light=light, finer=1, candidates=candidates)
 
 
 def _leaves(dark: Array, least: float) -> Indices:
@@ -232,31 +260,27 @@ def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> 
     return float(TYPICAL * deep.mean())
 
 
-def _choose(shape: tuple[int, ...], tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[Indices, Mask]:
-    """(h, w) light inside droplets, from 1, and (h, w) what paths along their darkest lines enclose."""
-    moments, compact = (
-        np.array(tree.moments),
-        np.array([compactness(own, touches, shape) for own, touches in zip(tree.moments, tree.touches, strict=True)]),
-    )
-    area, height = moments[:, 0], np.array(tree.height)
-    tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * dark.size) & (height < 1.3 * depth)
-    count, radii = np.count_nonzero(tried), np.sqrt(area[tried] / np.pi)
-    light, outer, found = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool), 0
-    if not count:
-        return light, outer
-    paths = find_paths(dark, depth, finer, moments[tried, 1:3] / area[tried, None] - 0.5, radii)
-    node = [compact[tried], radii, np.minimum(np.array(tree.joined)[tried], 9.0) / depth, height[tried] / depth]
-    scores = path_scores(paths, *node)
-    for k in np.argsort(-scores):
-        if scores[k] <= LEAST_SCORE:
+def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
+    """(f h, f w) light inside droplets, from 1; (f h, f w) what paths along their darkest lines enclose; and which
+    paths may be droplets, none over another."""
+    shape, paths, odds = seen.dark.shape, seen.paths, path_odds(seen.terms)
+    light, outer, taken = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
+    kept, last = [], np.array(shape[::-1]) - 1
+    for k in np.argsort(-odds):
+        if odds[k] <= LEAST_ODDS:
             break
         inside = pixels_within(paths.light[k], shape)
-        if not len(inside) or np.count_nonzero(light.flat[inside]) > OVERLAP * len(inside):
+        own = inside[~taken.flat[inside]]
+        if len(own) < (1 - OVERLAP) * max(len(inside), 1):
             continue
-        found += 1
-        light.flat[inside[light.flat[inside] == 0]] = found
-        outer.flat[pixels_within(paths.outer[k], shape)] = True
-    return light, outer | (light > 0)
+        taken.flat[own] = True
+        away = min(paths.light[k].min(), (last - paths.light[k]).min())
+        kept.append((odds[k], len(own) / seen.finer**2, away > EDGE * seen.finer))
+        if odds[k] > LEAST_SCORE:
+            light.flat[own] = len(kept)
+            outer.flat[pixels_within(paths.outer[k], shape)] = True
+    own_odds, areas, off = np.array(kept).reshape(-1, 3).T
+    return light, outer | (light > 0), Candidates(own_odds, areas, off > 0, int((own_odds > LEAST_SCORE).sum()))
 
 
 def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:

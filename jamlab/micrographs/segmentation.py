@@ -23,12 +23,11 @@ from jamlab.micrographs.picture_files import scikit_image
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
 SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
 EDGE_SPECK = 0.1  # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
-COARSE = 15  # pixels: radius of small droplets in the picture on which markers are found
+COARSE = 10  # pixels: radius of small droplets in the picture on which markers are found
 SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels
 STRAIGHT = (0.05, 0.4)  # of the smallest radius, over which walls are straightened: in itself, and per noise
 STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
 FILM = 1.0  # weight of darkness beside distance over radius
-NEIGHBOURS = ((0, 1), (1, -1), (1, 0), (1, 1), (0, -1), (-1, 1), (-1, 0), (-1, -1))  # rows and columns away
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     scale = granulometry(droplets)
     if scale.radius <= 0 or droplets.all():
         return None
-    markers, count = find_basins(droplets, scale.radius, scale.smallest).markers(scale.smallest)
+    markers, count = find_markers(droplets, scale.radius, scale.smallest)
     if not count:
         return None
     depth = ndimage.distance_transform_edt(droplets)
@@ -96,120 +95,28 @@ def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:
     return most, np.column_stack(np.divmod(place, cells.shape[1]))
 
 
-@dataclass(frozen=True)
-class Basins:
-    """Distance from the ground as a landscape: every pixel uphill belongs to the basin of one maximum."""
-
-    even: Array  # (h, w) smoothed distance from the ground, on every `step`th pixel
-    basin: Indices  # (h, w) basin from 0, -1 on the ground
-    peaks: Indices  # (k,) flat place of each maximum
-    saddles: tuple[tuple[float, int, int], ...]  # height of the pass between two basins, highest first
-    lowest: float  # distance that counts at the edge of the picture
-    step: int  # pixels of the picture to one of the landscape
-    shape: tuple[int, ...]  # of the picture
-
-    def markers(self, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
-        """Maxima that stand out. `smallest`: radius of small droplets, pixels; `neck`: see `NECK`. Returns (h, w)
-        int64, a number from 1 in each marker, 0 elsewhere; number of those that lie off the edge.
-
-        A marker is what is connected to its maximum above `neck` times it: basins join over their highest passes
-        first, and what joins a higher maximum above that is part of its marker."""
-        top, fall = np.log(self.even.ravel()[self.peaks]), -np.log(neck)
-        owner, open_, held = list(range(len(top))), [True] * len(top), [True] * len(top)
-        root = owner.copy()  # of the basins that have joined by now
-        for height, a, b in self.saddles:
-            a, b = _root_of(root, a), _root_of(root, b)
-            if a == b:
-                continue
-            a, b = (a, b) if top[a] >= top[b] else (b, a)
-            root[b] = a
-            if open_[a] and height > top[a] - fall:
-                owner[b] = a
-            else:
-                open_[a] = False
-                held[b] = held[b] and top[b] - height > fall * (1 - 1e-6)
-        own = np.array([_root_of(owner, k) for k in range(len(top))], dtype=np.int64)
-        stands = np.array(held, dtype=bool) & (self.even.ravel()[self.peaks] >= self.lowest)
-        label = np.zeros(self.even.shape, dtype=np.int64)
-        high = self.basin >= 0
-        mine = own[self.basin[high]]
-        label[high] = np.where(stands[mine] & (np.log(self.even[high]) > top[mine] - fall), mine + 1, 0)
-        kept = self.even.ravel()[self.peaks] >= max(SPECK * smallest, 1.0)
-        edge = np.zeros(len(top) + 1, dtype=bool)
-        edge[np.unique(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]))] = True
-        number = np.zeros(len(top) + 1, dtype=np.int64)
-        places, found = np.flatnonzero(label), label.ravel()
-        first = np.full(len(top) + 1, -1)
-        first[found[places[::-1]]] = places[::-1]  # of each marker, its first pixel
-        names = np.flatnonzero((first >= 0) & (np.append(False, kept) | edge))
-        number[names[np.argsort(first[names])]] = np.arange(1, len(names) + 1)
-        fine = np.zeros(self.shape, dtype=np.int64)
-        fine[:: self.step, :: self.step] = number[label]
-        return fine, int((~edge[names]).sum())
-
-
-def find_basins(droplets: Mask, radius: float, smallest: float) -> Basins:
-    """Landscape of the distance from the ground. `droplets`: (h, w); `radius`: typical radius, pixels; `smallest`:
-    radius of small droplets, pixels."""
+def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
+    """Maxima of the distance from the ground that stand out: what rises above the reconstruction of the distance times
+    `neck` below the distance itself, and reaches its full height there. `droplets`: (h, w); `radius`: typical radius,
+    pixels; `smallest`: radius of small droplets, pixels; `neck`: see `NECK`. Returns (h, w) int64, a number from 1 in
+    each marker, 0 elsewhere; number of those that lie off the edge."""
     step = _thinning(smallest)
     depth = step * ndimage.distance_transform_edt(droplets[::step, ::step])
-    even = np.asarray(ndimage.gaussian_filter(depth, SMOOTHING * radius / step))
+    even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)
     lowest = max(EDGE_SPECK * smallest, 1.0)
-    basin, peaks = _basins_of(np.where(even > 0.5 * lowest, even, 0.0))
-    passes = _saddles_of(basin, np.log(np.maximum(even, 0.5 * lowest)), len(peaks))
-    return Basins(even, basin, peaks, passes, lowest, step, droplets.shape)
-
-
-def _basins_of(values: Array) -> tuple[Indices, Indices]:
-    """(h, w) maximum that leads uphill from each pixel, from 0, -1 where `values`, (h, w), are not positive; and flat
-    places of the maxima."""
-    uphill = _uphill(values)
-    while ((further := uphill[uphill]) != uphill).any():
-        uphill = further
-    high = values.ravel() > 0
-    peaks = np.flatnonzero(high & (uphill == np.arange(values.size)))
-    name = np.full(values.size, -1)
-    name[peaks] = np.arange(len(peaks))
-    return np.where(high, name[uphill], -1).reshape(values.shape), peaks
-
-
-def _root_of(parent: list[int], k: int) -> int:
-    while parent[k] != k:
-        parent[k] = k = parent[parent[k]]
-    return k
-
-
-def _uphill(values: Array) -> Indices:
-    """(h w) flat place of the highest of each pixel and its eight neighbours."""
-    wide = np.pad(values, 1, constant_values=-1.0)
-    best, way = values.copy(), np.zeros(values.shape, dtype=np.int64)
-    h, w = values.shape
-    for row, column in NEIGHBOURS:
-        near = wide[1 + row : 1 + row + h, 1 + column : 1 + column + w]
-        higher = near > best
-        np.copyto(best, near, where=higher)
-        way[higher] = row * w + column
-    return np.asarray(way.ravel() + np.arange(values.size))
-
-
-def _saddles_of(basin: Indices, values: Array, count: int) -> tuple[tuple[float, int, int], ...]:
-    """Highest pass between each two basins that meet, and which, highest first."""
-    names, heights = [], []
-    h, w = basin.shape
-    for row, column in NEIGHBOURS[:4]:
-        low, high = max(-column, 0), w - max(column, 0)
-        here = np.s_[: h - row, low:high]
-        there = np.s_[row:, low + column : high + column]
-        on = (basin[here] != basin[there]) & (basin[here] >= 0) & (basin[there] >= 0)
-        first, second = basin[here][on], basin[there][on]
-        names.append(np.minimum(first, second) * count + np.maximum(first, second))
-        heights.append(np.minimum(values[here][on], values[there][on]))
-    pairs, short = np.unique(np.concatenate(names), return_inverse=True)
-    best = np.full(len(pairs), -np.inf)
-    np.maximum.at(best, short, np.concatenate(heights))
-    order = np.argsort(-best, kind="stable")
-    rows = best[order], *np.divmod(pairs[order], max(count, 1))
-    return tuple(zip(*(row.tolist() for row in rows), strict=True))
+    height = np.log(np.maximum(even, 0.5 * lowest))
+    above = height - scikit_image().morphology.reconstruction(height + np.log(neck), height)
+    label, count = ndimage.label(above > 0, np.ones((3, 3)))
+    full = (above > -np.log(neck) * (1 - 1e-6)) & (even >= lowest)
+    top, edge = np.zeros(count + 1), np.zeros(count + 1, dtype=bool)
+    np.maximum.at(top, label[full], even[full])
+    edge[np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])] = True
+    inner = (top >= max(SPECK * smallest, 1.0)) & ~edge
+    kept = inner | (edge & (top > 0))
+    inner[0] = kept[0] = False
+    markers = np.zeros(droplets.shape, dtype=np.int64)
+    markers[::step, ::step] = np.where(kept, np.cumsum(kept), 0)[label]
+    return markers, int(inner.sum())
 
 
 def _straighten(cells: Indices, width: float) -> Indices:

@@ -3,8 +3,8 @@
 Around the middle of a region rays are cast. The path that crosses every ray once and gathers the steepest rise of
 darkness (dynamic programming) is the inner edge of a wall, also where the wall has a gap or is as light as noise. How
 evenly dark that wall is, how round and how light what it encloses, and how far it is from the region it was started
-from, say how likely it is a droplet: a logistic regression, fitted to nine foams
-(`tests/micrographs/benchmark_foams.py`), nine rendered packings and eight lattices of rings.
+from, say how likely it is a droplet: a logistic regression on nine foams, nine rendered packings and eight lattices of
+rings. `tests/micrographs/benchmark_ring_weights.py` fits weights anew, and says how often these odds are right.
 
 Source: A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990), for paths by dynamic programming.
 """
@@ -29,7 +29,7 @@ ROUNDS = 2  # the second path begins in the middle of the first
 BATCH = 500  # paths at once, which bounds memory
 LIGHT_EDGE = 0.3  # of the way from the steepest rise to the darkest line, where hands draw the edge of the light
 
-# log odds of a droplet: constant, and a weight for each term of `_terms`
+# log odds of a droplet: constant, and a weight for each term of `path_terms`
 CONSTANT = -13.83
 WEIGHTS = np.array(
     """3.9 0.68 2.27 -2.53 1.33 4.46 3.35 -1.29 -9.38 6.96 1.31 26.14 -19.12 -4.84 2.7
@@ -51,6 +51,8 @@ class WallPaths:
 def find_paths(dark: Array, depth: float, finer: int, middles: Array, radii: Array) -> WallPaths:
     """Find the wall around every region. `dark`: (h, w) darkness; `depth`: that of walls; `finer`: pixels of `dark` to
     one of the picture; `middles`: (n, 2) x and y; `radii`: (n,) of the regions, pixels of `dark`."""
+    if not len(radii):
+        return WallPaths(*np.zeros((3, 0, RAYS, 2)), np.zeros((0, 11)))
     parts = [
         _paths(dark, depth, finer, middles[k : k + BATCH], radii[k : k + BATCH]) for k in range(0, len(radii), BATCH)
     ]
@@ -180,20 +182,22 @@ def _quantiles(values: Array, kept: Mask, *shares: float) -> list[Array]:
     return found
 
 
-def path_scores(paths: WallPaths, compact: Array, radii: Array, joined: Array, height: Array) -> Array:
-    """(n,) log odds that what a path encloses is a droplet. `compact`, `radii`, `joined`, `height`: (n,) A^2/(2 pi I)
-    and radius of the region that it was started from, and depths of the wall by which that region merged and of the
+def path_odds(terms: Array) -> Array:
+    """(n,) log odds that what a path encloses is a droplet. `terms`: (n, 24) of `path_terms`."""
+    return np.asarray(CONSTANT + terms @ WEIGHTS)
+
+
+def path_terms(paths: WallPaths, compact: Array, radii: Array, joined: Array, height: Array) -> Array:
+    """(n, 24) what the log odds are linear in: levels over the median depth of the own wall, sizes as logarithms, also
+    over the typical size of what is certainly a droplet. `compact`, `radii`, `joined`, `height`: (n,) A^2/(2 pi I) and
+    radius of the region that a path was started from, and depths of the wall by which that region merged and of the
     deepest wall within, over the depth of walls."""
     grown = np.log(np.maximum(path_areas(paths.inner), 1.0) / (np.pi * radii**2))
-    return np.asarray(CONSTANT + _terms(paths.features, compact, grown, joined, height) @ WEIGHTS)
-
-
-def _terms(features: Array, compact: Array, grown: Array, joined: Array, height: Array) -> Array:
-    """(n, 24) what the log odds are linear in: levels over the median depth of the own wall, sizes as logarithms, also
-    over the typical size of what is certainly a droplet."""
-    tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = features.T
+    tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = paths.features.T
     wall = np.maximum(half, 0.15)
     sure = (tenth > 0.4 * wall) & (solid > 0.93) & (compact > 0.93) & (np.abs(grown) < 0.35)
+    if not len(size):
+        return np.zeros((0, len(WEIGHTS)))
     sure = sure if sure.sum() >= 3 else np.ones(len(size), dtype=bool)
     order = np.sort(size[sure])
     along = np.cumsum(np.exp(order))

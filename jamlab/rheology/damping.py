@@ -52,6 +52,10 @@ class DragLaw:
         """Damping matrix of a linear law, see `damping_matrix`."""
         raise NotImplementedError
 
+    def gears(self, packing: Packing, touching: Meetings) -> list[int]:
+        """One particle of each group that turns without drag."""
+        return []
+
     def lammps_variables(self) -> dict[str, float | str]:
         """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
         raise NotImplementedError
@@ -143,11 +147,13 @@ class ContactDamping(DragLaw):
             return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
         return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
 
-    def gears(self, packing: Packing, touching: Pairs) -> list[int]:
+    def gears(self, packing: Packing, touching: Meetings) -> list[int]:
         """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
         """
+        if not isinstance(touching, Pairs):  # vertices of droplets have no rotation
+            return []
         levers, free, n = _levers(packing, touching, self.arms), list[int](), packing.n
         keys = np.concatenate([touching.i * n + touching.j, touching.j * n + touching.i])
         ratios = np.concatenate([levers[:, 0] / levers[:, 1], levers[:, 1] / levers[:, 0]])

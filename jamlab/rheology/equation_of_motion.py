@@ -19,7 +19,6 @@ from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
@@ -164,7 +163,7 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     first = 0 if drifting else 2
     free = slice(first, 3 * sites if spinning else 2 * sites)
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, free), _cut(b, free)
-    if spinning and isinstance(network.meetings, Pairs) and isinstance(damping, ContactDamping):
+    if spinning:
         gears = 2 * sites - first + np.array(damping.gears(packing, network.meetings), dtype=np.int64)
         if len(gears):
             kept = np.delete(np.arange(len(k_qg)), gears)

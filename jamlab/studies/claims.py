@@ -154,9 +154,26 @@ class Claim:
 
     @property
     def line(self) -> str:
-        """Write one line for the terminal."""
-        ends = f"[{self.low:.4g}, {self.high:.4g}]" + (f", {self.spread}" if self.family else "")
-        return f"{self.figure}: {self.quantity} = {self.value:.4g} {ends}, paper {self.paper_text}: {self.text}"
+        """Write one line for the terminal and the summary."""
+        ends = f"[{self.low:.4g}, {self.high:.4g}]" + (f", {self.spread}," if self.family else "")
+        aside = "" if self.counted else f" ({self.kind})"
+        return f"{self.figure}: {self.quantity} | {self.value:.4g} {ends} for {self.paper_text} | {self.text}{aside}"
+
+    @property
+    def record(self) -> str:
+        """Write all that decides the verdict: the paper's words, interval, definition, window, data, every choice."""
+        (low, high), (least, most) = self.allowed, self.asked
+        every = ", ".join(f"{choice}: {value:.4g}" for choice, value in self.family.items())
+        aside = "" if self.counted else f" ({self.kind}, not counted)"
+        lines = [
+            f"{self.figure}: {self.quantity}: {self.verdict}{aside}",
+            f"  paper    {self.paper_text}, that is {least:.4g} to {most:.4g} ({self.where})",
+            f"  ours     {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], with choices {low:.4g} to {high:.4g}",
+            f"  data     {self.how}" if self.how else "",
+            f"  choices  {every}" if every else "",
+            f"  because  {self.reason}" if self.reason else "",
+        ]
+        return "\n".join(filter(None, lines))
 
     @property
     def paper_text(self) -> str:
@@ -176,9 +193,9 @@ def claim(
     quantity: str,
     found: Interval | None,
     paper: Published,
+    *,
     kind: Kind = Kind.MEASURED,
     family: Mapping[str, float] | None = None,
-    /,
     **words: str,
 ) -> Claim:
     """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction,
@@ -258,13 +275,8 @@ def first_line(claims: Sequence[Claim]) -> str:
 
 def summary(claims: Sequence[Claim], every: bool = False) -> list[str]:
     """Write the first line, then one for each number of the papers that differs, with its cause, or for every one."""
-    lines = [first_line(claims)]
-    for c in _of_papers(claims):
-        if every or c.verdict is Verdict.DIFFERS:
-            ends = f"[{c.low:.4g}, {c.high:.4g}]" + (f", {c.spread}," if c.family else "")
-            more = "" if c.counted else f" ({c.kind})"
-            lines.append(f"  {c.figure}: {c.quantity} | {c.value:.4g} {ends} for {c.paper_text} | {c.text}{more}")
-    return lines
+    shown = [c for c in _of_papers(claims) if every or c.verdict is Verdict.DIFFERS]
+    return [first_line(claims), *(f"  {c.line}" for c in shown)]
 
 
 def _of_papers(claims: Sequence[Claim]) -> list[Claim]:

@@ -44,13 +44,23 @@ def even_places(model: str, by: str) -> Array:
     return np.arange(LOWEST[model], HIGHEST[by] + 0.5 * STEP, STEP)
 
 
-def even_curve(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
-    """Arrange a column over the distance to onset at evenly spaced places; "excess contacts" are z - 3.97."""
+def even_curve(states: pd.DataFrame, series: str, n: int, column: str, places: Array | None = None) -> Ensemble:
+    """Arrange a column over the distance to onset, by default at even places; "excess contacts" are z - 3.97."""
     model, by = SERIES[series]
-    if column == "excess contacts":
-        e = ensemble(states, model, n, by, "z", even_places(model, by))
-        return Ensemble(e.x, e.y - SUBTRACTED)
-    return ensemble(states, model, n, by, column, even_places(model, by))
+    excess, at = column == "excess contacts", even_places(model, by) if places is None else places
+    e = ensemble(states, model, n, by, "z" if excess else column, at)
+    return Ensemble(e.x, e.y - SUBTRACTED) if excess else e
+
+
+def along_x(states: pd.DataFrame) -> pd.DataFrame:
+    """Select the packings sheared along x, as the paper shears, with that G in place of the mean over directions."""
+    return states[states["g_x"].notna()].assign(g=lambda t: t["g_x"]) if "g_x" in states else states.head(0)
+
+
+def first_above(x: Array, y: Array, level: float) -> float:
+    """Interpolate the place at which a curve first exceeds a level; nan if it begins there, or never does."""
+    k = int(np.argmax(y > level))
+    return float(np.interp(level, y[k - 1 : k + 1], x[k - 1 : k + 1])) if k else float("nan")
 
 
 def fit_coefficients(x: Array, y: Array, exponents: tuple[float, ...]) -> Array:

@@ -161,7 +161,10 @@ STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
-LATER = ("g_x", "rho_printed")  # columns of states that packings from before lack: G along x, rho by eq 12 as printed
+# of slow shear: critical slopes without rotations, lengths of correlation in other lanes and at zero stress
+OWN = ("storage_slope", "loss_slope", "length", "length_half_lane", "length_quarter_lane", "length_imaginary")
+BESIDE = ("sheared", "mean_approach", "mean_sliding", "mean_nonaffine", *OWN)  # and means beside medians
+LATER = ("g_x", "rho_printed", *BESIDE)  # what packings from before lack; G along x, rho by eq 12 as printed
 FLOW_RUN = (  # what tells packings, laws and settings of flows apart
     *("model", "n", "seed", "ensemble", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
     *("background", "tolerance"),
@@ -174,7 +177,7 @@ COLUMNS = {
         *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress", "omega"),
         *("storage", "loss", "g0", "eta0", "eta_inf", "converged"),
     ),
-    "quasistatic": ("n", "seed", "ensemble", "pressure", "prestress", "approach", "sliding", "nonaffine"),
+    "quasistatic": ("n", "seed", "ensemble", "pressure", "prestress", "approach", "sliding", "nonaffine", *BESIDE),
     "correlation": (
         *("n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
     ),
@@ -264,7 +267,6 @@ class EnsembleTables:
     states = _prepared("states", lambda table: select_followed(select_usual(add_distances(table))))
     void_counts = _shipped("void_counts", count_voids, "voids", then=select_usual)
     spectra = _prepared("spectra", _converged_at_pressures)
-    quasistatic = _prepared("quasistatic", lambda table: _at_targets(table.dropna(subset=["sliding"])))
     correlation = _prepared("correlation", _at_targets)
     flow = _prepared("flow", lambda table: table.dropna(subset=["stress"]))
     oscillation = _prepared("oscillation", lambda table: table.dropna(subset=["storage"]))
@@ -277,14 +279,31 @@ class EnsembleTables:
     @cached_property
     def onset(self) -> pd.DataFrame:
         """One row per packing at onset, of the usual protocol, with what `held_motions` counts if that is known."""
-        table = self._counted(select_usual(self.read("onset")))
+        table = self._joined(select_usual(self.read("onset")), COUNTS)
         return _require_rows("onset", table[table["converged"].astype(bool)])
 
-    def _counted(self, onset: pd.DataFrame) -> pd.DataFrame:
-        """Join onsets with the counts that a campaign keeps in its states; those that ship have them."""
-        if "task" not in onset or set(COUNTS) & set(onset.columns):
-            return onset
+    @cached_property
+    def quasistatic(self) -> pd.DataFrame:
+        """One row per packing and pressure, with and without pre-stress: motion in slow shear."""
+        table = _require_rows("quasistatic", self.read("quasistatic")).dropna(subset=["sliding"])
+        return _require_rows("quasistatic", _at_targets(self._joined(table, OWN)))
+
+    @property
+    def slow_shear(self) -> pd.DataFrame:
+        """Those rows, if any, with all the columns that came later."""
+        try:
+            table = self.quasistatic
+        except (InputError, StorageError):
+            table = pd.DataFrame(columns=COLUMNS["quasistatic"])
+        return table.assign(**{name: np.nan for name in BESIDE if name not in table})
+
+    def _joined(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+        """Join a table with columns that a campaign keeps in its states; tables that ship have them."""
+        if "task" not in table or set(names) & set(table.columns):
+            return table
         states = self.read("states")
-        if not set(COUNTS) <= set(states.columns):
-            return onset
-        return onset.merge(states.loc[states["state"] == 0, ["task", *COUNTS]], on="task", how="left")
+        if not set(names) <= set(states.columns):
+            return table
+        if "state" in table:
+            return table.merge(states[["task", "state", *names]], on=["task", "state"], how="left")
+        return table.merge(states.loc[states["state"] == 0, ["task", *names]], on="task", how="left")

@@ -13,6 +13,8 @@ from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.bootstrap import bootstrap as resample
+from jamlab.statistics.power_laws import power_law
+from jamlab.studies.claims import vary
 
 Statistic = Callable[[Array, Array], ArrayLike]
 
@@ -47,6 +49,34 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
         excess=np.where(s["model"] == "sp", s["shape"] - 1, s["shape"] - s["shape_J"]),
         u=s["energy"] / s["n"],
     )
+
+
+def thin_states(states: pd.DataFrame) -> pd.DataFrame:
+    """Leave out what `fill_states` computes again: rho, phi and the shape of all states but the first, and what is a
+    difference to it. A packing whose first state is missing keeps all."""
+    whole = states.groupby(_PACKING)["state"].transform("min") == 0
+    later = ["rho", "phi", "shape"]
+    thin = states.assign(**{name: states[name].mask(whole) for name in ("d_rho", "d_z", "lost")})
+    return thin.assign(**{name: states[name].mask(whole & (states["state"] > 0)) for name in later})
+
+
+def fill_states(states: pd.DataFrame) -> pd.DataFrame:
+    """Compute from d_phi, overlap, excess and the first state of each packing what `thin_states` left out; z is an even
+    number over that of the particles that bear load, of which the tables have six digits."""
+    held = states["n"] - states["rattlers"]
+    s = states.assign(z=2 * (0.5 * states["z"] * held).round() / held)
+    first = s[s["state"] == 0].set_index(_PACKING)[["phi", "overlap", "z", "shape"]]
+    phi_j, overlap_j, z_j, shape_j = (s[_PACKING].join(first[name], on=_PACKING)[name] for name in first)
+    phi, lens_j = phi_j + s["d_phi"], overlap_j / phi_j
+    made = {
+        "phi": phi,
+        "rho": phi - s["overlap"],
+        "shape": s["excess"] + np.where(s["model"] == "sp", 1.0, shape_j),
+        "d_rho": s["d_phi"] - (s["overlap"] - overlap_j),
+        "d_z": s["z"] - z_j,
+        "lost": (s["overlap"] / phi - lens_j) / (1 - lens_j),
+    }
+    return s.assign(**{name: s[name].fillna(values) for name, values in made.items()})
 
 
 def select_usual(
@@ -133,6 +163,21 @@ def mean_over_packings(groups: Sequence[Array]) -> Interval:
 def side_by_side(found: Iterable[Interval]) -> Interval:
     """Join numbers (m,) with the ends of their intervals."""
     return Interval(*np.array([[float(f.value), float(f.low), float(f.high)] for f in found]).T)
+
+
+def power_over(
+    x: Sequence[float], drawn: Sequence[Array], values: Callable[[Sequence[Array]], ArrayLike]
+) -> tuple[Interval | None, dict[str, float]]:
+    """Fit the exponent in x (m,) of values (m,) that groups of packings have, with its interval; and without the first
+    and without the last place, as any power holds there too. None and nothing with less than two places."""
+
+    def exponent(groups: Sequence[Array], first: int = 0, last: int | None = None) -> float:
+        return float(power_law(x[first:last], np.asarray(values(groups))[first:last]).exponents[0])
+
+    if len(x) < 2:
+        return None, {}
+    choices: tuple[dict[str, int], ...] = ({"first": 1}, {"last": -1}) if len(x) > 2 else ()
+    return bootstrap(drawn, exponent), vary(partial(exponent, drawn), *choices)
 
 
 def scaled(found: Interval, factor: ArrayLike) -> Interval:

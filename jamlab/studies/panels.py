@@ -1,6 +1,6 @@
 """A drawing is a figure that keeps every point and every number behind it."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
@@ -16,7 +16,7 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
-from jamlab.studies.claims import Claim, Kind, claim, write_interval
+from jamlab.studies.claims import Claim, claim, write_interval
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
@@ -74,18 +74,9 @@ class Drawing:
     values: dict[str, Interval] = field(default_factory=dict)
     rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
 
-    def claim(
-        self,
-        quantity: str,
-        found: Interval | None,
-        paper: Published,
-        kind: Kind = Kind.MEASURED,
-        family: Mapping[str, float] | None = None,
-        /,
-        **words: str,
-    ) -> Claim:
+    def claim(self, quantity: str, found: Interval | None, paper: Published, **more: Any) -> Claim:
         """Add a claim, see `jamlab.studies.claims.claim`."""
-        self.claims.append(claim(self.name, quantity, found, paper, kind, family, **words))
+        self.claims.append(claim(self.name, quantity, found, paper, **more))
         return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:

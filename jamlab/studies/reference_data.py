@@ -37,13 +37,15 @@ from jamlab.studies.ensemble_tables import (
     AbsentTableError,
     EnsembleTables,
 )
+from jamlab.studies.ensembles import fill_states, thin_states
 
 RECORD = "reference.json.xz"  # origin of the tables
 _RECORD_BEFORE = "reference.json"  # of version 0.2.0 and later ones, which is still read
 TABLE_FILE = "{}.columns.xz"
 _BEFORE = "{}.csv.gz"  # of version 0.2.0, which is still read
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
-_EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
+_EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9, "shape": 7}
+_DECIMALS = {"d_phi": 9, "overlap": 9}  # at least, as rho and phi are made of them
 _FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
 _TEXT = ("model", "law", "ensemble")  # columns of words; all others are numbers or truth values
 _TRUTHS = ("converged", "onset", "prestress", "flows", "rests")
@@ -179,7 +181,7 @@ def _read_table(folder: Path, name: str) -> pd.DataFrame:
     expected = read_record(folder)["rows"].get(name)
     if expected not in (None, len(table)):
         raise StorageError(f"{path} has {len(table)} rows, {expected} expected by {RECORD}: {remedy}")
-    return table
+    return fill_states(table) if name == "states" else table
 
 
 def pack(csv: str) -> bytes:
@@ -229,6 +231,8 @@ def save(
     for name, table in made.items():
         path = folder / TABLE_FILE.format(name)
         kept = _round_floats(table[[c for c in COLUMNS[name] if c in table]])
+        if name == "states":
+            kept = thin_states(kept)
         with atomic_file(path) as temporary:
             temporary.write_bytes(pack(kept.to_csv(index=False)))
         (folder / _BEFORE.format(name)).unlink(missing_ok=True)
@@ -246,6 +250,8 @@ def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
     for name in out.select_dtypes("float").columns:
         digits = _EXACT.get(name, _DIGITS.get(name, 6))
         out[name] = [float(f"{value:.{digits}g}") for value in out[name]]
+        if name in _DECIMALS:
+            out[name] = out[name].where(out[name].abs() < 1e-3, table[name].round(_DECIMALS[name]))
     return out
 
 

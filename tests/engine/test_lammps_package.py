@@ -55,6 +55,8 @@ def test_the_coding_standard_of_lammps(package):
                 assert not re.search(pattern, text, re.MULTILINE), (path, pattern)
         if path.parts[-2] == "POLYGON":
             assert "jamlab" not in text.lower(), path
+        if path.suffix == ".h":
+            assert f"#ifndef LMP_{path.stem.upper()}_H\n" in text, path
         if path.suffix == ".rst":
             assert ".. versionadded:: TBD" in text, path
 

@@ -51,11 +51,18 @@ def test_rings_are_seen_as_such_and_borders_are_no_droplets(rings):
     np.testing.assert_allclose(rings.centres % a, a / 2 - 0.5, atol=0.3)
 
 
-def test_rings_are_always_doubted(rings):
+def test_count_and_area_of_rings_have_intervals_and_their_walls_are_not_known(rings):
     """Of rendered rings to which nothing else objected, some had a wrong z."""
-    assert rings.quality == "doubtful" and any("droplets are rings" in why for why in rings.reasons)
+    numbers = rings.numbers
+    assert {numbers[name].quality for name in ("rho", "z", "shape_rim", "voids")} == {"doubtful"}
+    assert (numbers["count"].value, numbers["area"].value) == (rings.count, rings.interiors.mean())
+    # hands draw the edge of the light between the steepest rise, a standard deviation off the line, and the line
+    for value, number in ((25, numbers["count"]), (np.pi * (RADIUS - 1.0) ** 2, numbers["area"])):
+        low, high = number.interval
+        assert low < value < high and high - low < 0.5 * value
+    assert rings.quality == max(numbers["count"].quality, numbers["area"].quality, key=("good", "doubtful").index)
     same = jamlab.micrograph(labels=np.maximum(rings.labels, 0))
-    assert not any("rings" in reason for reason in same.reasons)
+    assert same.numbers["count"].quality == "good" and not any("rings" in reason for reason in same.reasons)
 
 
 def test_rings_below_the_limit_of_detection_are_told(rings):

@@ -7,7 +7,8 @@ import pytest
 
 import jamlab
 from jamlab.micrographs import measurement, quality
-from jamlab.micrographs.measured_droplets import Mean
+from jamlab.micrographs.picture_numbers import Mean
+from jamlab.micrographs.ring_segmentation import Candidates
 
 pytest.importorskip("skimage")
 
@@ -22,7 +23,7 @@ def clean():
     picture = np.clip(np.minimum(18.2 - first, 0.5 * (second - first) - 0.4) + 0.5, 0, 1)  # discs with flats
     seen = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measurement, "find_doubts", lambda *parts: seen.append(parts) or ())
+        patch.setattr(measurement, "find_doubts", lambda *parts: seen.append(parts) or [])
         jamlab.micrograph(picture, contrast="bright")
     return dict(zip(("darkness", "blur", "segments", "walls", "checks"), seen[0], strict=True))
 
@@ -34,6 +35,10 @@ def odd(values, value):
     return changed
 
 
+WALLS, CONTACTS = {"rho", "z", "shape_rim", "voids"}, {"z", "voids"}
+CONCERNS = {"small": WALLS, "rings": WALLS, "open edge": WALLS} | dict.fromkeys(
+    ("labels apart", "loose", "z", "z, blind"), CONTACTS
+)
 RULES = {
     "noise": ("darkness", {"noise": 0.7, "filter": 0.0}, "noise is 70%"),
     "light": ("darkness", {"light": 5.0}, "light falls to 20%"),
@@ -46,7 +51,7 @@ RULES = {
     "wide films": ("walls", {"film": 2.5}, "films are 2.5 pixels wide"),
     "labels apart": ("walls", {"film": 5.0}, "that they touch is a guess"),
     "annotated": ("checks", {"annotated": 0.2}, "20% of the picture lie under"),
-    "rings": ("checks", {"rings": True}, "droplets are rings"),
+    "rings": ("checks", {"rings": True}, "of rings no rule tells right rho"),
     "not round": ("checks", lambda c: {"roundness": odd(c.roundness, 0.5)}, "are not round"),
     "torn labels": ("checks", {"pieces": 2}, "2 labels lie in several pieces"),
     "open border": ("checks", lambda c: {"closed": odd(c.closed, 0.0)}, "no closed border"),
@@ -63,13 +68,14 @@ RULES = {
 
 
 def test_a_clean_picture_passes(clean):
-    assert quality.find_doubts(**clean) == ()
+    assert quality.find_doubts(**clean) == []
     checks = replace(clean["checks"], labelled=True)
-    assert quality.find_doubts(**clean | {"checks": checks}) == ()
+    assert quality.find_doubts(**clean | {"checks": checks}) == []
 
 
-@pytest.mark.parametrize(("part", "change", "reason"), RULES.values(), ids=RULES)
-def test_each_rule_objects_alone(clean, part, change, reason):
+@pytest.mark.parametrize("rule", RULES)
+def test_each_rule_objects_alone(clean, rule):
+    part, change, reason = RULES[rule]
     changed = replace(clean[part], **(change(clean[part]) if callable(change) else change))
     parts = clean | {part: changed}
     if "guess" in reason or part == "segments":  # where darkness is not looked at
@@ -77,7 +83,7 @@ def test_each_rule_objects_alone(clean, part, change, reason):
     if "noise is" in reason:  # and outlines are sharp all the same
         parts["blur"] = 0.0
     (found,) = quality.find_doubts(**parts)
-    assert reason in found
+    assert reason in found.text and found.numbers == CONCERNS.get(rule, quality.ALL)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +97,37 @@ def test_each_rule_objects_alone(clean, part, change, reason):
 )
 def test_few_droplets_are_doubted(count, change, reason):
     means = {name: Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
-    assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == ()
+    assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == []
     (found,) = quality.doubt_few(count, means)
-    assert reason in found
+    assert reason in found.text and found.numbers == (change.keys() or {"rho", "z", "shape_rim"})
+
+
+ROUND_RINGS = Candidates(np.full(50, 6.0), np.full(50, 400.0), np.ones(50, dtype=bool), 50)
+
+
+def test_rings_that_are_plain_are_known():
+    errors = quality.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)
+    assert errors["count"] < 2 and errors["area"] < 0.05 * 400 and errors["interior_fraction"] < 0.5
+    values = {"count": 50.0, "area": 400.0, "interior_fraction": 0.5}
+    assert quality.doubt_rings(values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01}) == []
+    for name in values:
+        for error in (100.0, np.nan):
+            (found,) = quality.doubt_rings(
+                values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01} | {name: error}
+            )
+            assert found.numbers == {name} and "is known to" in found.text
+
+
+@pytest.mark.parametrize(("odds", "taken"), [(-1.5, 50), (0.0, 60)], ids=["missed", "false"])
+def test_rings_that_may_be_none_and_none_that_may_be_rings_are_told(odds, taken):
+    """Ten more of chance q: the count may be off by 10 q or 10 (1 - q), and scatters by sqrt(10 q (1 - q))."""
+    more = Candidates(
+        np.append(ROUND_RINGS.odds, np.full(10, odds)), np.full(60, 400.0), np.ones(60, dtype=bool), taken
+    )
+    chance = 1 / (1 + np.exp(-odds))
+    plain = quality.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)["count"]
+    shift = 10 * (chance if taken == 50 else 1 - chance)
+    expected = shift + 2 * np.sqrt(10 * chance * (1 - chance))
+    assert quality.ring_errors(more, more.areas, 0.5, 40_000)["count"] == pytest.approx(expected, abs=2 * plain)
+    small = replace(more, areas=np.where(np.arange(60) < 50, 400.0, 40.0))  # below the limit of detection
+    assert quality.ring_errors(small, small.areas, 0.5, 40_000)["count"] == pytest.approx(plain)

@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 pytest.importorskip("skimage")
-from jamlab.micrographs.wall_paths import ANGLES, find_paths, path_areas, path_scores
+from jamlab.micrographs.wall_paths import ANGLES, find_paths, path_areas, path_odds, path_terms
 
 Y, X = np.mgrid[:120, :120].astype(float)
 
@@ -41,7 +41,7 @@ def test_a_droplet_is_likelier_than_the_void_between_four():
     dark = ndimage.gaussian_filter((away < 2.0).astype(float), 1.0)
     found = paths_of(dark, [(20, 20), (60, 60)], [34.0, 16.0])
     one = np.ones(2)
-    full, void = path_scores(found, 0.98 * one, np.array([34.0, 16.0]), one, 0 * one)
+    full, void = path_odds(path_terms(found, 0.98 * one, np.array([34.0, 16.0]), one, 0 * one))
     assert full > void
 
 

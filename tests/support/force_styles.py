@@ -16,10 +16,10 @@ from mixtures import FORMS, coefficients, evaluate, mixture, write
 import jamlab
 from jamlab.studies.failure.plain_physics import plain_stress
 
-STEP, STEPS = 0.01, 4  # as LAMMPS' tester: a run of four
+STEP, STEPS = 0.01, 4  # as LAMMPS' testers: pair and bond styles run four steps, fixes eight, with a restart file halfway
 GAMMA, ETA, KA, A0 = (0.13, 0.2), (0.0, 0.05), 20.0, 0.45
 STRENGTH, DIAMETERS = {(1, 1): 0.7, (1, 2): 1.1, (2, 2): 0.9}, (1.0, 1.4)
-RATE, BETA, FLOWN = 0.05, 0.4, 5e-5  # the fix stops there, within four steps
+RATE, BETA, FLOWN = 0.05, 0.4, 5e-5  # the fix stops there, within its eight steps
 DROPLETS_FLOWN = 1e-9
 STRESS = 0.2
 STRESSES = "f_flow[2] f_flow[4] f_flow[7] f_flow[8]"
@@ -57,11 +57,11 @@ class State:
 Law = Callable[[np.ndarray], tuple[float, np.ndarray, np.ndarray]]  # energy, forces (n, 2), virial (2, 2) at positions
 
 
-def moved(state: State, law: Law) -> State:
-    """Four steps of velocity Verlet with masses of one."""
+def moved(state: State, law: Law, steps: int = STEPS) -> State:
+    """Steps of velocity Verlet with masses of one."""
     x, v = state.x, state.v
     force = law(x)[1]
-    for _ in range(STEPS):
+    for _ in range(steps):
         v = v + 0.5 * STEP * force
         x = x + STEP * v
         force = law(x)[1]
@@ -83,6 +83,8 @@ def vectors(name: str, values: np.ndarray) -> str:
 
 
 def tensor(name: str, virial: np.ndarray) -> str:
+    """Stress times area; what is rounding is zero, as LAMMPS' testers write it."""
+    virial = np.where(np.abs(virial) < 1e-13, 0.0, virial)
     numbers = virial[0, 0], virial[1, 1], 0.0, virial[0, 1], 0.0, 0.0
     return f"{name}: ! |2-\n  " + " ".join(f"{number:24.16e}" for number in numbers) + "\n"
 
@@ -96,6 +98,11 @@ def head(input_file: str, styles: list[str], post: list[str], epsilon: float) ->
     text = "---\nlammps_version: 22 Jul 2025\ndate_generated: by plain loops\n" + field("epsilon", epsilon)
     text += "skip_tests:\n" + block("prerequisites", styles) + 'pre_commands: ! ""\n'
     return text + block("post_commands", post) + field("input_file", input_file)
+
+
+def of_a_fix(name: str) -> str:
+    """Fields of the tester of fixes: what follows the input, once, and the time step."""
+    return field("input_coeffs", f"coeffs.{name}") + field("timestep", STEP)
 
 
 def forces_of(law: Law, state: State, energy: str) -> str:
@@ -134,6 +141,7 @@ class Mixture:
             + "".join(f"{k} {1 + int(k) % 2} {a} {b}\n" for k, _, a, b in rows)
         )
         (folder / "in.outlines").write_text(INPUT.format(name="outlines", style="bond", step=STEP, bonds=BONDS))
+        (folder / "coeffs.outlines").write_text("pair_coeff * *\ngroup rings type 1 2\n")
 
     def placed(self, x: np.ndarray) -> list:
         for outline in self.outlines:
@@ -188,10 +196,10 @@ class Mixture:
         text += block("bond_coeff", [f"{k + 1} {GAMMA[k]} {ETA[k]}" for k in (0, 1)])
         text += field("equilibrium", "2 0 0") + block("extract", ["gamma 1", "eta 1"])
         found["bond-line_tension"] = text + forces_of(self.tension, self.state, "energy")
-        post = ["pair_coeff * *", "group rings type 1 2", "fix move all nve", f"fix test rings polygon/area {KA} {A0}"]
-        end = moved(self.state, self.areas)
+        post = ["fix move all nve", f"fix test rings polygon/area {KA} {A0}", "fix_modify test virial yes"]
+        end = moved(self.state, self.areas, 2 * STEPS)
         energy, _, virial = self.areas(end.x)
-        text = head("in.outlines", ["atom bond", "fix polygon/area"], [*post, "fix_modify test virial yes"], 2e-11)
+        text = head("in.outlines", ["atom bond", "fix polygon/area"], post, 2e-11) + of_a_fix("outlines")
         text += field("natoms", len(end.x)) + tensor("run_stress", virial) + field("global_scalar", f"{energy:.16g}")
         text += vectors("run_pos", end.x) + vectors("run_vel", end.v) + "...\n"
         return found | {"fix-timestep-polygon_area": text}
@@ -238,6 +246,8 @@ class Disks:
 
     def write(self, folder: Path) -> None:
         (folder / "in.disks").write_text(INPUT.format(name="disks", style="atomic", step=STEP, bonds=""))
+        lines = [f"pair_coeff {a} {b} 0.5 {0.5 * (DIAMETERS[a - 1] + DIAMETERS[b - 1])}\n" for a, b in STRENGTH]
+        (folder / "coeffs.disks").write_text("".join([f"pair_style disk/drag 1.0 {BETA}\n", *lines]))
         atoms = "".join(f"{k} {t} {x:.17g} {y:.17g} 0\n"
                         for k, (t, (x, y)) in enumerate(zip(self.types, self.state.x, strict=True), 1))  # fmt: skip
         (folder / "data.disks").write_text(
@@ -255,13 +265,12 @@ class Disks:
         text += block("pair_coeff", [f"{a} {b} {STRENGTH[a, b]} {s}" for (a, b), s in pairs.items()])
         text += block("extract", ["k 2", "cut 2"])
         found = {"atomic-pair-disk_drag": text + forces_of(self.law, self.state, "vdwl")}
-        how = f"tolerance 0.1 solver 1e-13 longest {2 * FLOWN}"
-        post = [f"pair_style disk/drag 1.0 {BETA}", *(f"pair_coeff {a} {b} 0.5 {s}" for (a, b), s in pairs.items())]
+        how = f"tolerance 0.1 solver 1e-13 longest {FLOWN / 4}"
         for name, drive, result in (
             ("overdamped", f"rate {RATE}", (*self.flow(), RATE * FLOWN)),
             ("overdamped-stress", f"stress {STRESS}", self.creep()),
         ):
-            found[f"fix-timestep-{name}"] = flow("in.disks", "atom atomic", post, f"{drive} {how}", FLOWN, *result)
+            found[f"fix-timestep-{name}"] = flow("disks", "atom atomic", [], f"{drive} {how}", FLOWN, *result)
         return found
 
 
@@ -279,6 +288,11 @@ class Droplets:
         rest = "fix d_a0 all property/atom d_a0\n"
         text = text.replace("read_data ${data_file}", f"{rest}read_data ${{data_file}} fix d_a0 NULL d_a0 nocoeff")
         (folder / "in.droplets").write_text(text + "change_box all triclinic\n")
+        law = self.packing.params
+        (folder / "coeffs.droplets").write_text(
+            f"bond_style line/tension\nbond_coeff * {law['gamma']} {law['eta']}\n"
+            f"pair_style circuloline {law['delta']} 1.5\npair_coeff * * {law['eps']}\n"
+        )
 
     def flow(self, beta: float, background: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions after a short time of shear without mass, and tension there."""
@@ -289,31 +303,29 @@ class Droplets:
         return end.positions, droplet_drag.drag_stress(end, velocities, RATE, beta) - plain_stress(end)
 
     def files(self) -> dict[str, str]:
-        law, found = self.packing.params, {}
+        found = {}
         post = [
             'if "!$(is_defined(fix,d_a0))" then "fix d_a0 all property/atom d_a0"',  # after read_restart
-            *("special_bonds lj/coul 1.0 1.0 1.0", "bond_style line/tension"),
-            *(f"bond_coeff * {law['gamma']} {law['eta']}", f"pair_style circuloline {law['delta']} 1.5"),
-            *(f"pair_coeff * * {law['eps']}", f"fix area all polygon/area {law['ka']} d_a0"),
+            f"fix area all polygon/area {self.packing.params['ka']} d_a0",
         ]
         for name, beta, background, drag in (("stokes", 0.0, 1.0, ""), ("drag", 0.7, 0.5, "drag 1 0.7 1")):
-            longest = DROPLETS_FLOWN / 6e-6  # the first step is a millionth of it, others 1.5 times the one before
+            longest = DROPLETS_FLOWN / 4e-5  # the first step is a millionth of it, others 1.5 times the one before
             drive = f"rate {RATE} tolerance 0.1 solver 1e-13 longest {longest} {drag} background {background}"
             result = (*self.flow(beta, background), RATE * DROPLETS_FLOWN)
-            text = flow("in.droplets", "atom molecular", post, drive, DROPLETS_FLOWN, *result)
+            text = flow("droplets", "atom molecular", post, drive, DROPLETS_FLOWN, *result)
             found[f"fix-timestep-overdamped-droplets_{name}"] = text
         return found
 
 
 def flow(
-    file: str, style: str, post: list[str], drive: str, time: float, x: np.ndarray, tension: np.ndarray, strain: float
+    name: str, style: str, post: list[str], drive: str, time: float, x: np.ndarray, tension: np.ndarray, strain: float
 ) -> str:
     """A test of fix overdamped: where the particles come to, without velocities of LAMMPS' own; strain, shear stress,
     pressure and first normal stress difference there, which fix ave/time hands on."""
     lines = [f"fix flow all overdamped {drive} stop {time}", f"fix test all ave/time 1 1 1 {STRESSES}"]
     values = strain, tension[0, 1], -0.5 * np.trace(tension), tension[0, 0] - tension[1, 1]
-    text = head(file, [style, "fix overdamped"], [*post, *lines], 1e-11) + field("natoms", len(x))
-    text += vectors("run_pos", x) + vectors("run_vel", np.zeros_like(x))
+    text = head(f"in.{name}", [style, "fix overdamped"], [*post, *lines], 1e-11) + of_a_fix(name)
+    text += field("natoms", len(x)) + vectors("run_pos", x) + vectors("run_vel", np.zeros_like(x))
     return text + field("global_vector", f"{len(values)} " + " ".join(f"{v:.16g}" for v in values)) + "...\n"
 
 

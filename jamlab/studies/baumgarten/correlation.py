@@ -1,5 +1,6 @@
 """Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -7,19 +8,44 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.packing.packing import Packing
+from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
-from jamlab.statistics.power_laws import power_law
 from jamlab.studies.baumgarten.spectral_groups import format_power, select_largest, select_law
 from jamlab.studies.claims import Kind, vary, write_by, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, scaled
+from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, power_over, scaled
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
+SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of the motion are compared
 _MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
 _PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
 _SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
+
+
+def lengths_otherwise(packing: Packing) -> dict[str, float]:
+    """First zero of C at a critical frequency, in lanes of other heights and of the motion at zero stress; an
+    observable, by contact damping."""
+    try:
+        backbone, u = oscillating_displacements(packing, SLOW)
+    except ConvergenceError:  # not stable
+        return dict.fromkeys(("length", "length_half_lane", "length_quarter_lane", "length_imaginary"), np.nan)
+    ways = {
+        "": (u.real, 1.0),
+        "_half_lane": (u.real, 0.5),
+        "_quarter_lane": (u.real, 0.25),
+        "_imaginary": (u.imag, 1.0),
+    }
+    found = {}
+    for way, (motion, lane) in ways.items():
+        c = correlation_along_x(backbone.positions, motion[:, 1], packing.box, lane=lane)
+        try:
+            found[f"length{way}"] = c.length
+        except ConvergenceError:
+            found[f"length{way}"] = float("nan")
+    return found
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:
@@ -53,6 +79,9 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     _claim_length(out, "l/L, contact damping", contact, balanced)
     _claim_length(out, "plateau l/L, Stokes drag", slow, dragged)
     _claim_logarithm(out, n, side, pressures, family)
+    _claim_box_alone(out, balanced)
+    _claim_minimum(out, stokes)
+    _claim_other_lanes(out, tables)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
         "(b) Stokes drag; (c) first zero l of C under Stokes drag; (d) its collapse as in the paper."
@@ -85,24 +114,73 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
     every = {f"N = {m}": length for m, length in by_size.items() if m != sampled}
     # of contact damping the paper reads a radius of swirls off pictures; its zero of C is that of slow Stokes drag
     same = Kind.DUPLICATE if low < high else Kind.MEASURED
-    out.claim(text, found, published.CORRELATION_LENGTH, same, every, **words)
+    out.claim(text, found, published.CORRELATION_LENGTH, kind=same, family=every, **words)
     if low == high:
         return
     shown = {"how": f"N = {sampled}, l in boxes", "shown_by": "baumgarten-7 a"}
     over = np.sort(part["omega"].unique())
-    for what, x in (("omega", over), ("p", np.array(pressures))):
-
-        def exponent(drawn: list[Array], what: str = what, x: Array = x, first: int = 0) -> float:
-            zeros = np.array([first_zeros(whole) for whole in drawn])
-            mean = np.nanmean(zeros, axis=0 if what == "omega" else 1)
-            return float(power_law(x[first:], mean[first:]).exponents[0])
-
-        usable = len(x) > 2
-        slope = bootstrap(cubes, exponent) if usable else None
-        every = vary(partial(exponent, cubes), {"first": 1}) if usable else {}
-        out.claim(
-            f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, Kind.MEASURED, every, **shown
+    for what, x, other in (("omega", over, 0), ("p", np.array(pressures), 1)):
+        slope, every = power_over(
+            x, cubes, lambda drawn, other=other: np.nanmean([first_zeros(whole) for whole in drawn], axis=other)
         )
+        out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
+
+
+def _claim_box_alone(out: Drawing, balanced: pd.DataFrame) -> None:
+    """Claim that l of contact damping is that of the box at every size, and over all frequencies of fig 7 a."""
+    p = balanced.groupby("pressure")["n"].nunique().idxmax()
+    rows = balanced[balanced["pressure"] == p]
+    shared = set.intersection(*(set(part["omega"]) for _, part in rows.groupby("n")))
+    middle = rows[rows["omega"] == sorted(shared)[len(shared) // 2]]
+    n = enough(middle, "n")
+    cubes = [by_frequency(part) / [float(part["box"].mean()), 1.0] for part in (middle[middle["n"] == m] for m in n)]
+
+    found, every = power_over(n, cubes, lambda drawn: [first_zeros(whole)[0] for whole in drawn])
+    words = {
+        "how": f"N = {write_list(n)}, p = {p:g}, omega = {middle['omega'].iloc[0]:g}",
+        "shown_by": "baumgarten-7 a",
+    }
+    out.claim("exponent of l/L in N, contact damping", found, published.OF_THE_BOX, family=every, **words)
+    fastest = rows[rows["omega"] == rows["omega"].max()]
+    wide = rows[(rows["n"] == fastest["n"].max()) & rows["seed"].isin(fastest["seed"])]
+    omega, whole = np.sort(wide["omega"].unique()), by_frequency(wide)
+
+    found, every = power_over(omega, [whole], lambda drawn: first_zeros(drawn[0]))
+    words["how"] = f"N = {wide['n'].iloc[0]}, p = {p:g}, omega = {omega[0]:g} to {omega[-1]:g}"
+    text = "exponent of l in omega over all decades, contact damping"
+    out.claim(text, found, published.INDEPENDENT, family=every, **words)
+
+
+def _claim_minimum(out: Drawing, stokes: pd.DataFrame) -> None:
+    """Claim that C under Stokes drag is least further out the slower the shear: the exponent of that place in omega."""
+    low, high = 1e-4, 1e-1
+    part = stokes[(stokes["pressure"] == stokes["pressure"].min()) & stokes["omega"].between(0.99 * low, 1.01 * high)]
+    omega, whole = np.sort(part["omega"].unique()), by_frequency(part)
+
+    def least(drawn: Sequence[Array]) -> Array:
+        x, c = np.moveaxis(average(drawn[0]), -1, 0)
+        return np.asarray(x[np.arange(len(x)), np.nanargmin(c, axis=1)])
+
+    found, every = power_over(omega, [whole], least)
+    words = {"how": f"N = {part['n'].iloc[0]}, p = {part['pressure'].min():g}, {low:g} < omega < {high:g}"}
+    text, shown = "exponent of the place of the least C in omega, Stokes drag", "baumgarten-7 b"
+    out.claim(text, found, published.MOVES_OUT, family=every, **words, shown_by=shown)
+
+
+def _claim_other_lanes(out: Drawing, tables: EnsembleTables) -> None:
+    """Claim that lengths of correlation are those of lower lanes, and of the motion at zero stress."""
+    table = tables.slow_shear
+    for text, name in (("lanes half as high", "length_half_lane"), ("the imaginary part", "length_imaginary")):
+        rows = table.dropna(subset=["length", name])
+        p = enough(rows, "pressure") if len(rows) else []
+        ratios = [part[name].to_numpy() / part["length"].to_numpy() for _, part in rows.groupby("pressure")]
+        found = bootstrap(ratios, lambda g: np.concatenate(g).mean()) if p else None
+        every = {f"p = {q:g}": float(v.mean()) for q, v in zip(p, ratios, strict=True)}
+        if name == "length_half_lane" and p:
+            every["a quarter as high"] = float((rows["length_quarter_lane"] / rows["length"]).mean())
+        how = f"N = {rows['n'].iloc[0]}, omega = {SLOW:g}, mean over packings" if p else "no packing has both"
+        words = {"how": how, "shown_by": "baumgarten-7 a"}
+        out.claim(f"l of {text} over l, contact damping", found, published.SAME_LENGTH, family=every, **words)
 
 
 def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, float]:
@@ -240,4 +318,4 @@ def _claim_logarithm(
     cause = _compare_lengths(out, [pressures[k] for k in several], curves, middle)
     words = {"how": how, "cause": cause, "shown_by": "baumgarten-7 c"}
     text = "exponent of -ln p in the collapse of l"
-    out.claim(text, found, published.LOG_EXPONENT, Kind.MEASURED, every, **words)
+    out.claim(text, found, published.LOG_EXPONENT, family=every, **words)

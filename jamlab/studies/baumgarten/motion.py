@@ -23,9 +23,18 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_law,
     select_limits,
 )
-from jamlab.studies.claims import Kind, vary, write_list
+from jamlab.studies.claims import vary, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import FEWEST, RESAMPLES, bootstrap, enough, groups_by, mean_over_packings, scaled
+from jamlab.studies.ensembles import (
+    FEWEST,
+    RESAMPLES,
+    bootstrap,
+    enough,
+    groups_by,
+    mean_over_packings,
+    power_over,
+    scaled,
+)
 from jamlab.studies.panels import Drawing, drawing, label, scale, size_style, style
 
 _MEAN_SQUARE = "exponent of the root mean square of {} in p"
@@ -36,9 +45,10 @@ _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 def figure_5(tables: EnsembleTables) -> Drawing:
     """Medians of approach, sliding and non-affine motion in slow shear against pressure."""
     table = select_ensemble(tables.quasistatic)
-    loose = table[~table["prestress"].astype(bool)]
-    part = loose if len(loose) else table
-    part = select_largest(part)
+    stressed = table["prestress"].astype(bool)
+    if stressed.all():
+        raise InputError("fig 5 is of packings without pre-stress: add prestress = [true, false] to the campaign")
+    part = select_largest(table[~stressed])
     n, p = int(part["n"].iloc[0]), enough(part, "pressure")
     fitted = [k for k, q in enumerate(p) if q * n**2 >= LARGE]
     out, (axes,) = drawing("baumgarten-5", 1, 1, 6.0, 4.6)
@@ -58,64 +68,59 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         out.slope(axes, paper.value, (p[0], p[-1]), beside * float(mean.value[0]), f"{paper.value:+g}")
         used = {p[k]: groups[k] for k in fitted}
         found, every = _fit_motion(used)
-        how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
-            "no pre-stress" if len(loose) else "WITH pre-stress"
-        )
+        how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, no pre-stress"
         words = {"how": how, "cause": _local_exponents(out, name, p, mean.value), "shown_by": "baumgarten-5"}
         if square := _mean_square(out, tables, n, [p[k] for k in fitted], name):
             words |= {"how": f"{how}; {square}", "cause": f"{square}; {words['cause']}"}
-        out.claim(f"exponent of {name} in p", found, paper, Kind.MEASURED, every, **words)
-        stressed = table[table["prestress"].astype(bool) & (table["n"] == n) & bool(len(loose))]
+        out.claim(f"exponent of {name} in p", found, paper, family=every, **words)
+        same = table[stressed & (table["n"] == n)]
         used = {
             q: v
-            for q, v in zip(p, groups_by(stressed, "pressure", name, p), strict=True)
+            for q, v in zip(p, groups_by(same, "pressure", name, p), strict=True)
             if len(v) >= FEWEST and q * n**2 >= LARGE
         }
         found, every = _fit_motion(used)
         words = {"how": f"N = {n}, {len(used)} pressures with five packings or more", "shown_by": "baumgarten-5"}
-        out.claim(f"exponent of {name} in p, with pre-stress", found, paper, Kind.MEASURED, every, **words)
-        if name == "approach":
-            _claim_mean_approach(out, tables, n, [p[k] for k in fitted])
+        out.claim(f"exponent of {name} in p, with pre-stress", found, paper, family=every, **words)
+    _claim_means(out, tables.slow_shear)
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
-    out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
-        ", without pre-stress as in the paper."
-        if len(loose)
-        else ". The paper leaves pre-stress out; these data do not."
-    )
+    out.caption = "Medians over contacts and disks, per strain, mean over packings, without pre-stress as in the paper."
     return out
 
 
 def _fit_motion(groups: dict[float, Array]) -> tuple[Interval | None, dict[str, float]]:
     """Fit the exponent of means in p; its family: without the lowest, and without the highest pressure."""
-    p, values = list(groups), list(groups.values())
-    if len(p) < 2:
-        return None, {}
-
-    def exponent(drawn: list[Array], first: int = 0, last: int = 0) -> float:
-        part = slice(first, len(p) + last)
-        return float(power_law(p[part], [v.mean() for v in drawn[part]]).exponents[0])
-
-    return bootstrap(values, exponent), vary(partial(exponent, values), {"first": 1}, {"last": -1})
+    return power_over(list(groups), list(groups.values()), lambda drawn: [v.mean() for v in drawn])
 
 
-def _claim_mean_approach(out: Drawing, tables: EnsembleTables, n: int, pressures: list[float]) -> None:
-    """Claim the exponent of the root mean square of approach, from G_0: no mean is larger, so none has a plateau."""
-    found: Interval | None = None
-    every: dict[str, float] = {}
+def _claim_means(out: Drawing, table: pd.DataFrame) -> None:
+    """Claim that means go as medians do, and sliding without its affine part; in packings of which both are known."""
+    loose = table[~table["prestress"].astype(bool)].dropna(subset=["mean_sliding"])
+    n = int(loose["n"].max()) if len(loose) else 0
+    p = [q for q in enough(loose, "pressure") if q * n**2 >= LARGE] if n else []
+    how = f"N = {n}, {len(p)} pressures, no pre-stress" if n else "no packing has means beside medians"
+    for text, over, under, paper in (
+        ("exponent of mean over median sliding in p", "mean_sliding", "sliding", published.MEAN_AS_MEDIAN),
+        ("exponent of mean over median nonaffine in p", "mean_nonaffine", "nonaffine", published.MEAN_AS_MEDIAN),
+        ("exponent of mean approach in p", "mean_approach", "", published.MEAN_APPROACH),
+        ("exponent of sliding without its affine part in p", "sheared", "", published.SLOW_SHEAR["sliding"]),
+    ):
+        found, every = None, {}
+        if p:
+            ratio = loose.assign(ratio=loose[over] / (loose[under] if under else 1.0))
+            found, every = _fit_motion(dict(zip(p, groups_by(ratio, "pressure", "ratio", p), strict=True)))
+        out.claim(text, found, paper, family=every, how=how, shown_by="baumgarten-5")
+
+
+def _of_same_packings(tables: EnsembleTables, n: int, pressures: list[float], column: str) -> dict[float, Array]:
+    """Find G_0 or eta_0 of contact damping without pre-stress, by pressure, of one size; {} where none is known."""
     try:
         rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
     except (InputError, StorageError):
-        rows = pd.DataFrame(columns=["n", "target_pressure", "seed", "g0"])
+        return {}
     rows = rows[rows["n"] == n].drop_duplicates(["seed", "target_pressure"])
-    groups = {
-        p: v**0.5 for p, v in zip(pressures, groups_by(rows, "target_pressure", "g0", pressures), strict=True) if len(v)
-    }
-    if groups:
-        found, every = _fit_motion(groups)
-    words = {"how": f"N = {n}, no pre-stress; a mean is at most its root mean square, (G_0 V/k N_c)^1/2"}
-    words |= {"cause": "the bound falls with p, so the mean cannot stay", "shown_by": "baumgarten-5"}
-    text = "exponent in p of the bound of the mean approach"
-    out.claim(text, found, published.MEAN_APPROACH, Kind.MEASURED, every, **words)
+    groups = groups_by(rows, "target_pressure", column, pressures)
+    return {p: values for p, values in zip(pressures, groups, strict=True) if len(values)}
 
 
 def _local_exponents(out: Drawing, name: str, pressures: list[float], means: Array) -> str:
@@ -128,17 +133,11 @@ def _local_exponents(out: Drawing, name: str, pressures: list[float], means: Arr
 
 def _mean_square(out: Drawing, tables: EnsembleTables, n: int, pressures: list[float], name: str) -> str:
     """Keep the exponent of the root mean square in the same packings, from G_0 and eta_0 by [T] eqs 19 and 22."""
-    column = {"approach": "g0", "sliding": "eta0"}.get(name)
-    try:
-        rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
-    except (InputError, StorageError):
+    column, source = {"approach": ("g0", "G_0"), "sliding": ("eta0", "eta_0")}.get(name, ("", ""))
+    groups = _of_same_packings(tables, n, pressures, column) if column else {}
+    if len(groups) < len(pressures):
         return ""
-    rows = rows[rows["n"] == n].drop_duplicates(["seed", "target_pressure"])
-    groups = groups_by(rows, "target_pressure", column, pressures) if column else []
-    if not groups or min(map(len, groups)) == 0:
-        return ""
-    half = 0.5 * power_law(pressures, [g.mean() for g in groups]).exponents[0]
-    source = "G_0" if column == "g0" else "eta_0"
+    half = 0.5 * power_law(pressures, [g.mean() for g in groups.values()]).exponents[0]
     out.keep(_MEAN_SQUARE.format(name), half)
     return f"of the median; root mean squares, by {source} of the same packings, go with {half:.3f}"
 
@@ -254,7 +253,7 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
         theirs, ours = out.keep(f"spread in ln eta_0, {text}", spreads, a=(paper.value, float(found.value)))
         words["cause"] = f"curves lie apart by {theirs:.3f} in ln eta_0 with the paper's a, by {ours:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
-    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, Kind.MEASURED, moved, **words)
+    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, family=moved, **words)
     _claim_tail(out, law, prestress, near)
     least = every.up_to(_LEAST)
     if law == "stokes" and not prestress and len(least.n) > 1:
@@ -264,7 +263,7 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
         moved = vary(up_to, {"highest": published.HIGHEST_PRESSURE}, {"highest": highest})
         words |= {"how": f"p <= {_LEAST:g}", "cause": "a does not fall towards 1 with p"}
         likely = published.STOKES_AS_CONTACT
-        out.claim("a of Stokes drag, as of contact damping", a, likely, Kind.MEASURED, moved, **words)
+        out.claim("a of Stokes drag, as of contact damping", a, likely, family=moved, **words)
 
 
 def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
@@ -284,4 +283,4 @@ def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
         moved = vary(partial(slope, near.drawn), {"low": 3 * low}, {"low": 10 * low})
     text = f"slope for p N^2 > {low:g}, {law}, {'with' if prestress else 'no'} pre-stress"
     words = {"how": f"N = {write_list(near.n)}, eta_0/N^{a:g}", "shown_by": "baumgarten-8"}
-    out.claim(text, found, paper, Kind.MEASURED, moved, **words)
+    out.claim(text, found, paper, family=moved, **words)

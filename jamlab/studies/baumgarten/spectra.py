@@ -1,5 +1,7 @@
 """Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -7,9 +9,16 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.measure import measure
+from jamlab.mechanics.force_network import force_network
+from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, collapse
+from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.equation_of_motion import equation_of_motion
+from jamlab.rheology.rounding_error import solve_frequency
+from jamlab.rheology.slow_and_fast_limits import find_limits
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
@@ -27,8 +36,9 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_sweep,
 )
 from jamlab.studies.claims import Kind, halves, vary, write_by
+from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import FEWEST, bootstrap, mean_over_packings, scaled
+from jamlab.studies.ensembles import FEWEST, bootstrap, enough, groups_by, mean_over_packings, power_over, scaled
 from jamlab.studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 
 MODULUS = r"[$k$]"
@@ -62,6 +72,21 @@ def _slope(omega: Array, low: float, high: float, groups: list[Array]) -> float:
     return float(power_law(omega, groups[0].mean(axis=0), low=low, high=high).exponents[0])
 
 
+def slopes_without_rotations(packing: Packing) -> dict[str, float]:
+    """Critical slopes of G' - G_0 and G'' under balanced contact damping of disks that do not turn, an observable."""
+    network = force_network(packing)
+    whole = equation_of_motion(network, ContactDamping())
+    m = whole.moving
+    still = replace(whole, k_qq=whole.k_qq[:m, :m], b_qq=whole.b_qq[:m, :m], k_qg=whole.k_qg[:m], b_qg=whole.b_qg[:m])
+    omega = np.geomspace(CRITICAL * measure(packing, "pressure")["pressure"], HIGHEST, 9)
+    try:
+        g_0 = find_limits(still).g0
+    except ConvergenceError:  # not stable
+        return {"storage_slope": np.nan, "loss_slope": np.nan}
+    found = np.array([solve_frequency(still, float(w))[1] for w in omega])
+    return {"storage_slope": fit_exponent(omega, found.real - g_0), "loss_slope": fit_exponent(omega, found.imag)}
+
+
 def figure_1(tables: EnsembleTables) -> Drawing:
     """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
     table = select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0))
@@ -85,6 +110,8 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         ("G' - G_0", "critical", low, high, published.CRITICAL_SLOPE),
         ("G''", "critical", low, high, published.CRITICAL_SLOPE),
         ("G''", "fast", 10.0, w[-1], published.KELVIN_VOIGT_SLOPE),
+        ("G'", "slow", w[0], 0.01 * p, published.STORAGE_AT_ENDS),
+        ("G'", "fast", 10.0, w[-1], published.STORAGE_AT_ENDS),
     ):
         text = f"slope of {part}, {regime}"
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
@@ -92,9 +119,11 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         every = _vary_slope(group, part, a, b) if enough else None
         words = {"how": f"{count}, {a:.2g} < omega < {b:.2g}", "shown_by": "baumgarten-3 a"}
         words["cause"] = _at_every_pressure(out, text, groups, part) if regime == "critical" else ""
-        # of a passive linear system G'' is eta_inf omega beyond its fastest rate; fig 3 has the critical slopes again
+        # a passive linear system is a Kelvin-Voigt solid beyond its fastest rate, and its G' is constant below the
+        # slowest; fig 3 has the critical slopes again
         kind = {"fast": Kind.IDENTITY, "critical": Kind.DUPLICATE}.get(regime, Kind.MEASURED)
-        out.claim(text, found, paper, kind, every, **words)
+        kind = Kind.IDENTITY if part == "G'" else kind
+        out.claim(text, found, paper, kind=kind, family=every, **words)
     _claim_nonlinear_slopes(out)
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
@@ -126,7 +155,9 @@ def _claim_nonlinear_slopes(out: Drawing) -> None:
         found = scaled(Interval(*(np.array(v) for v in (c.value, c.low, c.high))), published.DRAG_EXPONENT)
         every = {k: v * published.DRAG_EXPONENT for k, v in c.family.items()}
         text = f"slope of {name}, drag as v^(2/3), equivalent damping"
-        out.claim(text, found, paper, Kind.DUPLICATE, every, how="2/3 of the slope under linear drag, above")
+        out.claim(
+            text, found, paper, kind=Kind.DUPLICATE, family=every, how="2/3 of the slope under linear drag, above"
+        )
 
 
 def _at_every_pressure(out: Drawing, text: str, groups: dict[float, Group], part: str) -> str:
@@ -174,6 +205,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     both = both[both["n"] == table["n"].iloc[0]]
     _claim_exponents(out, both, "contact damping", {"beta": 1.0})
     _claim_crossover(out, select_sampled(groups))
+    _claim_without_rotations(out, tables)
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
@@ -195,7 +227,25 @@ def _claim_crossover(out: Drawing, groups: dict[float, Group]) -> None:
         found, every = bootstrap(drawn, exponent), vary(lambda at: exponent(drawn, at), {"at": 0.05}, {"at": 0.2})
     words = {"how": f"{len(wide)} pressures, omega where the law through G'' at 0.1 meets eta_inf omega"}
     text = "exponent in p of the crossover to affine motion"
-    out.claim(text, found, published.CROSSOVER_TO_AFFINE, Kind.MEASURED, every, **words, shown_by="baumgarten-3 a")
+    out.claim(text, found, published.CROSSOVER_TO_AFFINE, family=every, **words, shown_by="baumgarten-3 a")
+
+
+def _claim_without_rotations(out: Drawing, tables: EnsembleTables) -> None:
+    """Claim that Delta is the same where disks do not turn; the family holds the other pressure."""
+    table = tables.slow_shear
+    for part, column in (("G' - G_0", "storage_slope"), ("G''", "loss_slope")):
+        rows = table.dropna(subset=[column])
+        p = [q for q in enough(rows, "pressure") if CRITICAL * q < 0.3 * HIGHEST] if len(rows) else []
+        groups = groups_by(rows, "pressure", column, p)
+        found = mean_over_packings(groups[:1])[0] if p else None
+        every = {f"p = {q:g}": float(v.mean()) for q, v in zip(p[1:], groups[1:], strict=True)}
+        how = f"N = {rows['n'].iloc[0]}, p = {p[0]:g}, mean over packings" if p else "no packing has its slope"
+        text = f"Delta: {part} ~ omega^Delta, contact damping without rotations"
+        words = {
+            "how": how,
+            "unlike": "the paper says that the form is the same, at 64 times the size, and has no number",
+        }
+        out.claim(text, found, published.WITHOUT_ROTATIONS, family=every, **words, shown_by="baumgarten-3 a")
 
 
 def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
@@ -240,7 +290,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
     text = "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)"
     how = "all frequencies and pressures with five packings or more"
-    out.claim(text, gap, published.UNDAMPED_LOSS, Kind.IDENTITY, how=how)  # K = tau B
+    out.claim(text, gap, published.UNDAMPED_LOSS, kind=Kind.IDENTITY, how=how)  # K = tau B
     n = int(table["n"].iloc[0])
     _claim_undamped(out, select_large(loose, n))
     _claim_stressed(out, undamped[undamped["prestress"].astype(bool)], n)
@@ -264,32 +314,23 @@ def _draw_loose(out: Drawing, axes: Any, p: float, group: Group, name: str | Non
 def _claim_undamped(out: Drawing, groups: dict[float, Group]) -> None:
     """Claim how the viscosity without damping of sliding goes with pressure: as G_0 does, as it is tau G_0."""
     p = list(groups)
-    found = None
-    how = f"needs two pressures with p N^2 > {LARGE:g} without pre-stress"
-    if len(p) > 1:
-        how = f"{len(p)} pressures, no pre-stress"
-        found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
+    how = f"{len(p)} pressures with p N^2 > {LARGE:g}, no pre-stress"
+    found, every = power_over(p, [g.eta0 for g in groups.values()], lambda drawn: [v.mean() for v in drawn])
     text = "exponent of eta_0 in p, beta = 0 (eq 22)"
-    out.claim(text, found, published.UNDAMPED_VISCOSITY, Kind.DUPLICATE, how=how)
+    out.claim(text, found, published.UNDAMPED_VISCOSITY, kind=Kind.DUPLICATE, family=every, how=how)
 
 
 def _claim_stressed(out: Drawing, table: pd.DataFrame, n: int) -> None:
     """Claim that undamped sliding has no slow time with pre-stress either: G_0/eta_0 does not go with pressure."""
     groups = select_large(group_by_pressure(table), n) if len(table) else {}
-    p, found, every = list(groups), None, None
-
-    def exponent(drawn: list[Array], first: int = 0) -> float:
-        return float(power_law(p[first:], [v[:, 0].mean() / v[:, 1].mean() for v in drawn[first:]]).exponents[0])
-
-    if len(p) > 2:
-        drawn = [np.column_stack([g.g0, g.eta0]) for g in groups.values()]
-        found, every = bootstrap(drawn, exponent), vary(partial(exponent, drawn), {"first": 1})
+    p, drawn = list(groups), [np.column_stack([g.g0, g.eta0]) for g in groups.values()]
+    found, every = power_over(p, drawn, lambda drawn: [np.divide(*v.mean(axis=0)) for v in drawn])
     words = {
         "how": f"{len(p)} pressures with pre-stress",
         "cause": "eta_0 over that without pre-stress grows as p falls",
     }
     text = "exponent of G_0/eta_0 in p, beta = 0, with pre-stress"
-    out.claim(text, found, published.NO_SLOW_TIME, Kind.MEASURED, every, **words, shown_by="baumgarten-4 a")
+    out.claim(text, found, published.NO_SLOW_TIME, family=every, **words, shown_by="baumgarten-4 a")
 
 
 def _claim_least_damping(out: Drawing, table: pd.DataFrame, n: int) -> None:
@@ -301,15 +342,18 @@ def _claim_least_damping(out: Drawing, table: pd.DataFrame, n: int) -> None:
         pairs = {p: same_packings([none[p], full[p]]) for p in none if p in full}
         return {p: eta for p, eta in pairs.items() if len(eta)}
 
-    def exponent(p: list[float], drawn: list[Array]) -> float:
-        return float(power_law(p, [v[:, 0].mean() / np.diff(v.mean(axis=0))[0] for v in drawn]).exponents[0])
+    def stars(drawn: Sequence[Array]) -> list[float]:
+        return [v[:, 0].mean() / float(np.diff(v.mean(axis=0))[0]) for v in drawn]
 
     loose, stressed = ratios(False), ratios(True)
-    found = bootstrap(list(loose.values()), partial(exponent, list(loose))) if len(loose) > 1 else None
-    every = vary(lambda pre_stress: exponent(list(stressed), list(stressed.values())), {"pre_stress": "kept"})
+    found, every = power_over(list(loose), list(loose.values()), stars)
+    every |= vary(
+        lambda pre_stress: power_law(list(stressed), stars(list(stressed.values()))).exponents[0],
+        {"pre_stress": "kept"},
+    )
     words = {"how": f"{len(loose)} pressures, no pre-stress", "shown_by": "baumgarten-4 b"}
     words["cause"] = "eta_0 at beta = 0 over what sliding adds at beta = 1"
-    out.claim("exponent of beta* in p", found, published.BETA_STAR, Kind.MEASURED, every, **words)
+    out.claim("exponent of beta* in p", found, published.BETA_STAR, family=every, **words)
 
 
 def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
@@ -340,7 +384,7 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
         eta = same_packings([ends[beta] for beta in (0.0, *known)])
         found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
     text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
-    out.claim(text, found, published.SLIDING_VISCOSITY, Kind.IDENTITY, how=how)  # linear in beta by construction
+    out.claim(text, found, published.SLIDING_VISCOSITY, kind=Kind.IDENTITY, how=how)  # linear in beta by construction
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -379,8 +423,8 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         slope = bootstrap([viscosity[most].loss], partial(_slope, viscosity[most].omega, low, high))
         text, where = "slope of G'' in the critical window, largest eta_F", "[T] Stokes drag, fig 6 b"
         words = {"how": f"eta_F = {most:g}, p = {p:g}", "where": where}
-        out.claim(text, slope, published.KELVIN_VOIGT_SLOPE, Kind.IDENTITY, **words)
-    out.claim("d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, Kind.IDENTITY, how=how)  # likewise
+        out.claim(text, slope, published.KELVIN_VOIGT_SLOPE, kind=Kind.IDENTITY, **words)
+    out.claim("d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, kind=Kind.IDENTITY, how=how)  # likewise
     out.caption = (
         f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
     )
@@ -422,8 +466,8 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
     mu, lam = (Interval(np.array(v), np.array(v - e), np.array(v + e)) for v, e in values)
     shown = {"shown_by": f"{out.name} a", "how": how}
     same = Kind.MEASURED if kind == "contact" else Kind.DUPLICATE  # G_0 does not know the drag law
-    out.claim(f"mu: G_0 ~ p^mu, {law}", mu, published.MU, same, every[0], cause=cause, **shown)
-    out.claim(f"lambda: tau* ~ p^-lambda, {law}", lam, published.LAMBDA, Kind.MEASURED, every[1], **shown)
+    out.claim(f"mu: G_0 ~ p^mu, {law}", mu, published.MU, kind=same, family=every[0], cause=cause, **shown)
+    out.claim(f"lambda: tau* ~ p^-lambda, {law}", lam, published.LAMBDA, family=every[1], **shown)
     for part in ("G' - G_0", "G''" if kind == "contact" else "G'' - eta_F omega"):
         _claim_delta(out, f"Delta: {part} ~ omega^Delta, {law}", groups, part)
 
@@ -440,7 +484,7 @@ def _claim_delta(out: Drawing, text: str, groups: dict[float, Group], part: str)
     words = {"how": f"{len(groups[p].g0)} packings, p = {p:g}, {low:.2g} < omega < {HIGHEST:g}", "shown_by": out.name}
     words["cause"] = _at_every_pressure(out, text, groups, part)
     every = _vary_slope(groups[p], part, low, HIGHEST)
-    out.claim(text, found, published.DELTA, Kind.MEASURED, every, **words)
+    out.claim(text, found, published.DELTA, family=every, **words)
 
 
 def _static_exponents(out: Drawing, table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:

@@ -25,7 +25,7 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics import published_numbers as published
-from jamlab.studies.claims import Kind, vary, write_list
+from jamlab.studies.claims import vary, write_list
 from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings
 from jamlab.studies.panels import FIT, drawing, label, scale, sequence, style
@@ -247,7 +247,7 @@ class Elasticity(OfPackings):
             if number is not None:
                 every = vary(partial(_slope, curves), {"first": middle}, {"last": middle + 1})
                 how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
-                out.claim(f"exponent of {name}", found, number, Kind.MEASURED, every, how=how)
+                out.claim(f"exponent of {name}", found, number, family=every, how=how)
         exponents = "; ".join(f"{name} {out.write(name)}" for name in out.values)
         out.caption = (
             f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
@@ -329,7 +329,7 @@ class Onset(OfPackings):
             every = {half: float(values[k]) for half, values in halves.items() if np.isfinite(values[k])}
             unlike = f"{SIZE} disks do not reach the limit of small forces and gaps: no exponent is that of both halves"
             words = {"how": "theta of bucklers, theta' of other contacts", "unlike": unlike}
-            out.claim(name, found[k], number, Kind.MEASURED, every, **words)
+            out.claim(name, found[k], number, family=every, **words)
         said = "; ".join(
             f"{name} {out.write(name)}, in halves of its window {write_list((h[k] for h in halves.values()), '.2f')}"
             for k, name in enumerate(names)

@@ -91,7 +91,7 @@ def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
         words["cause"] = f"at the least distance of each size it is {text}"
     text = "(z_conf - z) N nearest to rho*, SP"
     out.claim(
-        text, found, published.MISSING_CONTACTS_LIMIT, Kind.IDENTITY, **words
+        text, found, published.MISSING_CONTACTS_LIMIT, kind=Kind.IDENTITY, **words
     )  # one contact short is 2 by counting
 
 
@@ -114,7 +114,7 @@ def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> No
         cause = f"6 - z has an exponent of {write_by(each, '.2f')} in rho* - rho, and only 1 scales so"
     words = {"how": f"N = {write_list(n)}, (rho* - rho) N = 1", "cause": cause, "shown_by": "boromand-7 b and d"}
     text = f"exponent of (z_conf - z) N in N, {model}"
-    out.claim(text, found, published.COLLAPSE_OF_SIZES, Kind.MEASURED, every, **words)
+    out.claim(text, found, published.COLLAPSE_OF_SIZES, family=every, **words)
 
 
 def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | None = None) -> None:
@@ -133,7 +133,7 @@ def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | 
         words = {"how": f"N = {n}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}", "shown_by": "boromand-7 c and d"}
         words["cause"] = _explain_exponent(out, curves)
     text = "exponent of z_conf - z in rho* - rho, DP"
-    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, Kind.MEASURED, every, **words)
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, family=every, **words)
 
 
 def _explain_exponent(out: Drawing, curves: dict[int, Ensemble]) -> str:
@@ -190,7 +190,22 @@ def _claim_confluent_limit(out: Drawing, states: pd.DataFrame) -> None:
                 {"without": len(n) - 1},
             )
     words = {"how": how, "cause": "1 - rho* hardly falls with N", "shown_by": "boromand-9 a"}
-    out.claim("1 - rho* of large N, DP", found, published.CONFLUENT_LIMIT, Kind.MEASURED, every, **words)
+    out.claim("1 - rho* of large N, DP", found, published.CONFLUENT_LIMIT, family=every, **words)
+
+
+def _claim_distance(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim how far from onset packings are confluent, that is where they reach z = 6; family: sizes, and rho = 1."""
+    for model in ("sp", "dp"):
+        first = states[(states["model"] == model) & (states["z"] >= 6)].groupby(["n", "seed"])["d_rho"].min()
+        n = [m for m in sampled_sizes(states, model) if m in first.index and m in SIZES]
+        found, every, how = None, {}, f"no {model} packing reaches z = 6"
+        if n:
+            found, how = bootstrap([first[n[0]].to_numpy()], lambda g: g[0].mean()), f"N = {n[0]}, where z = 6"
+            every = {f"N = {m}": float(first[m].mean()) for m in n[1:]}
+            onset = states[(states["model"] == model) & (states["n"] == n[0]) & (states["state"] == 0)]["rho"].mean()
+            every["rho = 1"] = 1 - float(onset)
+        text, words = f"drho at confluence, {model.upper()}", {"how": how, "shown_by": "boromand-9 a"}
+        out.claim(text, found, published.AT_CONFLUENCE, family=every, **words)
 
 
 def figure_9(tables: EnsembleTables) -> Drawing:
@@ -214,13 +229,13 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
     )
+    _claim_distance(out, states)
     text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "cause": cause, "shown_by": "boromand-9 a"}
-    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, Kind.MEASURED, every, **words)
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, family=every, **words)
     _claim_confluent_limit(out, states)
     how = "the points of emulsions and foams are printed in no table, and the stored text has no picture"
     for curve in ("z over rho", "rho over A - 1"):
-        like = published.Published(0.0, where="[B] sec 3, fig 9")
-        out.claim(f"{curve}: droplets less experiments", None, like, how=how)
+        out.claim(f"{curve}: droplets less experiments", None, published.EXPERIMENTS, how=how)
     out.caption = (
         "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
         "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."

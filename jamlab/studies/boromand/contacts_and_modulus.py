@@ -16,6 +16,7 @@ from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
+    ENOUGH,
     RESAMPLES,
     Ensemble,
     average,
@@ -52,9 +53,13 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             for n in _shown_sizes(states, model):
                 small = n < 64
                 x, y = ensemble(states, model, n, by, column, FRACTIONS).band
-                series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
+                count = states[(states["model"] == model) & (states["n"] == n)]["seed"].nunique()
+                few = f" ({count} packings)" if count < ENOUGH else ""
+                series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}{few}"
                 look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN}
-                look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
+                look |= {
+                    "marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*" if few else "p")
+                }
                 shown = y.value if small else y  # bands of the small ones would cover all others
                 out.curve(axes, series, x, shown, linestyle="none", fillstyle=fill, **look)
         _draw_table_lines(out, axes, column)
@@ -76,10 +81,12 @@ def figure_5(tables: EnsembleTables) -> Drawing:
 
 
 def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
-    """Pick the sizes nearest to the paper's least and largest; none without packings."""
+    """Pick the sizes nearest to the paper's least and largest, and the largest itself even of few packings; none
+    without packings."""
     if not has(states, model):
         return []
-    return sorted({nearest_size(states, model, wanted) for wanted in (conventions.SIZES[0], conventions.SIZES[-1])})
+    ends = (conventions.SIZES[0], conventions.SIZES[-1])
+    return sorted({nearest_size(states, model, wanted) for wanted in ends} | {ends[1]} & set(sizes(states, model)))
 
 
 def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
@@ -107,7 +114,7 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
             tied = "G comes in units of eps and of eps_r, which gamma and delta tie"
             apart = _say_excess(out, sp[-1], dp[-1])
             words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}; {apart}"}
-        out.claim(text, found, published.MODELS_PART, Kind.MEASURED, every, how=how, **words)
+        out.claim(text, found, published.MODELS_PART, family=every, how=how, **words)
 
 
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
@@ -177,9 +184,7 @@ def _claim_end_of_eq_13(out: Drawing, states: pd.DataFrame) -> None:
     words["cause"] = (
         f"at rho = {published.EQ_13_ENDS.value} it lies {out.keep('z off eq 13 there, %', apart):.2f} % off"
     )
-    out.claim(
-        "rho from which z of SP leaves eq 13", e.interval(leaves), published.EQ_13_ENDS, Kind.MEASURED, every, **words
-    )
+    out.claim("rho from which z of SP leaves eq 13", e.interval(leaves), published.EQ_13_ENDS, family=every, **words)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -232,15 +237,7 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
             n = nearest_size(states, model, conventions.SIZES[-1])
             e = _beyond_a_hundredth(states, series, n, column)
             found = e.interval(conventions.fit_exponent)
-            windows = halves(DISTANT, conventions.HIGHEST[by])
-            every = vary(
-                lambda low=DISTANT, high=np.inf, e=e: conventions.fit_exponent(*e.between(low, high).mean), *windows
-            )
-            if column != "g":
-                own = average(e.y) + conventions.SUBTRACTED - _own_contacts(states, model, n)
-                every["z_J = own"] = conventions.fit_exponent(e.mean[0], own)
-            else:
-                every["medians"] = conventions.fit_exponent(average(e.x), median(e.y))
+            every = _other_choices(states, series, n, column, e)
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
             how = f"N = {n}, {what}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
             if model == "sp":
@@ -253,11 +250,12 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
         if model == "dp":
             words["contradiction"] = conventions.contradiction_of_single_exponent(2 if column == "g" else 1)
             words["shown_by"] = "boromand-6 c and f, dashed"
-        out.claim(text, found, paper, Kind.MEASURED, every, how=how, **words)
+        out.claim(text, found, paper, family=every, how=how, **words)
     how = f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J"
     text = "a: (z - z_J) N against dphi N^a, SP"
     found, every = _size_exponent(states)
-    out.claim(text, found, published.CROSSOVER_EXPONENT, Kind.MEASURED, every, how=how)
+    out.claim(text, found, published.CROSSOVER_EXPONENT, family=every, how=how)
+    _claim_proportion(out, states)
     _claim_regime_1(out, states)
     _claim_roots(out, states)
     for series in ("SP(ρ)", "DP(ρ)"):
@@ -268,14 +266,54 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
         if m in conventions.SIZES
     }
     n = min(curves, default=0)
-    every = {f"N = {m}": conventions.fit_exponent(*e.mean) for m, e in curves.items() if m != n}
+    every = _other_choices(states, "SP(φ)", n, "g", curves[n]) if n else {}
+    every |= {f"N = {m}": conventions.fit_exponent(*e.mean) for m, e in curves.items() if m != n}
     words = {
         "how": f"N = {n}, window as of beta_0; the caption names no N",
         "cause": "it falls with N",
         "shown_by": "boromand-6 d",
     }
     found = curves[n].interval(conventions.fit_exponent) if n else None
-    out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, Kind.MEASURED, every, **words)
+    out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, family=every, **words)
+
+
+def _other_choices(states: pd.DataFrame, series: str, n: int, column: str, e: Ensemble) -> dict[str, float]:
+    """Fit an exponent beyond 0.01 otherwise: half the window, even in logarithms, own z_J, medians, G along x."""
+    model, by = SERIES[series]
+    high = conventions.HIGHEST[by]
+    every = vary(
+        lambda low=DISTANT, high=np.inf: conventions.fit_exponent(*e.between(low, high).mean), *halves(DISTANT, high)
+    )
+    log = conventions.even_curve(states, series, n, column, log_places(DISTANT, high, 20))
+    every["even in ln d"] = conventions.fit_exponent(*log.mean)
+    if column == "g":
+        every["medians"] = conventions.fit_exponent(average(e.x), median(e.y))
+        along = _beyond_a_hundredth(conventions.along_x(states), series, n, column)
+        every |= vary(lambda direction: conventions.fit_exponent(*along.mean), {"direction": "x"})
+    else:
+        own = average(e.y) + conventions.SUBTRACTED - _own_contacts(states, model, n)
+        every["z_J = own"] = conventions.fit_exponent(e.mean[0], own)
+    return every
+
+
+def _claim_proportion(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim that G of disks goes in proportion to z - z_J: the exponent of one in the other, where both are powers."""
+    n = nearest_size(states, "sp", conventions.SIZES[-1])
+    z, g = (_beyond_a_hundredth(states, "SP(φ)", n, column) for column in ("excess contacts", "g"))
+    both, shared = Ensemble(z.y, g.y), z.y.shape == g.y.shape
+
+    def exponent(z: Array, g: Array, low: float = 0.0, high: float = np.inf, taken: float = 0.0) -> float:
+        kept = (z > low) & (z < high)
+        return conventions.fit_exponent(z[kept] - taken, g[kept])
+
+    found, every = both.interval(exponent) if shared else None, {}
+    if shared:
+        middle = float(np.median(both.mean[0]))
+        own = _own_contacts(states, "sp", n) - conventions.SUBTRACTED
+        every = vary(partial(exponent, *both.mean), {"low": middle}, {"high": middle}, {"taken": own})
+        every["medians"] = exponent(average(z.y), median(g.y))
+    how, shown = f"N = {n}, {DISTANT:g} < dphi < {conventions.HIGHEST['d_phi']:g}", "boromand-6 a and d"
+    out.claim("exponent of G in z - z_J, SP", found, published.PROPORTIONAL, family=every, how=how, shown_by=shown)
 
 
 def _own_contacts(states: pd.DataFrame, model: str, n: int) -> float:
@@ -307,12 +345,15 @@ def _claim_regime_1(out: Drawing, states: pd.DataFrame) -> None:
                 *halves(low, high),
                 *earlier,
             )
+            if column == "g":
+                along = ensemble(conventions.along_x(states), model, n, by, "g", log_places(low, high, 10))
+                every |= vary(lambda direction, e=along: conventions.fit_exponent(*e.mean), {"direction": "x"})
             words = {
                 "cause": f"from {e.mean[1][0]:.3g} to {e.mean[1][-1]:.3g} over the window",
                 "shown_by": "boromand-6",
             }
         text = f"exponent of {'z - z_J' if column == 'z' else 'G'} nearest to onset, {series}"
-        out.claim(text, found, published.REGIME_1[column], Kind.MEASURED, every, how=how, **words)
+        out.claim(text, found, published.REGIME_1[column], family=every, how=how, **words)
 
 
 def _claim_roots(out: Drawing, states: pd.DataFrame) -> None:
@@ -332,7 +373,7 @@ def _claim_roots(out: Drawing, states: pd.DataFrame) -> None:
                 *halves(low, high),
             )
         text = f"exponent of {what} near onset, large N, DP"
-        out.claim(text, found, published.ROOT_NEAR_ONSET, Kind.MEASURED, every, how=how, **words, shown_by="boromand-6")
+        out.claim(text, found, published.ROOT_NEAR_ONSET, family=every, how=how, **words, shown_by="boromand-6")
 
 
 def _share_without_modulus(out: Drawing, states: pd.DataFrame) -> str:
@@ -369,7 +410,7 @@ def _claim_crossover(out: Drawing, states: pd.DataFrame, series: str) -> None:
         every = vary(lambda contacts: exponent(curves, contacts), {"contacts": 1.0}, {"contacts": 4.0})
     words = {"how": f"N = {write_list(n)}, distance at which two contacts are gained", "shown_by": "boromand-6"}
     same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # so near to onset rho is phi: that of the collapse
-    out.claim(f"a of d* ~ N^-a, {series}", found, published.CROSSOVER_EXPONENT, same, every, **words)
+    out.claim(f"a of d* ~ N^-a, {series}", found, published.CROSSOVER_EXPONENT, kind=same, family=every, **words)
 
 
 def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:

@@ -20,6 +20,7 @@ from jamlab.studies.conventions import (
     TWO_OVERLAPS,
     at,
     eq_11,
+    first_above,
     fit_prefactor,
 )
 from jamlab.studies.ensemble_tables import EnsembleTables
@@ -95,9 +96,9 @@ def _claim_prefactor(out: Drawing, states: pd.DataFrame, n: int, e: Ensemble) ->
         cause += f"; eq 12 as printed gives up to {out.keep('largest C at one dphi, eq 12 as printed', last):.2f}"
     how = f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-4 a"}
-    out.claim("C of eq 11", found, published.EQ_11_C, Kind.MEASURED, every, **words)
+    out.claim("C of eq 11", found, published.EQ_11_C, family=every, **words)
     text = "C of eq 11 as the appendix has it"  # the same number, printed with one digit less
-    out.claim(text, found, published.EQ_11_C_OF_TEXT, Kind.DUPLICATE, every, **words)
+    out.claim(text, found, published.EQ_11_C_OF_TEXT, kind=Kind.DUPLICATE, family=every, **words)
 
 
 def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
@@ -114,17 +115,16 @@ def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     height = at(0.12, *ensemble(states, "sp", n, "d_rho", "lost", DISTANCES[:18]).mean) / 0.12**slope
     out.curve(axes, rf"paper: slope {slope} in $\rho - \rho_J$", d, 1 - height * d**slope, **PAPER)
     disks = ensemble(states, "sp", n, "d_rho", "lost", DISTANCES[:18])
-
-    def falls(x: Array, y: Array, share: float = 0.005) -> float:
-        k = int(np.argmax(y > share))
-        return float(np.interp(share, y[k - 1 : k + 1], x[k - 1 : k + 1])) if k else np.nan
-
-    every = vary(lambda share: falls(*disks.mean, share), {"share": 0.003}, {"share": 0.01})
-    text = "drho where half a percent of the area is lost, SP"
     words = {"how": f"N = {n}", "cause": "the loss begins at onset, as drho^1.5", "shown_by": "boromand-4 b"}
-    out.claim(text, disks.interval(falls), published.AREA_FALLS, Kind.MEASURED, every, **words)
+    _claim_rise(out, "drho where half a percent of the area is lost, SP", disks, published.AREA_FALLS, words)
     axes.set_ylim(0.82, 1.02)
     label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
+
+
+def _claim_rise(out: Drawing, text: str, e: Ensemble, paper: published.Published, words: dict[str, str]) -> None:
+    """Claim the place from which a curve can be told from 0: where it exceeds half a percent; family: 0.3 and 1 %."""
+    every = vary(lambda share: first_above(*e.mean, share), {"share": 0.003}, {"share": 0.01})
+    out.claim(text, e.interval(partial(first_above, level=0.005)), paper, family=every, **words)
 
 
 def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
@@ -182,10 +182,11 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
 def _claim_fractions(out: Drawing, states: pd.DataFrame, n: int) -> None:
     """Claim rho of disks at the packing fractions phi of which the paper gives it."""
     m = nearest_size(states, "sp", 64)
-    rho = ensemble(states, "sp", m, "phi", "rho", [0.88, 1.0])
+    rho = ensemble(states, "sp", m, "phi", "rho", [1.0])
     out.claim("rho at phi = 1, SP", rho.interval(partial(at, 1.0)), published.RHO_AT_UNIT_PHI, how=f"N = {m}")
-    words = {"how": f"N = {m}; the paper: rho is about phi up to there", "shown_by": "boromand-4 a"}
-    out.claim("rho at phi = 0.88, SP", rho.interval(partial(at, 0.88)), published.RHO_AS_PHI, **words)
+    words = {"how": f"N = {m}, phi - rho = 0.005: two decimals show no less", "shown_by": "boromand-4 a"}
+    overlap = ensemble(states, "sp", m, "phi", "overlap", np.arange(0.84, 0.95, 0.01))
+    _claim_rise(out, "phi up to which rho is phi, SP", overlap, published.RHO_AS_PHI, words)
     found, how = None, "no packing has rho by eq 12 as printed"
     if has_printed(states):
         dense = {c: ensemble(states, "sp", n, "phi", c, [DENSEST - 1e-6]) for c in ("rho", "rho_printed")}
@@ -211,7 +212,7 @@ def _claim_mean_shapes(out: Drawing, states: pd.DataFrame) -> None:
             found, how = e.interval(partial(at, rho)), f"N = {n}; rho is printed with two digits, which are the family"
             every = vary(lambda rho, e=e: at(rho, *e.mean), *({"rho": end} for end in ends))
         words = {"how": how, "shown_by": f"boromand-{2 if wanted == 64 else 3}"}
-        out.claim(f"mean A at rho = {rho}, {model.upper()}", found, paper, Kind.MEASURED, every, **words)
+        out.claim(f"mean A at rho = {rho}, {model.upper()}", found, paper, family=every, **words)
     n = nearest_size(states, "sp", 32)
     for text, by, window, paper in (
         ("lambda: dphi ~ (A - 1)^lambda, SP", "d_phi", (1e-2, 0.4), published.LAMBDA_OF_SHAPE),
@@ -228,7 +229,7 @@ def _claim_mean_shapes(out: Drawing, states: pd.DataFrame) -> None:
         words = {"how": f"N = {n}, {low:g} < {by} < {high:g}", "shown_by": "boromand-11 f"}
         if by == "d_rho":
             words["contradiction"] = "the text and fig 11 d have 0.66 for the same curve"
-        out.claim(text, e.interval(exponent), paper, Kind.MEASURED, every, **words)
+        out.claim(text, e.interval(exponent), paper, family=every, **words)
 
 
 def has_printed(states: pd.DataFrame) -> bool:
@@ -271,6 +272,19 @@ def _draw_energy(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     e = ensemble(states, "sp", n, "u", "overlap", log_places(1e-14, 0.1, 4))
     _draw_laws(out, axes, e, ("sp", n, "u"), [Law("kappa: phi - rho ~ (U/N)^kappa", published.KAPPA, 0, 1e-5)])
     label(axes, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
+    for text, column, paper in (
+        ("phi - rho ~ dphi^a, SP", "overlap", published.OVERLAP_IN_PHI),
+        ("dphi ~ (U/N)^a, SP", "u", published.PHI_IN_ENERGY),
+    ):
+        of_phi = ensemble(states, "sp", n, "d_phi", column, log_places(1e-4, 1e-1, 5))
+
+        def exponent(x: Array, y: Array, low: float = 1e-4, high: float = 1e-1, inverse: bool = column == "u") -> float:
+            found = float(power_law(x, y, low=0.999 * low, high=1.001 * high).exponents[0])
+            return 1 / found if inverse else found
+
+        every = vary(partial(exponent, *of_phi.mean), *halves(1e-4, 1e-1))
+        words = {"how": f"N = {n}, 1e-4 < dphi < 0.1", "shown_by": "boromand-11 a"}
+        out.claim(text, of_phi.interval(exponent), paper, family=every, **words)
 
 
 def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
@@ -287,8 +301,9 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
         f"C = {paper.value} makes rho > phi up to dphi = (1 - 1/C)^2 = {(1 - 1 / paper.value) ** 2:.3f}, "
         "where overlaps can only lower it"
     )
+    every = vary(lambda high: fit_prefactor(*curve.mean, 0.0, high), {"high": 0.003}, {"high": 0.03})
     words = {"how": f"N = {n}, least squares", "cause": cause, "shown_by": "boromand-11 b"}
-    out.claim(f"C of eq 11 for dphi < {NEAREST}", near, paper, **words)
+    out.claim(f"C of eq 11 for dphi < {NEAREST}", near, paper, family=every, **words)
 
 
 def _draw_lost_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
@@ -335,7 +350,7 @@ def _claim_last_decade(out: Drawing, axes: Any, e: Ensemble, how: str, text: str
     )
     words = {"how": how.format(f"{0.1 * last:.3g}", f"{last:.3g}") + ", the last decade; family in units of its end"}
     words |= {"cause": f"the local exponent goes from {first:.2f} to {final:.2f} there", "shown_by": "boromand-11 f"}
-    found = out.claim(text, e.interval(exponent), paper, Kind.MEASURED, every, **words)
+    found = out.claim(text, e.interval(exponent), paper, family=every, **words)
     line = np.array([0.1 * last, last])
     middle = float(np.interp(line.prod() ** 0.5, x, y))
     out.curve(axes, f"last decade: {found.value:.3g}", line, middle * (line / line.prod() ** 0.5) ** found.value, **FIT)
@@ -396,7 +411,7 @@ def _draw_laws(
         how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}, the widest straight window, held in all resamples"
         words = {"how": how, "cause": _local_exponents(out, x, means, law, _NAMES[column]), "shown_by": "boromand-11 f"}
         every = vary(lambda f=exponent, fit=fit, **part: f(x, means, replace(fit, **part)), *halves(fit.low, fit.high))
-        found = out.claim(law.name, e.interval(exponent), law.paper, Kind.MEASURED, every, **words)
+        found = out.claim(law.name, e.interval(exponent), law.paper, family=every, **words)
         _draw_fit(out, axes, law, fit, found.value, swap)
 
 

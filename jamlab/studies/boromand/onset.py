@@ -9,7 +9,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import Kind, vary, write_interval, write_list
+from jamlab.studies.claims import vary, write_interval, write_list
 from jamlab.studies.conventions import SIZES, onset_law
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import bootstrap, enough, groups_by, has, mean_over_packings, sampled_sizes, sizes
@@ -125,12 +125,12 @@ def _claim_onset(out: Drawing, model: str, n: list[int], groups: list[Array]) ->
     rise = out.keep(f"theta to the next size, {big}", -np.diff(np.log(widths)) / np.diff(np.log(n)), N=n[:-1])
     cause = f"from size to size it is {write_list(rise, '.2f')} (N = {write_list(n)})"
     words = {"how": of_width, "cause": cause, "shown_by": "boromand-10 c"}
-    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, Kind.MEASURED, every[0], **words)
+    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, family=every[0], **words)
     ends = out.keep(f"mean onset, {big}", [g.mean() for g in groups], N=n)
     cause = f"N = {n[-1]} jams at {ends[-1]:.4f}, N = {n[0]} at {ends[0]:.4f}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-10 d"}
     text = f"onset in the large-N limit, {big}"
-    out.claim(text, limit, published.ONSET_LIMIT, Kind.MEASURED, every[1], **words)
+    out.claim(text, limit, published.ONSET_LIMIT, family=every[1], **words)
 
 
 def _limit(n: list[int], groups: list[Array], correction: float | None = None, first: int = 0) -> float:
@@ -144,10 +144,14 @@ def _claim_same_onsets(out: Drawing, onset: pd.DataFrame) -> None:
     for n in sorted({both[0], both[-1]}) if both else ():
         groups = [groups_by(onset[onset["model"] == m], "n", c, [n])[0] for m, c in (("sp", "phi_J"), ("dp", "rho_J"))]
         found = bootstrap(groups, lambda g: (g[1].mean() - g[0].mean()) / g[0].std(ddof=1))
+        every = {
+            "width of DP": float((groups[1].mean() - groups[0].mean()) / groups[1].std(ddof=1)),
+            "medians": float((np.median(groups[1]) - np.median(groups[0])) / groups[0].std(ddof=1)),
+        }
         apart = out.keep(f"mean rho_J of DP less phi_J of SP, N = {n}", groups[1].mean() - groups[0].mean())
         words = {"how": f"N = {n}, over the width of SP", "cause": f"the means differ by {apart:.4f}"}
         words["shown_by"] = "boromand-10 d"
-        out.claim(f"mean onset, DP less SP over width, N = {n}", found, published.SAME_ONSETS, **words)
+        out.claim(f"mean onset, DP less SP over width, N = {n}", found, published.SAME_ONSETS, family=every, **words)
 
 
 def _width_exponent(n: list[int], groups: list[Array], of: str = "variance") -> float:

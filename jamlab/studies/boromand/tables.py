@@ -15,7 +15,7 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
 from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
-from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
+from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
     Ensemble,
@@ -30,7 +30,6 @@ from jamlab.studies.ensembles import (
 )
 from jamlab.studies.panels import FIT, Drawing, drawing, label
 
-TENTH = 0.1  # distance at which the curve itself is compared, which no degenerate fit can hide
 EXPONENTS = {"d_phi": (0.5,), "d_rho": (0.5, 1.0)}  # against phi the paper's linear terms are 0
 LOOKS = {
     Verdict.AGREES: (BLUE, "o"),
@@ -65,26 +64,28 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
 
 def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> None:
     """Claim z_J and phi_J or rho_J."""
-    states, (model, by) = tables.states, SERIES[series]
-    fraction = by.removeprefix("d_")
-    at_onset = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]
-    z, onset = (at_onset[column].dropna().to_numpy(dtype=float) for column in ("z", fraction))
-    found = [mean_over_packings([values])[0] if len(values) else None for values in (z, onset)]
-    each = {m: _mean_contacts(states, model, m) for m in sampled_sizes(states, model) if m in conventions.SIZES}
+    model, by = SERIES[series]
+    column = f"{by.removeprefix('d_')}_J"
+    onset = tables.onset[tables.onset["model"] == model]  # more packings than were compressed
+    at_onset = onset[onset["n"] == n]
+    found = [mean_over_packings([at_onset[name].dropna().to_numpy()])[0] for name in ("z_J", column)]
+    measured = [m for m in sampled_sizes(onset, model) if m in conventions.SIZES]
+    each, means = (onset.groupby("n")[name].mean().loc[measured].to_dict() for name in ("z_J", column))
     every = {f"mean over N = {write_list(each)}": float(np.mean(list(each.values())))} if each else {}
     if model == "sp":
         words = {"cause": f"it is {write_by(each, '.3f')}, 4 - 2/N' by counting", "shown_by": "boromand-10 f"}
     else:
-        words = _extra_contacts(out, at_onset, tables.onset, n)
+        words = _extra_contacts(out, at_onset, n)
         words["cause"] += _with_more_vertices(out, tables)
     paper = [published.table_onset(value) for value in published.TABLE_1[series][:2]]
     same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # onsets of the disks of SP(φ)
-    how = f"N = {n}, of the fits of fig 5; table 1 names no N, and fig 6 has one z_J for all"
-    out.claim(f"z_J, {series}", found[0], paper[0], same, every, how=how, **words)
-    name = f"{fraction}_J, {series}"
-    means = _by_size(out, name, states, series, lambda s: s.loc[s["state"] == 0, fraction].mean(), ".4f")
-    words = {"how": f"N = {n}", "cause": f"small systems jam earlier: {means}", "shown_by": "boromand-10 d"}
-    out.claim(name, found[1], paper[1], same, **words)
+    how = f"N = {n}, of the fits of fig 5, {len(at_onset)} packings; table 1 names no N, and fig 6 has one z_J for all"
+    out.claim(f"z_J, {series}", found[0], paper[0], kind=same, family=every, how=how, **words)
+    name = f"{column}, {series}"
+    out.keep(name, list(means.values()), N=means)
+    cause = f"small systems jam earlier: {write_by(means, '.4f')}"
+    words = {"how": f"N = {n}, {len(at_onset)} packings", "cause": cause, "shown_by": "boromand-10 d"}
+    out.claim(name, found[1], paper[1], kind=same, **words)
 
 
 def _mean_contacts(states: pd.DataFrame, model: str, n: int) -> float:
@@ -92,15 +93,15 @@ def _mean_contacts(states: pd.DataFrame, model: str, n: int) -> float:
     return float(states.loc[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0), "z"].mean())
 
 
-def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict[str, str]:
+def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, n: int) -> dict[str, str]:
     """Keep how far the contacts of droplets at onset are from 2N' - 1, and what contacts of vertices hold."""
     held = at_onset["n"] - at_onset["rattlers"]
-    extra = 0.5 * at_onset["z"] * held - (2 * held - 1)
+    extra = 0.5 * at_onset["z_J"] * held - (2 * held - 1)
     numbers = {"mean": extra.mean(), "least": extra.min(), "most": extra.max()}
     middle, low, high = (out.keep(f"contacts beyond 2N' - 1, DP, {k}", v) for k, v in numbers.items())
     words = f"contacts beyond 2N' - 1: {middle:+.1f} on average, {low:+.0f} to {high:+.0f}"
     try:
-        counts = counts_at_onset(onset[onset["n"] == n])
+        counts = counts_at_onset(at_onset)
     except InputError:
         return {"cause": words, "shown_by": "boromand-10 e"}
     free = out.keep("motions left free, DP", counts["free"].mean())
@@ -153,7 +154,7 @@ def _by_size(
 
 
 def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
-    """Claim z_0, z_1, and the curve at a distance of 0.1."""
+    """Claim z_0 and z_1."""
     model, by = SERIES[series]
     paper, exponents = published.TABLE_1[series][2:], EXPONENTS[by]
     e = even_curve(states, series, n, "excess contacts")
@@ -174,13 +175,11 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     own_law = fit_coefficients(e.mean[0], e.mean[1] + SUBTRACTED - own, exponents)
     for k in range(len(exponents)):
         every = vary(partial(_vary_fit, e, exponents, k), *_windows(series)) | {"z_J = own": float(own_law[k])}
-        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), Kind.MEASURED, every, **words)
-    value = _curve_at_tenth(paper, 0.05)
-    out.claim(f"z - {SUBTRACTED} at d = {TENTH}, {series}", e.interval(_at_tenth), value, Kind.DUPLICATE, **words)
+        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=every, **words)
 
 
 def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
-    """Claim G_0, G_1, and the curve at a distance of 0.1; means, with medians beside them."""
+    """Claim G_0 and G_1; means, with medians beside them."""
     by = SERIES[series][1]
     paper, exponents = published.TABLE_2[series], EXPONENTS[by]
     e = even_curve(states, series, n, "g")
@@ -199,13 +198,10 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     if series == "DP(ρ)":
         words["calibrated"] = conventions.TABLE_TARGET
     else:
-        what = "G_0" if series == "SP(φ)" else "G at d = 0.1"
-        statistic = _coefficient if series == "SP(φ)" else _modulus_at_tenth
         stable = average(np.where(e.y > 0, e.y, np.nan))
-        only = coefficients(x, stable)[0] if series == "SP(φ)" else _at_tenth(x, stable)
-        out.keep(f"{what} of packings with G > 0, {series}", only)
-        by_size = _by_size(out, f"{what}, {series}", states, series, lambda s: statistic(s, series, "g"))
-        words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and {what} is {by_size}"
+        only = out.keep(f"G_0 of packings with G > 0, {series}", coefficients(x, stable)[0])
+        by_size = _by_size(out, f"G_0, {series}", states, series, lambda s: _coefficient(s, series, "g"))
+        words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and G_0 is {by_size}"
         words["cause"] += f"; packings with G > 0 alone give {only:.3g}"
         if sheared is not None:
             ratio = out.write(f"G along x over the mean over directions, {series}")
@@ -214,11 +210,7 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     for k in range(len(exponents)):
         moved = vary(partial(_vary_fit, e, exponents, k), *_windows(series))
         moved |= {name[:-3]: float(value) for name, value in every.items() if name.endswith(f", {k}")}
-        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), Kind.MEASURED, moved, **words)
-    median_there = out.keep(f"G at d = {TENTH}, median of packings, {series}", at(TENTH, x, middle))
-    words["how"] = f"N = {n}; median of packings: {median_there:.3g}"
-    value = _curve_at_tenth(paper, 0.005)
-    out.claim(f"G at d = {TENTH}, {series}", e.interval(_at_tenth), value, Kind.DUPLICATE, **words)
+        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=moved, **words)
 
 
 def _along_x(out: Drawing, states: pd.DataFrame, series: str, n: int) -> Array | None:
@@ -267,25 +259,10 @@ def _claim_ratio(out: Drawing) -> None:
         out.claim(text, found, published.LARGER_RATIO, **words, shown_by="boromand-5")
 
 
-def _curve_at_tenth(paper: tuple[float, ...], last_digit: float) -> published.Published:
-    """Take the paper's curve at a distance of 0.1, which it does not print: no test beside those of the coefficients;
-    margin: half a unit of the last digit of those that are not 0."""
-    margin = last_digit * sum(TENTH**power for c, power in zip(paper, (0.5, 1.0), strict=True) if c)
-    return published.Published(published.table_law(paper, TENTH), margin, where="[B] sec 3, tables 1 and 2")
-
-
 def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
     """Fit the first coefficient of the mean curve of the one size in these states."""
     x, y = even_curve(states, series, int(states["n"].iloc[0]), column).mean
     return float(fit_coefficients(x, y, EXPONENTS[SERIES[series][1]])[0])
-
-
-def _modulus_at_tenth(states: pd.DataFrame, series: str, column: str) -> float:
-    return _at_tenth(*even_curve(states, series, int(states["n"].iloc[0]), column).mean)
-
-
-def _at_tenth(x: Array, y: Array) -> float:
-    return at(TENTH, x, y)
 
 
 def _part(found: Interval | None, k: int) -> Interval | None:

@@ -12,7 +12,7 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.claims import Kind, vary
+from jamlab.studies.claims import Kind, vary, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
@@ -25,7 +25,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     """Voids: share with l sides, shape factor of those with three, mean areas."""
     counts = tables.void_counts
     out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
-    sides, summed = tuple(published.VOID_SHARES), {}
+    sides, summed, first = tuple(published.VOID_SHARES), {}, {}
     for model in ("sp", "dp"):
         if not has(counts, model):
             continue
@@ -46,9 +46,16 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         name = f"{model.upper()}, N = {n}"
         for k, axes in enumerate((b, c)):
             out.curve(axes, name, x, mean[:, k], **model_style(model, linestyle="-"))
-        _claim_voids(out, model, n, part, x, cube, _shapes_of_laws(out, tables) if model == "dp" else "")
+        start = part[part["onset"].astype(bool)]
+        first[model] = _sum_voids(start.assign(rho=0.0))[1] if len(start) else None
+        _claim_voids(out, model, how=f"N = {n}", first=first[model], x=x, cube=cube)
+        if model == "sp":
+            _claim_dense_disks(out, f"N = {n}", x, cube)
+        else:
+            _claim_dense_droplets(out, f"N = {n}", x, cube, first[model], _shapes_of_laws(out, tables))
         summed[model] = (x, cube)
     _claim_more_triangles(out, summed)
+    _claim_same_at_onset(out, summed, [first.get(model) for model in ("sp", "dp")], _share_by_vertices(out, tables))
     out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
@@ -121,9 +128,9 @@ def _shapes_of_laws(out: Drawing, tables: EnsembleTables) -> str:
     return f"; facets lower it at onset, overlap beyond: at onset and above 0.97 it is {', '.join(said)}"
 
 
-def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array, by_law: str) -> None:
-    """Claim shares near onset and shapes at onset, and those of voids with three sides in dense packings."""
-    big, how = model.upper(), f"N = {n}"
+def _claim_voids(out: Drawing, model: str, *, how: str, first: Array | None, x: Array, cube: Array) -> None:
+    """Claim shares near onset, and the shape of voids between three disks at onset."""
+    big = model.upper()
     near = int(np.abs(x - NEAR_ONSET).argmin())
     share = bootstrap([cube[:, near]], lambda g: _share(g[0][:, None], tuple(published.VOID_SHARES))[0])
     sides = float((cube[:, near, :, 0].sum(axis=0) @ np.arange(8)) / cube[:, near, :, 0].sum())
@@ -132,26 +139,76 @@ def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array,
         every = vary(partial(_share_at, side, x, cube), *({"rho": x[near] + step} for step in (-0.005, 0.005)))
         words = {"how": f"{how}, states in the bin of rho around {x[near]:.3f}; {sides:.2f} sides on average"}
         words |= {"cause": _neighbours(out, f"P_{side}, {big}", side, x, cube), "shown_by": "boromand-8 a"}
-        out.claim(f"P_{side} near rho_J, {big}", share[k], paper, Kind.MEASURED, every, **words)
-    triangles = float("nan")
-    if part["onset"].astype(bool).any():
-        _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
-        at_onset = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
-        for k, side in enumerate(published.VOID_SHARES):
-            out.keep(f"P_{side} at onset, {big}", at_onset[k])
-        triangles = _triangle_shape(first.sum(axis=(0, 1)))
-        if model == "sp":
-            shape, text = _pool(first, _triangle_shape), "A of 3-sided voids at onset, SP"
-            words = {"how": f"{how}, states at onset; between three touching disks of these sizes it is 4.871 to 4.875"}
-            out.claim(text, shape, published.PLATEAU_SHAPE, Kind.IDENTITY, **words)
+        out.claim(f"P_{side} near rho_J, {big}", share[k], paper, family=every, **words)
+    if first is None:
+        return
+    at_onset = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
+    for k, side in enumerate(published.VOID_SHARES):
+        out.keep(f"P_{side} at onset, {big}", at_onset[k])
     if model == "sp":
-        words = {"how": f"{how}, rho > 0.98", "shown_by": "boromand-8 a"}
-        share_of_three = _pool(cube[:, x > 0.98], _triangle_share)
-        out.claim("P_3 below rho = 1, SP", share_of_three, published.DENSE_DISK_TRIANGLES, **words)
-        dense = _pool(cube[:, x > 0.98], _triangle_shape)
-        out.claim("A of 3-sided voids, rho > 0.98, SP", dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)
-    else:
-        _claim_dense_droplets(out, how, x, cube, triangles, by_law)
+        shape, text = _pool(first, _triangle_shape), "A of 3-sided voids at onset, SP"
+        how = f"{how}, states at onset; between three touching disks of these sizes it is 4.871 to 4.875"
+        out.claim(text, shape, published.PLATEAU_SHAPE, kind=Kind.IDENTITY, how=how)
+
+
+def _claim_dense_disks(out: Drawing, how: str, x: Array, cube: Array) -> None:
+    """Claim that some voids of dense disks have more than three sides, and the shape of those with three."""
+    for text, statistic, paper in (
+        ("P_3 below rho = 1, SP", _triangle_share, published.DENSE_DISK_TRIANGLES),
+        ("A of 3-sided voids, rho > 0.98, SP", _triangle_shape, published.DENSE_DISK_TRIANGLES_SHAPE),
+    ):
+        found, every = _beyond(x, cube, statistic, 0.98, (0.97, 0.99))
+        out.claim(text, found, paper, family=every, how=f"{how}, rho > 0.98", shown_by="boromand-8 a and b")
+
+
+def _beyond(
+    x: Array, cube: Array, statistic: Statistic, rho: float, others: tuple[float, ...]
+) -> tuple[Interval | None, dict[str, float]]:
+    """Compute a statistic of all voids beyond a rho, with its interval, and beyond other rho."""
+    every = vary(lambda beyond: statistic(cube[:, x > beyond].sum(axis=(0, 1))), *({"beyond": r} for r in others))
+    return _pool(cube[:, x > rho], statistic), every
+
+
+def _share_by_vertices(out: Drawing, tables: EnsembleTables) -> str:
+    """Keep P_3 at onset of droplets with more vertices, and write it; "" where none is known."""
+    try:
+        rows = tables.droplet_voids
+    except (InputError, StorageError, KeyError):
+        return ""
+    rows = rows[(rows["state"] == 0) & (rows["eps"] == rows["eps"].mode()[0])]
+    sums = rows.groupby("nv_small")[["three", "voids"]].sum()
+    shares = out.keep("P_3 at onset, DP", (sums["three"] / sums["voids"]).tolist(), vertices=sums.index)
+    return f"with {write_list(sums.index)} vertices it is {write_list(shares, '.3f')} at N = {rows['n'].min()}"
+
+
+def _claim_same_at_onset(
+    out: Drawing, summed: dict[str, tuple[Array, Array]], first: list[Array | None], by_vertices: str
+) -> None:
+    """Claim that shares at onset are those of the other model, and that triangles of droplets come from squares."""
+    apart = rise = None
+    near: dict[str, float] = {}
+    later: dict[str, float] = {}
+    if len(summed) == 2:
+        (x, sp), (u, dp) = (summed[model] for model in ("sp", "dp"))
+
+        def less(groups: list[Array], side: int = 3) -> float:
+            return float(_share(groups[1], (side,))[0, 0] - _share(groups[0], (side,))[0, 0])
+
+        def there(rho: float) -> list[Array]:
+            return [cube[:, [int(np.abs(at - rho).argmin())]] for at, cube in ((x, sp), (u, dp))]
+
+        def traded(groups: list[Array]) -> float:
+            return -less(groups, 4) / less(groups)
+
+        known = [cube for cube in first if cube is not None]
+        apart = bootstrap(known, less) if len(known) == 2 else None
+        near = vary(lambda rho: less(there(rho)), {"rho": NEAR_ONSET})
+        rise = bootstrap(there(0.925), traded)
+        later = vary(lambda rho: traded(there(rho)), {"rho": 0.905}, {"rho": 0.945})
+    words = {"how": "states at onset", "cause": by_vertices, "shown_by": "boromand-8 a, beyond-droplet-voids"}
+    out.claim("P_3 at onset, DP less SP", apart, published.SAME_VOIDS, family=near, **words)
+    text, words = "fall of P_4 over rise of P_3, DP less SP", {"how": "bin of rho at 0.925", "shown_by": "boromand-8 a"}
+    out.claim(text, rise, published.TRIANGLES_FOR_SQUARES, family=later, **words)
 
 
 def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) -> None:
@@ -171,7 +228,7 @@ def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) 
         found = bootstrap(cubes, departs)
         every = vary(lambda by: departs(cubes, by), {"by": 0.01}, {"by": 0.03})
     words = {"how": "bins of 0.01 in rho, excess of 0.02", "shown_by": "boromand-8 a"}
-    out.claim("rho from which P_3 of DP exceeds SP", found, published.MORE_TRIANGLES, Kind.MEASURED, every, **words)
+    out.claim("rho from which P_3 of DP exceeds SP", found, published.MORE_TRIANGLES, family=every, **words)
 
 
 def _neighbours(out: Drawing, name: str, side: int, x: Array, cube: Array) -> str:
@@ -185,26 +242,25 @@ def _share_at(side: int, x: Array, cube: Array, rho: float) -> float:
     return float(np.interp(rho, x, _share(cube, (side,))[:, 0]))
 
 
-def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onset: float, by_law: str) -> None:
+def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, first: Array | None, by_law: str) -> None:
     """Claim that all voids of dense droplets have three sides, and the shape of Plateau borders."""
-    dense = cube[:, x > published.TRIANGLES_FROM]
     some = np.flatnonzero(x > 0.96)
     shares = out.keep("P_3, DP", [_triangle_share(cube[:, k].sum(axis=0)) for k in some], rho=x[some])
     rises = ", ".join(f"{share:.3f} at {x[k]:.3f}" for k, share in zip(some, shares, strict=True))
-    words = {
-        "how": f"{how}; {rises}",
-        "cause": f"P_3 = {rises}: some voids keep four sides",
-        "shown_by": "boromand-8 a",
-    }
-    out.claim("P_3 for rho > 0.97, DP", _pool(dense, _triangle_share), published.DENSE_DROPLET_TRIANGLES, **words)
+    words = {"how": f"{how}; {rises}", "cause": f"P_3 = {rises}: some voids keep four sides"}
+    found, every = _beyond(x, cube, _triangle_share, published.TRIANGLES_FROM, (0.98,))
+    text, paper = "P_3 for rho > 0.97, DP", published.DENSE_DROPLET_TRIANGLES
+    out.claim(text, found, paper, family=every, shown_by="boromand-8 a", **words)
     later = (0.86, 0.9, 0.94)
     shapes = [_triangle_shape(cube[:, np.abs(x - rho).argmin()].sum(axis=0)) for rho in later]
+    at_onset = float("nan") if first is None else _triangle_shape(first.sum(axis=(0, 1)))
     out.keep("A of 3-sided voids at onset, DP", at_onset)
     out.keep("A of 3-sided voids, DP", shapes, rho=later)
     falls = ", ".join(f"{shape:.2f} at {rho:g}" for rho, shape in zip(later, shapes, strict=True))
     cause = f"{at_onset:.2f} at onset, where polygons just touch, and then {falls}{by_law}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-8 b, beyond-droplet-voids"}
-    out.claim("A of 3-sided voids, rho > 0.97, DP", _pool(dense, _triangle_shape), published.PLATEAU_SHAPE, **words)
+    found, every = _beyond(x, cube, _triangle_shape, published.TRIANGLES_FROM, (0.85, 0.9, 0.98))
+    out.claim("A of 3-sided voids, rho > 0.97, DP", found, published.PLATEAU_SHAPE, family=every, **words)
 
 
 def _pool(cube: Array, statistic: Statistic) -> Interval | None:

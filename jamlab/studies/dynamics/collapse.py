@@ -18,7 +18,6 @@ from jamlab.statistics.published_numbers import (
     YIELD_EXPONENT,
     Published,
 )
-from jamlab.studies.claims import Kind
 from jamlab.studies.dynamics.flow_curves import (
     HIGHEST,
     JAMMED,
@@ -152,7 +151,7 @@ def _claim(out: Drawing, found: Interval, slower: dict[float, Array], others: di
     for quantity, k, number, unlike in published:
         family = {name: float(numbers[k]) for name, numbers in others.items()}
         shown_by = f"jamlab figure {out.name}"
-        out.claim(quantity, found[k], number, Kind.MEASURED, family, how=how, unlike=unlike, shown_by=shown_by)
+        out.claim(quantity, found[k], number, family=family, how=how, unlike=unlike, shown_by=shown_by)
 
 
 ALLOWED = 0.1  # by which stresses may miss the collapse

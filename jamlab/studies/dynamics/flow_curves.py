@@ -13,7 +13,7 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PIN
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR, SOFTENING_EXPONENT
-from jamlab.studies.claims import Kind, vary, write_interval
+from jamlab.studies.claims import vary, write_interval
 from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -177,7 +177,7 @@ def _claim_exponent_at_onset(out: Drawing, table: pd.DataFrame) -> None:
         "cause": f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q",
         "shown_by": "jamlab figure dynamics-collapse",
     }
-    out.claim("exponent of stress over rate near onset", found, FLOW_AT_ONSET, Kind.MEASURED, every, **words)
+    out.claim("exponent of stress over rate near onset", found, FLOW_AT_ONSET, family=every, **words)
 
 
 def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
