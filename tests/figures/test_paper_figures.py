@@ -133,7 +133,7 @@ def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
     assert page.count("data:image/png;base64,") == len(names)
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)  # nothing from elsewhere
     claims = [c for d in drawings for c in d.claims]
-    assert 0 < page.count('<tr data-mark="agrees"') == sum(c.agrees for c in claims) < len(claims)
+    assert 0 < page.count('<tr data-mark="agrees"') == sum(c.verdict == "agrees" for c in claims) < len(claims)
     assert page.count("<tr data-mark=") == len(claims)
     assert page.index("data:image") < page.index("<tr data-mark=")  # pictures first
     verdicts = pd.read_csv(tmp_path / gallery.VERDICTS)

@@ -47,7 +47,7 @@ def test_one_rule_for_packings_and_for_choices_of_the_fit(low, high, others, rel
     value = 0.5 * (low + high)
     margin = 0.05 if relation == "=" else 0.0
     c = Claim("f", "q", value, low, high, 1.0, margin, relation, family=dict(enumerate(others)))
-    assert c.verdict == verdict and c.agrees is (verdict == "agrees")
+    assert c.verdict == verdict
     every = [value, *others]
     assert c.allowed == pytest.approx((min(every) - value + low, max(every) - value + high))
     assert (f"from {c.allowed[0]:.4g} to {c.allowed[1]:.4g}" in c.reason) is (verdict == "undecided")
@@ -87,7 +87,7 @@ def test_what_is_no_test_is_no_agreement():
 def test_a_value_without_interval_is_not_measured_rather_than_right():
     one = Published(1.0)
     c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), one, how="one packing")
-    assert not c.agrees and c.text.startswith("not measured: no interval: fewer than five packings, or most of their")
+    assert c.text.startswith("not measured: no interval: fewer than five packings, or most of their")
     assert claim("f", "q", None, one, how="no packing").text == "not measured: no packing"
     assert claim("f", "q", None, one, how="no packing", calibrated="gamma").text == "not measured: no packing"
     assert claim("f", "q", None, one).text == "not measured: too few data"
