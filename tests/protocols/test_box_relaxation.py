@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
@@ -56,9 +57,8 @@ def test_step_solves_the_bordered_system(pushed):
     model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
     sites = model.sites.toarray()
     size = len(sites)
-    u, e, shift = border_newton._step(
-        positive_solver(), model, state.forces.ravel(), gradient, 1e-2, jamlab.SolverSettings()
-    )
+    known = positive_solver(), model, state.forces.ravel(), gradient
+    u, e, shift = border_newton._step(*known, 1e-2, jamlab.SolverSettings())
     held = 0.5 * shift * size * np.eye(3)
     whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])
     assert np.linalg.eigvalsh(whole)[0] > 0
@@ -101,16 +101,10 @@ def test_strains_without_trace_keep_the_area(sp_jammed):
         assert np.abs(session.packing().box - sp_jammed.box).max() > 1e-5
 
 
-def test_pure_shears_are_the_shears_without_rotation():
-    """Symmetric parts, twice that of the simple shear."""
+def test_deformation_is_the_matrix_exponential():
+    """Of strains that do not commute, and of equal ones; pure shears are the simple ones without rotation."""
     symmetric = SHEARS + SHEARS.transpose(0, 2, 1)
     assert np.array_equal(symmetric / [[[2]], [[1]]], PURE_SHEARS)
-
-
-def test_deformation_is_the_matrix_exponential():
-    """Of strains that do not commute, and of equal ones."""
-    from scipy.linalg import expm
-
     for strain in ([0.2, 0.1, -0.3], [0.1, 0.0, 0.5], [0.0, 0.0, 0.0]):
         whole = np.einsum("a,aij->ij", strain, ALL)
         assert np.allclose(Border(ALL).deformation(np.array(strain)), expm(whole), rtol=0, atol=1e-15)
@@ -170,5 +164,4 @@ def test_large_packing_just_above_onset_meets_its_pressure():
 
 def test_a_step_of_the_box_alone_does_not_divide_by_zero():
     """On the way to this pressure nothing touches, and only the box moves; warnings are errors here."""
-    p = jamlab.pack(16, 1e-6, 2)
-    assert p.converged
+    assert jamlab.pack(16, 1e-6, 2).converged
