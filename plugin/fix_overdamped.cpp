@@ -208,7 +208,6 @@ void FixOverdamped::final_integrate()
     const Motions predicted(now.begin(), now.begin() + atom->nlocal);
     const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
     const FlowSums last = sums;
-    const double allowed = droplet_gap();
     solver->take(atom->nlocal, atom->nghost, ahead);
     if (!correct_droplets(predicted, rate, find_velocities())) {
       step_back();
@@ -217,14 +216,15 @@ void FixOverdamped::final_integrate()
     add_up();
     const double work = 0.5 * state.strain_step * (stress + state.stress);
     const double dissipated = 0.5 * state.last_step * (dissipation + state.dissipation);
-    if (fabs(work - dissipated - (sums.energy - last.energy) / area()) > allowed &&
-        state.last_step > shortest_droplet_step()) {
+    const double gap = work - dissipated - (sums.energy - last.energy) / area();
+    if (!balances(gap, dissipation) && state.last_step > shortest_droplet_step()) {
       step_back();
       sums = last;
       return;
     }
     state.work += work;
     state.dissipated += dissipated;
+    state.gap += gap;
     adapt_step();
     set_time_step(up_to_end(std::min(state.step, longest_step())));
   } else {

@@ -92,6 +92,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     double speed = 0.0;        // of all disks together
     double unsettled = 0.0;    // times that no states of several pairs with a gap of zero fitted
     double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
+    double gap = 0.0;          // energy per area that steps of droplets have lost, by their errors
   } state;
   static constexpr int KEPT = sizeof(State) / sizeof(double);
   static constexpr double LAYOUT = -KEPT;    // of a restart file, where those of 0.2.0 and before have a time
@@ -141,7 +142,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
   void step_back();
   double droplet_error() const;
-  double droplet_gap() const;
+  bool balances(double gap, double dissipation_before) const;
   double shortest_droplet_step() const;
   double farthest_correction(const Motions &predicted) const;
   static double repeated(double ratio);

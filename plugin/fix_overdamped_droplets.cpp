@@ -25,7 +25,8 @@ using namespace LAMMPS_NS;
 static constexpr double FARTHEST = 0.005;   // that forces may take a vertex beside its prediction, units of length
 static constexpr double RETRY = 0.25;       // step over one that was too long
 static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is given up
-static constexpr double STRAIN = 0.02, BALANCE = 0.05, ROUNDING = 1e-13;    // see `droplet_gap`
+static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST = 0.1,
+                        ROUNDING = 1e-13;    // see `balances`
 
 /* ----------------------------------------------------------------------
    A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
@@ -102,15 +103,18 @@ double FixOverdamped::droplet_error() const
 }
 
 /* ----------------------------------------------------------------------
-   energy per area that a step may lose: a part of the tolerance of what goes into a box that leans by STRAIN,
-   and what the sum of all energies rounds off
+   whether a step loses little enough energy per area: a part of the tolerance of what goes into a box that leans by
+   STRAIN, by the lower power of both ends, since a burst in one of them is no measure; less, the more of what all
+   steps together may lose is lost. What the sum of all energies rounds off always passes
 ------------------------------------------------------------------------- */
 
-double FixOverdamped::droplet_gap() const
+bool FixOverdamped::balances(double gap, double dissipation_before) const
 {
   const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit();
-  const double power = std::max(fabs(state.stress * state.rate), state.dissipation);
-  return BALANCE * tolerance * time * power + ROUNDING * fabs(sums.energy) / area();
+  const double power = std::max(fabs(state.stress * state.rate), std::min(dissipation_before, state.dissipation));
+  const double together = OVERALL * tolerance * std::max(fabs(state.work), state.dissipated);
+  const double left = gap * state.gap > 0.0 ? std::max(STRICTEST, 1.0 - fabs(state.gap) / together) : 1.0;
+  return fabs(gap) <= left * BALANCE * tolerance * time * power + ROUNDING * fabs(sums.energy) / area();
 }
 
 /* ---------------------------------------------------------------------- */

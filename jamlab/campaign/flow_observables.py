@@ -18,7 +18,7 @@ from jamlab.flow.flow_curve import ROWS, steady_point
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, MOST_CYCLES, oscillate
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
 from jamlab.flow.quasistatic_shear import LARGEST_STEP
-from jamlab.flow.shear import LARGEST_RATE, shear
+from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import nonlinear_modulus
@@ -35,11 +35,13 @@ Background = Annotated[float, Field(ge=0, le=1e3)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
 
 
-def _at_most(limit: float, what: str) -> AfterValidator:
+def _at_most(limit: float, what: str, least: float = 0.0) -> AfterValidator:
 
     def check(values: list[float]) -> list[float]:
         if max(values) > limit:
             raise ValueError(f"{max(values):g} is above {limit:g}, the {what} there is: lower it")
+        if slow := [value for value in values if 0 < value < least]:
+            raise ValueError(f"{slow[0]:g} is below {least:g}, the least there is: raise it, or give 0")
         return values
 
     return AfterValidator(check)
@@ -49,7 +51,7 @@ class Flow(FileTable):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
     # of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
-    rates: Annotated[Rates, _at_most(LARGEST_RATE, "fastest flow")]
+    rates: Annotated[Rates, _at_most(LARGEST_RATE, "fastest flow", LEAST_RATE)]
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0

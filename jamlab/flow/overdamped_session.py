@@ -91,7 +91,7 @@ class OverdampedSession:
         self._start, self._interval = 0.0, np.inf
         self._driven = False
         given = defaults("flow")
-        settings = {name: given[name] for name in ("beta", "alpha", "arms")}
+        settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
         settings |= {"background": background, "fluid": 0.0}
         settings |= damping.lammps_variables()
@@ -102,6 +102,8 @@ class OverdampedSession:
             if packing.model == "sp":
                 self._take_disk_style()
                 self._session.load(packing, anew=True)  # by the other pair style
+            else:
+                self._session.include("flow.edges")
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
             self.close()

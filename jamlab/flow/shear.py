@@ -69,7 +69,8 @@ def shear(
             where contacts open and close, and steps end there; stresses over the largest one err by less than the
             tolerance, but for the few rows that lie next to a jump. Where drag would push a contact open that closes
             without it, the two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of
-            droplets end at no contact, and lose energy there: the result says how well energy is balanced.
+            droplets end at no contact, and lose energy there: the result says how well energy is balanced. Line tension
+            of their edges fades below tolerance delta/100: edges that shrink to a point turned round in every step.
         background: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none.
             Contacts leave some motion without drag, as of a disk on one contact, and the law does not determine it:
             the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of

@@ -38,10 +38,8 @@ def test_means_over_packings(tmp_path):
 def test_other_rates_need_no_other_packings(tmp_path):
     keys = []
     for flow in (FLOW, FLOW | {"rates": [0.1]}):
-        path = written(tmp_path / "c.toml", **SWEEP | {"flow": flow})
-        keys.append(
-            [state_key(task.parameters) for batch in batches(read_campaign_file(path)) for task in batch.tasks()]
-        )
+        (batch,) = batches(read_campaign_file(written(tmp_path / "c.toml", **SWEEP | {"flow": flow})))
+        keys.append([state_key(task.parameters) for task in batch.tasks()])
     assert keys[0] == keys[1] and len(set(keys[0])) == 2
 
 
@@ -123,6 +121,7 @@ def test_cost_of_flows_grows_with_what_is_asked(tmp_path):
     [
         ({"flow": None}, r"observable 'flow' needs flow: give a table with rates"),
         ({"flow": {"rates": [1e4]}}, r"flow.rates.*10000 is above 1000"),
+        ({"flow": {"rates": [0.0, 1e-13]}}, r"flow.rates.*1e-13 is below 1e-12, .*give 0"),
         ({"flow": {"rates": [1.0], "alpha": 0.1}}, r"flow.alpha"),
         ({"flow": {"rates": [1.0], "speed": 1}}, r"flow.speed"),
         ({"flow": {"rates": [-1.0]}}, r"flow.rates"),

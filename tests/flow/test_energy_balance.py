@@ -62,7 +62,7 @@ def test_a_picture_of_two_runs_warns_of_the_worse(disks):
 @pytest.mark.parametrize(
     ("rate", "tolerance", "strain", "law"),
     [
-        (0.1, 1e-2, 0.2, None),
+        (0.1, 1e-2, 0.4, None),  # beyond 0.36 an edge has shrunk to a point: 17 tolerances where it keeps its tension
         pytest.param(0.1, 1e-3, 0.4, None, marks=pytest.mark.slow),
         pytest.param(0.01, 1e-3, 0.4, None, marks=pytest.mark.slow),
         pytest.param(1e-3, 1e-3, 0.4, None, marks=pytest.mark.slow),
@@ -70,7 +70,10 @@ def test_a_picture_of_two_runs_warns_of_the_worse(disks):
     ],
 )
 def test_droplets_that_slip_balance_energy_to_the_tolerance(rate, tolerance, strain, law):
-    """Vertices that slip past others dissipate in bursts: a step that misses one is taken again, shorter."""
+    """Vertices that slip past others dissipate in bursts: a step that misses one is taken again, shorter.
+
+    So is one that loses little, where all steps so far have lost what the tolerance allows.
+    """
     droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
     run = jamlab.shear(droplets, rate, strain, law, rows=50, tolerance=tolerance)
     assert run.imbalance < tolerance / 3 and run.balanced and "ENERGY" not in repr(run)
