@@ -60,7 +60,7 @@ FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
     lmp->error->all(FLERR, who + " requires an atom map: use atom_modify map array");
 
   const auto found = lmp->modify->get_fix_by_style("^POLYGON/OUTLINE$");
-  Fix *fix = found.empty() ? lmp->modify->add_fix("JAMLAB_OUTLINE all POLYGON/OUTLINE") : found.front();
+  Fix *fix = found.empty() ? lmp->modify->add_fix("POLYGON_OUTLINE all POLYGON/OUTLINE") : found.front();
   return dynamic_cast<FixPolygonOutline *>(fix);
 }
 

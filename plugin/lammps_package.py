@@ -82,7 +82,7 @@ def needed(name: str, found: set[str]) -> set[str]:
 def source(name: str) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration."""
     text = (SOURCE / name).read_text().partition("\n\n")[2]
-    text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup").replace('"JAMLAB_OUTLINE ', '"POLYGON_OUTLINE ')
+    text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup")
     text = text.replace('"compute_polygon_group.h"', '"compute_polygon_group_group.h"').replace("JAMLAB_", "LMP_")
     text = re.sub(r"// The wheel.*?#if __has_include.*?#endif\n", '#include "respa.h"\n', text, flags=re.DOTALL)
     text = text.replace("LMP_COMPUTE_POLYGON_GROUP_H", "LMP_COMPUTE_POLYGON_GROUP_GROUP_H")
@@ -156,8 +156,9 @@ doc/src/Commands_bond.rst: * :doc:`line/tension <bond_line_tension>`
 doc/src/Commands_fix.rst: * :doc:`polygon/area <fix_polygon_area>`
 doc/src/Commands_compute.rst: * :doc:`polygon <compute_polygon>`, polygon/contact, polygon/group/group
 doc/src/pair_style.rst, bond_style.rst, fix.rst, compute.rst: the same with " - " and a sentence each
-doc/src/Packages.rst: a row of the table, :ref:`POLYGON <PKG-POLYGON>`; Packages_details.rst: * :ref:`POLYGON <PKG-POLYGON>`,
-and a section below .. _PKG-POLYGON: with contents, the author as its maintainer, and examples/PACKAGES/polygon
+doc/src/Packages.rst: a row of the table, :ref:`POLYGON <PKG-POLYGON>`
+doc/src/Packages_details.rst: * :ref:`POLYGON <PKG-POLYGON>`, and a section below .. _PKG-POLYGON: with contents, the
+author as its maintainer, and examples/PACKAGES/polygon
 """
 
 

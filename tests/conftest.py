@@ -88,14 +88,8 @@ def _spanning(form, tilt=0.0, seed=0):
     rng = np.random.default_rng(seed)
     width, height, delta = 1.7, 0.5, 0.22
     along, up = np.linspace(0, 1, 8, endpoint=False), np.linspace(0, 1, 3, endpoint=False)
-    ring = np.concatenate(
-        [
-            np.column_stack([along, 0 * along]),
-            np.column_stack([1 + 0 * up, up]),
-            np.column_stack([1 - along, 1 + 0 * along]),
-            np.column_stack([0 * up, 1 - up]),
-        ]
-    ) * [width, height]
+    sides = ([along, 0 * along], [1 + 0 * up, up], [1 - along, 1 + 0 * along], [0 * up, 1 - up])
+    ring = np.concatenate([np.column_stack(side) for side in sides]) * [width, height]
     rings = [ring + np.array([0.31 * k - 0.4, 0.62 * k - 0.3]) + rng.uniform(-0.03, 0.03, ring.shape) for k in range(3)]
     law = {"gamma": 0.1, "ka": 3.0, "eps": 1.3, "delta": delta, "eta": 0.0, "contact": form}
     box = [[width + 0.14, 0.0], [tilt, 3 * 0.62 + 0.02]]

@@ -17,56 +17,18 @@ FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamla
 CLASSES = ["Packing", "Session", "PackingAnalysis"]  # made by users; ContactDamping and StokesDrag check their numbers
 CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "plot", "finished", "packings"]
 STATISTICS = ["power_laws.power_law", "power_laws.widest_window", "power_laws.finite_size", "bootstrap.bootstrap"]
-STRANGE = [
-    object(),
-    None,
-    True,
-    2.5,
-    float("nan"),
-    1j,
-    "text",
-    b"bytes",
-    [],
-    [object()],
-    {},
-    {1: 2},
-    np.array("a"),
-    int,
-]
+STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object()], {}, {1: 2}, np.array("a"), int]
 DROPLETS = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.0]}
 CALLABLE = {"progress": int, "statistic": int}  # a class may stand for a function
 REQUIRED = {
-    "omega": 1.0,
-    "to": 0.95,
-    "rho": 0.9,
-    "rate": 1.0,
-    "rates": [1.0],
-    "strain": 0.1,
-    "amplitude": 0.1,
-    "duration": 1.0,
-    "n": 4,
-    "pressure": 1e-2,
-    "count": 1,
-    "offsets": [0, 3],
-    "outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]],
-    "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-    "pressures": [1e-3],
-    "spectra": [[]],
-    "force": 1.0,
-    "alpha": 1.0,
-    "stress": 1.0,
-    "stiffness": 1.0,
-    "tolerance": {"z": 0.1},
-    "columns": ("x",),
-    "x": [1.0, 2.0, 3.0],
-    "y": [1.0, 2.0, 3.0],
-    "values": ["z"],
-    "value": "z",
-    "task": "0" * 32,
-    "groups": [[1.0, 2.0]],
-    "statistic": lambda groups: 1.0,
-    "quantity": "z",
-    "error": 0.1,
+    **dict.fromkeys(("omega", "rate", "duration", "force", "alpha", "stress", "stiffness"), 1.0),
+    **dict.fromkeys(("strain", "amplitude", "error"), 0.1),
+    **dict.fromkeys(("value", "quantity"), "z"),
+    **{"to": 0.95, "rho": 0.9, "rates": [1.0], "n": 4, "pressure": 1e-2, "count": 1, "offsets": [0, 3]},
+    **{"outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]], "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]},
+    **{"pressures": [1e-3], "spectra": [[]], "tolerance": {"z": 0.1}, "columns": ("x",), "values": ["z"]},
+    **{"task": "0" * 32, "groups": [[1.0, 2.0]], "statistic": lambda groups: 1.0},
+    **{"x": [1.0, 2.0, 3.0], "y": [1.0, 2.0, 3.0]},
 }
 
 
@@ -76,16 +38,9 @@ def required(random_disks, tmp_path_factory):
     packing = random_disks()
     path = tmp_path_factory.mktemp("types") / "p.h5"
     packing.write(path)
-    own = {
-        "u": jamlab.universe(packing),
-        "source": packing,
-        "box": packing.box,
-        "packing": packing,
-        "packings": [packing],
-        "path": path,
-        "found": jamlab.voids(packing),
-    }
-    return REQUIRED | own | {"picture": np.zeros((4, 4)), "damping": None}
+    own = {"u": jamlab.universe(packing), "source": packing, "packing": packing, "packings": [packing], "path": path}
+    own |= {"box": packing.box, "found": jamlab.voids(packing), "picture": np.zeros((4, 4)), "damping": None}
+    return REQUIRED | own
 
 
 def test_every_public_function_is_checked():
@@ -182,63 +137,33 @@ def everything(
     return "done"
 
 
-RIGHT = [
-    {"whole": np.int32(3)},
-    {"number": 2},
-    {"number": np.float32(2)},
-    {"flag": np.True_},
-    {"text": None},
-    {"values": 1},
-    {"values": [[1, 2.0]]},
-    {"whole_values": np.arange(3)},
-    {"names": ["a", "b"]},
-    {"table": {"z": 1}},
-    {"stream": range(2)},
-    {"path": Path("a")},
-    {"picture": "a.png"},
-    {"picture": np.zeros((2, 2), dtype=np.uint8)},
-    {"call": abs},
-    {"other": 1.5},
-]
-WRONG = [
-    {"whole": 2.0},
-    {"whole": True},
-    {"number": "2"},
-    {"number": True},
-    {"flag": 1},
-    {"text": 1},
-    {"values": "12"},
-    {"values": [[1], [1, 2]]},
-    {"whole_values": [0.5]},
-    {"names": "ab"},
-    {"names": ["a", 1]},
-    {"table": {1: 1}},
-    {"table": {"z": "1"}},
-    {"stream": ["a"]},
-    {"path": 1},
-    {"picture": None},
-    {"call": 1},
-    {"other": "a"},
-]
+RIGHT = {
+    **{"whole": [np.int32(3)], "number": [2, np.float32(2)], "flag": [np.True_], "text": [None], "call": [abs]},
+    **{"values": [1, [[1, 2.0]]], "whole_values": [np.arange(3)], "names": [["a", "b"]], "table": [{"z": 1}]},
+    **{
+        "other": [1.5],
+        "stream": [range(2)],
+        "path": [Path("a")],
+        "picture": ["a.png", np.zeros((2, 2), dtype=np.uint8)],
+    },
+}
+WRONG = {
+    **{"whole": [2.0, True], "number": ["2", True], "flag": [1], "text": [1], "values": ["12", [[1], [1, 2]]]},
+    **{"whole_values": [[0.5]], "names": ["ab", ["a", 1]], "table": [{1: 1}, {"z": "1"}], "stream": [["a"]]},
+    **{"path": [1], "picture": [None], "call": [1], "other": ["a"]},
+}
 
 
-@pytest.mark.parametrize("given", RIGHT, ids=lambda given: next(iter(given)))
-def test_right_types_pass(given):
-    assert everything(**{"whole": 1} | given) == "done"
+@pytest.mark.parametrize("name", RIGHT)
+def test_right_types_pass(name):
+    assert all(everything(**{"whole": 1} | {name: value}) == "done" for value in RIGHT[name])
 
 
-@pytest.mark.parametrize("given", WRONG, ids=lambda given: next(iter(given)))
-def test_wrong_types_are_named(given):
-    ((name, value),) = given.items()
-    with pytest.raises(jamlab.InputError, match=rf"everything: {name} = .*\({type(value).__name__}\): must be "):
-        everything(**{"whole": 1} | given)
-
-
-def test_by_position_and_for_readers():
-    with pytest.raises(jamlab.InputError, match="number = 'a'"):
-        everything(1, "a")
-    assert list(inspect.signature(everything).parameters)[:2] == ["whole", "number"]
-    assert everything.__doc__ == "Arguments of every kind."
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_types_are_named(name):
+    for value in WRONG[name]:
+        with pytest.raises(jamlab.InputError, match=rf"everything: {name} = .*\({type(value).__name__}\): must be "):
+            everything(**{"whole": 1} | {name: value})
 
 
 @checked
@@ -247,7 +172,11 @@ def several(*values: float, whole: int = 1) -> str:
     return "done"
 
 
-def test_any_number_of_arguments():
+def test_by_position_and_for_readers():
+    with pytest.raises(jamlab.InputError, match="number = 'a'"):
+        everything(1, "a")
+    assert list(inspect.signature(everything).parameters)[:2] == ["whole", "number"]
+    assert everything.__doc__ == "Arguments of every kind."
     assert several() == several(1.0, 2, whole=3) == "done"
     with pytest.raises(jamlab.InputError, match=r"several: values = 'a' \(str\): must be a number"):
         several(1.0, 2.0, "a")

@@ -62,11 +62,8 @@ def test_files_that_are_named_are_there():
         r"(?:\.[gx]z)?)\b"
     )
     code = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*") if file.suffix in (".py", ".h", ".cpp")]
-    named = [
-        (file, name)
-        for file in {*PAGES, *code, ROOT / "pyproject.toml"}
-        for name in path.findall(file.read_text(encoding="utf-8"))
-    ]
+    read = {*PAGES, *code, ROOT / "pyproject.toml"}
+    named = [(file, name) for file in read for name in path.findall(file.read_text(encoding="utf-8"))]
     assert len(named) > 50
     missing = [f"{file}: {name}" for file, name in named if not (ROOT / name).exists()]
     assert not missing

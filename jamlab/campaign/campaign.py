@@ -385,9 +385,6 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
     return Campaign(given, text, content, CampaignFolder(place))
 
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 FORMATS = ("csv", "parquet", "dump")
 
 
@@ -453,9 +450,7 @@ def export(
     if form == "dump":
         written: dict[Path, Any] = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
     else:
-        frames = {
-            name: campaign.table(name, sweep) for name in tables or TABLES
-        }  # all of them, before a folder is made
+        frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # all, before a folder is made
         written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
     if written:
         make_folder(out)

@@ -135,6 +135,9 @@ class Quasistatic(Observable):
     def without_answer(self) -> list[Row]:
         return [dict.fromkeys((*self._KINDS, *self._MEANS), np.nan)]
 
+    def constants(self) -> Row:
+        return dict.fromkeys(("sheared", *self._MEANS), np.nan)  # a file of version 0.2.0
+
     def seconds(self, size: Size) -> float:
         each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
         return size.states * len(self.prestress) * each

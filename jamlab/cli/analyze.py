@@ -64,10 +64,9 @@ def analyze(
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
     followed = file.is_dir() or file.suffix.lower() == ".csv" or (file.suffix.lower() in STACKS and _pages(file) > 1)
+    contrast = contrast if dark is None else "dark" if dark else "bright"
+    how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
     if file.suffix.lower() in PICTURES and not followed:
-        if dark is not None:
-            contrast = "dark" if dark else "bright"
-        how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
         _check_outputs(file, (overlay, csv, packing), force)
         from jamlab.micrographs.micrograph import micrograph
 
@@ -81,7 +80,6 @@ def analyze(
         print_micrograph(file.name, found, as_json)
         return
     if followed:
-        how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
         _check_outputs(file, (overlay, csv), force)
         _analyze_tracks(file, overlay, csv, as_json, {} if file.suffix.lower() == ".csv" else how)
         return

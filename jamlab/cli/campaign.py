@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.progress import Progress as Bars
 
 from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
@@ -170,6 +168,9 @@ def _describe_nothing_left(campaign: "Campaign", only: list[str] | None) -> str:
 @contextmanager
 def _show_tasks(campaign: "Campaign", only: Iterable[str] | None) -> Iterator[Callable[["Outcome"], None]]:
     """Count tasks on stderr, by a bar or by a line now and then, and print failures at once; for `Campaign.run`."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
+
     from jamlab.campaign.driver import FAILED
     from jamlab.campaign.plan import wanted_batches
     from jamlab.campaign.tasks import batches, task_names

@@ -9,18 +9,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.measure import Measurement
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bars
-from rich.table import Table
 from rich.text import Text
 
 from jamlab.storage.atomic_file import atomic_file
 
 if TYPE_CHECKING:
     import pandas as pd
+    from rich.table import Table
 
     from jamlab.packing.packing import Packing
     from jamlab.processes.progress import Progress
@@ -43,6 +39,8 @@ def print_note(text: str) -> None:
 
 def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
     """Print a table of text on stdout; columns that do not fit follow below, beside the first column again."""
+    from rich.measure import Measurement
+
     out_console.print()
     print_note(title)
     rest, unbounded = list(range(1, len(columns))), out_console.options.update(max_width=10_000)
@@ -58,7 +56,10 @@ def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str
             return
 
 
-def _table(columns: Sequence[str], lines: Sequence[Sequence[str]], shown: Iterable[int]) -> Table:
+def _table(columns: Sequence[str], lines: Sequence[Sequence[str]], shown: Iterable[int]) -> "Table":
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False, show_edge=False)
     shown = list(shown)
     for k in shown:
@@ -88,6 +89,9 @@ _EARLY = 0.03  # share of the work below which the time left is a guess not wort
 def progress_bars(names: dict[str, str], *, resumed: bool = False) -> "Iterator[dict[str, Progress]]":
     """Show one bar with a clock for each name (key -> text); a clock stops when its work is done. Yields key ->
     progress. Of a run that was resumed, what is done at the first call was done before."""
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
     columns = (TextColumn("{task.description}"), BarColumn(16), TimeElapsedColumn(), TextColumn("{task.fields[at]}"))
     quiet = not err_console.is_terminal
     with Bars(*columns, console=err_console, transient=True, disable=quiet) as bars:

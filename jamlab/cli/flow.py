@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -19,14 +19,12 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
-    from jamlab.flow.creep import CreepRun
-    from jamlab.flow.flow_curve import FlowCurve
-    from jamlab.flow.oscillate import Oscillation
     from jamlab.flow.read_flow import Flow
-    from jamlab.flow.relax_stress import StressRelaxation
-    from jamlab.flow.shear_run import ShearRun
     from jamlab.packing.packing import Packing
     from jamlab.rheology.damping import Damping
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,15 @@ class FlowOptions:
         """Arguments of every flow; a background that is not given is left to it."""
         return {"tolerance": self.tolerance} | ({} if self.background is None else {"background": self.background})
 
+    def run(self, drive: Callable[..., T], name: str, *point: float, **how: Any) -> T:
+        """Drive the packing at a point, such as frequency and amplitude, below a bar of this name."""
+        with progress_bar(name, resumed=True) as progress:
+            how |= {"out": self.out, "progress": progress, **self.accuracy}
+            return drive(self.packing(), *point, self.law(), **how)
 
-Run = Callable[..., tuple["Flow", Sequence[str]]]
+
+Result = tuple["Flow", Sequence[str]]  # with notes
+Run = Callable[..., Result]
 
 
 def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Callable[..., None]]:
@@ -182,7 +187,7 @@ def shear(
     rows: Annotated[int | None, typer.Option(help="Rows of the result, but at rate 0; default 200.")] = None,
     frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
     within: Annotated[float | None, typer.Option(help="Refuse a run that will take longer, s.")] = None,
-) -> "tuple[ShearRun, Sequence[str]]":
+) -> "Result":
     """Shear a packing at a constant rate, without inertia; a run that was interrupted goes on from its file."""
     from jamlab.flow.flow_cost import cost_of_flow, require_time
     from jamlab.flow.shear import shear as run
@@ -213,7 +218,7 @@ def flow_curve(
     discard: Annotated[float, typer.Option(help="Strain of start-up before.")] = 1.0,
     processes: Annotated[int, typer.Option(help="Rates side by side, each on one core.")] = 1,
     within: Annotated[float | None, typer.Option(help="Refuse rates that will take longer, s.")] = None,
-) -> "tuple[FlowCurve, Sequence[str]]":
+) -> "Result":
     """Measure steady flow at several rates, with a Herschel-Bulkley fit; rates in the file are not run again."""
     from jamlab.errors import JamlabError
     from jamlab.flow.flow_cost import cost_of_flow, require_time
@@ -247,13 +252,11 @@ def oscillate(
     amplitude: Annotated[float, typer.Option(help="Amplitude of the strain.")],
     cycles: Annotated[int, typer.Option(help="Cycles at most; it ends when the answer repeats.")] = 20,
     points: Annotated[int, typer.Option(help="Rows in a cycle.")] = 32,
-) -> "tuple[Oscillation, Sequence[str]]":
+) -> "Result":
     """Shear a packing to and fro: harmonics of the stress; the picture is the Lissajous figure."""
     from jamlab.flow.oscillate import oscillate as run
 
-    how = options.accuracy | {"cycles": cycles, "points": points, "out": options.out}
-    with progress_bar("oscillate", resumed=True) as progress:
-        found = run(options.packing(), omega, amplitude, options.law(), progress=progress, **how)
+    found = options.run(run, "oscillate", omega, amplitude, cycles=cycles, points=points)
     return found, [f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"]
 
 
@@ -267,13 +270,11 @@ def relax_stress(
     strain: Annotated[float, typer.Option(help="Strain of the step.")],
     duration: Annotated[float, typer.Option(help="Time, tau_1.")],
     step_time: Annotated[float, typer.Option(help="Time that the step takes, tau_1.")] = 1e-2,
-) -> "tuple[StressRelaxation, Sequence[str]]":
+) -> "Result":
     """Strain a packing by a step and follow its stress: the relaxation modulus G(t)."""
     from jamlab.flow.relax_stress import relax_stress as run
 
-    how = options.accuracy | {"step_time": step_time, "out": options.out}
-    with progress_bar("relax", resumed=True) as progress:
-        found = run(options.packing(), strain, duration, options.law(), progress=progress, **how)
+    found = options.run(run, "relax", strain, duration, step_time=step_time)
     return found, [f"residual stress {found.residual:.5g}"]
 
 
@@ -287,11 +288,9 @@ def creep(
     stress: Annotated[float, typer.Option(help="Stress beside the residual one, in units of the packing.")],
     duration: Annotated[float, typer.Option(help="Time, tau_1.")],
     largest_strain: Annotated[float, typer.Option(help="Strain at which it ends early.")] = 10.0,
-) -> "tuple[CreepRun, Sequence[str]]":
+) -> "Result":
     """Load a packing with a shear stress and follow its strain; says whether it comes to rest, creeps on or flows."""
     from jamlab.flow.creep import creep as run
 
-    how = options.accuracy | {"largest_strain": largest_strain, "out": options.out}
-    with progress_bar("creep", resumed=True) as progress:
-        found = run(options.packing(), stress, duration, options.law(), progress=progress, **how)
+    found = options.run(run, "creep", stress, duration, largest_strain=largest_strain)
     return found, [f"residual stress {found.residual:.5g}"]

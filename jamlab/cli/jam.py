@@ -5,47 +5,31 @@ from typing import Annotated, Any
 
 import typer
 
+from jamlab.cli import options
 from jamlab.cli.console import print_packings, progress_bar
 from jamlab.cli.interruption import KeptStates, expect_output
-from jamlab.cli.options import (
-    Ensemble,
-    File,
-    Force,
-    Frame,
-    Json,
-    Large,
-    Law,
-    N,
-    Out,
-    Ranks,
-    Ratio,
-    Seed,
-    Sizes,
-    Tolerance,
-    law_values,
-)
 from jamlab.storage.atomic_file import check_target
 
 
 def jam(
     model: Annotated[str, typer.Option(help="sp (disks) or dp (droplets).")] = "sp",
-    n: N = 64,
-    seed: Seed = 1,
+    n: options.N = 64,
+    seed: options.Seed = 1,
     contact: Annotated[str | None, typer.Option(help="Contact form (dp): outline, segment or segment/smooth.")] = None,
     gamma: Annotated[float | None, typer.Option(help="Line tension (dp), eps/l; default 0.4.")] = None,
     ka: Annotated[float | None, typer.Option(help="Area stiffness (dp), eps/l^4; default 300.")] = None,
     delta: Annotated[float | None, typer.Option(help="Width of the rims (dp), l; default 0.25.")] = None,
-    law: Law = None,
-    ratio: Ratio = None,
-    large: Large = 0.5,
-    sizes: Sizes = None,
+    law: options.Law = None,
+    ratio: options.Ratio = None,
+    large: options.Large = 0.5,
+    sizes: options.Sizes = None,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 throughout.")] = "bisection",
-    ensemble: Ensemble = "fixed-box",
-    ranks: Ranks = 1,
-    tolerance: Tolerance = None,
-    out: Out = Path("onset.h5"),
-    force: Force = False,
-    as_json: Json = False,
+    ensemble: options.Ensemble = "fixed-box",
+    ranks: options.Ranks = 1,
+    tolerance: options.Tolerance = None,
+    out: options.Out = Path("onset.h5"),
+    force: options.Force = False,
+    as_json: options.Json = False,
 ) -> None:
     """Make a packing at jamming onset, after Boromand et al., section 2.3; interrupted, it leaves nothing, since what
     it passes is at no onset."""
@@ -58,7 +42,7 @@ def _make(command: str, stage: str, law: list[str] | None, out: Path, force: boo
 
     check_target(out, replace=force)
     expect_output(out)
-    given = {name: value for name, value in how.items() if value is not None} | law_values(law)
+    given = {name: value for name, value in how.items() if value is not None} | options.law_values(law)
     with progress_bar(stage) as progress:
         packing = getattr(jamlab, command)(progress=progress, **given)
     print_packings([packing], out, as_json)
@@ -66,18 +50,18 @@ def _make(command: str, stage: str, law: list[str] | None, out: Path, force: boo
 
 def pack(
     pressure: Annotated[float, typer.Option(help="Target pressure, in units of k.")],
-    n: N = 256,
-    seed: Seed = 1,
-    ensemble: Ensemble = "fixed-box",
-    ranks: Ranks = 1,
-    law: Law = None,
-    ratio: Ratio = None,
-    large: Large = 0.5,
-    sizes: Sizes = None,
-    tolerance: Tolerance = None,
-    out: Out = Path("packing.h5"),
-    force: Force = False,
-    as_json: Json = False,
+    n: options.N = 256,
+    seed: options.Seed = 1,
+    ensemble: options.Ensemble = "fixed-box",
+    ranks: options.Ranks = 1,
+    law: options.Law = None,
+    ratio: options.Ratio = None,
+    large: options.Large = 0.5,
+    sizes: options.Sizes = None,
+    tolerance: options.Tolerance = None,
+    out: options.Out = Path("packing.h5"),
+    force: options.Force = False,
+    as_json: options.Json = False,
 ) -> None:
     """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe; interrupted, it
     leaves nothing, since what it passes has another pressure."""
@@ -85,18 +69,18 @@ def pack(
 
 
 def compress(
-    file: File,
+    file: options.File,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
     step: Annotated[float, typer.Option(help="Distance between two states.")] = 0.01,
     by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
     nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
     error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
-    frame: Frame = -1,
-    ranks: Ranks = 1,
-    tolerance: Tolerance = None,
-    out: Out = Path("sweep.h5"),
-    force: Force = False,
-    as_json: Json = False,
+    frame: options.Frame = -1,
+    ranks: options.Ranks = 1,
+    tolerance: options.Tolerance = None,
+    out: options.Out = Path("sweep.h5"),
+    force: options.Force = False,
+    as_json: options.Json = False,
 ) -> None:
     """Compress or decompress a packing in steps; the first frame written is the start."""
     from jamlab.packing.hdf5 import read

@@ -1,6 +1,6 @@
 """`jamlab study`, `chart`, `figure`, `calibrate`, `compare`: evidence planned, run and drawn, and your own studies."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,6 +15,8 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets, make_folder
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from jamlab.studies.study import Page, Study, TableStudy
 
 
@@ -43,11 +45,12 @@ def speed_accuracy(
     as_json: Json = False,
 ) -> None:
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
-    from jamlab.studies.cost.chart import OFF_COLUMNS, PAGE, defaults_off_the_front, write_charts
+    from jamlab.studies.cost.chart import OFF_COLUMNS, PAGE, defaults_off_the_front
     from jamlab.studies.registry import CHARTS, chosen
 
     charts = chosen(CHARTS, topic or ())
-    found = _draw_page(write_charts, charts, PAGE, measure, plan, out, force, as_json)
+    tables = _draw_page(charts, PAGE, measure, plan, out, force, as_json)
+    found = {name: charts[name].average(rows) for name, rows in tables.items()}
     beaten = defaults_off_the_front(charts, found)
     if as_json:
         points: dict[str, Any] = {name: [asdict(p) for p in rows] for name, rows in found.items()}
@@ -60,14 +63,9 @@ def speed_accuracy(
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
 
 
-def _draw_page(
-    write: Callable[..., dict[str, Any]],
-    studies: "Mapping[str, TableStudy]",
-    page: "Page",
-    *options: Any,
-) -> dict[str, Any]:
+def _draw_page(studies: "Mapping[str, TableStudy]", page: "Page", *options: Any) -> "dict[str, pd.DataFrame]":
     """Draw one page of charts or maps by the options of the command, and end it if it only asks for the plan."""
-    from jamlab.studies.study import file_names
+    from jamlab.studies.study import draw_tables, file_names
 
     measure, plan, out, force, as_json = options
     if plan:
@@ -75,7 +73,7 @@ def _draw_page(
         raise typer.Exit
     check_targets(out, file_names(studies, page.name, each=False), replace=force)
     expect_output(out)
-    return write(out, studies, page, measure=measure, progress=tell)
+    return draw_tables(out, studies, page, measure=measure, progress=tell)
 
 
 def tell(share: float, text: str) -> None:
@@ -112,13 +110,11 @@ def stability(
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
     from jamlab.studies.failure.map import COUNTED, PAGE, counts
     from jamlab.studies.registry import MAPS, chosen
-    from jamlab.studies.study import draw_tables
 
     named = chosen(MAPS, maps or ())
-    found = _draw_page(draw_tables, named, PAGE, measure, plan, out, force, as_json)
+    found = _draw_page(named, PAGE, measure, plan, out, force, as_json)
     if as_json:
-        cells: dict[str, Any] = {name: table.to_dict("records") for name, table in found.items()}
-        print_json({"out": str(out), "maps": cells})
+        print_json({"out": str(out), "maps": {name: table.to_dict("records") for name, table in found.items()}})
         return
     print_table("runs by how they ended", COUNTED, counts(named, found))
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
@@ -154,13 +150,13 @@ def flow_table(
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
-    from jamlab.estimates.flow_errors import CALIBRATE, SLIDING_CHECK
+    from jamlab.estimates.flow_errors import Part
     from jamlab.studies.least_model import FLOW_SEEDS, measure_errors
 
     expect_output(out)
-    quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in FLOW_SEEDS.items()}
+    quick_parts = {part: seeds[: 2 if part == Part.CALIBRATE else 1] for part, seeds in FLOW_SEEDS.items()}
     made = measure_errors(out, quick_parts if quick else FLOW_SEEDS, progress=tell)
-    (kept, of), (others, of_others) = made.kept(), made.kept(SLIDING_CHECK)
+    (kept, of), (others, of_others) = made.kept(), made.kept(Part.SLIDING_CHECK)
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
     out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
 
@@ -227,34 +223,26 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from jamlab.studies.other_codes.compare import (
-        FILES,
-        Comparison,
-        comparison_tables,
-        jolted_minimum,
-        notes,
-        write_comparison,
-        write_recipe,
-    )
+    from jamlab.studies.other_codes import compare as codes
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")
         check_targets(folder, ["packing.npz", f"{recipe}_check.py"], replace=force)
-        out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
+        out_console.print(codes.write_recipe(recipe, folder, codes.jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
         return
     if out is not None:
         make_folder(out)
-        check_targets(out, FILES, replace=force)
+        check_targets(out, codes.FILES, replace=force)
         expect_output(out)
-    rows, analysis = Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
+    rows, analysis = codes.Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
     if out is not None:
-        write_comparison(out, rows, analysis, n, phi)
+        codes.write_comparison(out, rows, analysis, n, phi)
     if as_json:
         print_json({"rows": rows, "analysis": analysis})
         return
-    for table in comparison_tables(rows, analysis, n, phi):
+    for table in codes.comparison_tables(rows, analysis, n, phi):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
-    for name, note in notes(rows, analysis).items():
+    for name, note in codes.notes(rows, analysis).items():
         out_console.print(f"{name}: {note}", soft_wrap=True, highlight=False, markup=False)
     if out is not None:
         out_console.print(f"Open {out / 'index.html'}", soft_wrap=True)

@@ -59,13 +59,9 @@ def fire_settings() -> FireSettings:
 
 @cache
 def lively_fire() -> FireSettings:
-    """Less friction and longer steps, for a packing that still flows after many steps of the usual kind.
-
-    Just above onset a large packing comes to rest by one slow slide after another, at contact forces that hardly push:
-    8192 disks at p = 1e-5 took 830 000 steps of the usual kind, and 297 000 when all but the first 132 000 were these.
-    `tmax` = 7 is too long: contacts shake, and the box stays where it is.
-    """
-    return replace(fire_settings(), tmax=6.0, alphashrink=0.95)
+    """Less friction and longer steps, for disks whose box is free: they come to rest by slow slides of many at once, at
+    contact forces that hardly push. `tmax` = 7 is too long: contacts shake, and the box stays where it is."""
+    return replace(fire_settings(), tmax=6.0, alpha0=0.05)
 
 
 DELAY = 20  # steps downhill after which the time step grows
@@ -98,7 +94,7 @@ def fire_disks(
         packing: SP.
         force: tolerance on the largest norm of a force, and on unbalanced stress times mean diameter.
         steps: at most.
-        threads: that share the work; pays from about 10 000 disks. Their number changes rounding only.
+        threads: that share the work; pays from about 10 000 disks. Their number changes no digit.
         border: strains that the box may take; by default none.
         fire: numbers of the method, default `fire_settings`.
 

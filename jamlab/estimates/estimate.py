@@ -25,25 +25,10 @@ from threadpoolctl import threadpool_limits
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.estimates import ways
 from jamlab.estimates.model_choice import Choice
 from jamlab.estimates.options import OldWords, Why, judge, taken
-from jamlab.estimates.ways import (
-    ONSET,
-    EnsembleWay,
-    N,
-    Scatter,
-    WayRecord,
-    Ways,
-    bring_on,
-    default_vertices,
-    difference,
-    find_onset,
-    is_known,
-    read_ways,
-    refuse_sizes,
-    scatter,
-    value_at,
-)
+from jamlab.estimates.ways import ONSET, EnsembleWay, N, Scatter, WayRecord, Ways, difference, is_known, scatter
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
 from jamlab.processes.progress import Progress, no_progress
@@ -87,7 +72,7 @@ def plan_mean(
     quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
 ) -> EnsemblePlan:
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
-    table = read_ways() if table is None else table
+    table = ways.read_ways() if table is None else table
     at = _check(table, quantity, rho, error, model)
     reference = table[reference_way()]
     if not is_known(reference, reference, quantity, at):
@@ -122,7 +107,7 @@ def interval(deviation: float, freedom: float, packings: int = 1) -> float:
 
 def reference_way() -> EnsembleWay:
     """Droplets from the start, whose mean is estimated."""
-    return EnsembleWay("droplets", N, default_vertices())
+    return EnsembleWay("droplets", N, ways.default_vertices())
 
 
 def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, error: float) -> dict[str, Any]:
@@ -325,7 +310,7 @@ def estimate(
         >>> loose.seconds < tight.seconds, tight.choice.way.start
         (True, 'droplets')
     """
-    refuse_sizes(sizes)
+    ways.refuse_sizes(sizes)
     check_seed(seed)
     if processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
@@ -388,8 +373,10 @@ def make_one(
     """Make one packing: its value, nan if it has none, and the CPU time that it took."""
     began = time.process_time()
     try:
-        packing = find_onset(way, seed)
-        value = packing_fraction(packing) if quantity == ONSET else value_at(bring_on(way, packing, rho), quantity)
+        packing = ways.find_onset(way, seed)
+        if quantity != ONSET:
+            packing = ways.bring_on(way, packing, rho)
+        value = packing_fraction(packing) if quantity == ONSET else ways.value_at(packing, quantity)
     except ConvergenceError:
         value = math.nan
     return value, time.process_time() - began

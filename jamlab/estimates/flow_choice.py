@@ -14,20 +14,7 @@ import pandas as pd
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.estimates.flow_errors import (
-    BACKGROUND,
-    CHECK,
-    SIZE,
-    SLIDING_BETAS,
-    SLIDING_CHECK,
-    STOKES,
-    Flow,
-    Outside,
-    law_number,
-    relative_amplitude,
-    relative_drag,
-    shipped_errors,
-)
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, Flow, Outside, Part, shipped_errors
 from jamlab.estimates.options import OldWords, Why, judge, taken, warn_renamed
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
@@ -171,7 +158,7 @@ def choose_flow(
     check_number("omega", omega, 1e3)
     if amplitude is not None:
         check_number("amplitude", amplitude, LARGEST_AMPLITUDE)
-    elif law_number(law) not in (STOKES, 1.0):
+    elif law.alpha < 1:
         raise InputError(f"{law}: its moduli depend on amplitude however small it is: give amplitude")
     return _for_oscillation(packing, law, omega, amplitude, tolerance)
 
@@ -185,20 +172,18 @@ def _for_oscillation(
     best, error, kept = plain, 0.0, (0, 0)
     outside: tuple[Outside, ...] = ()  # infinitely small strains need no table
     if amplitude is not None:
-        drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
-        flow = Flow("oscillation", law_number(law), drag, part, law.contrast)
+        flow = Flow.oscillating(packing, law, omega, amplitude)
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
         kept = _kept("oscillation", flow.beta) if np.isfinite(error) else kept
         if law.alpha < 1:
             found = nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
             best = complex(found.storage[0], found.loss[0])
-    static = complex(spectrum.g0)
-    values: dict[str, complex | None] = {"static modulus": static, "linear spectrum": plain}
-    errors = {name: np.inf for name in values}
-    for name, value in (("static modulus", static), ("linear spectrum", plain)) if np.isfinite(error) else ():
-        errors[name] = float(abs(value - best) / abs(best) * (1 + error) + error)  # of the best, which itself errs
-    if law_number(law) not in (STOKES, 1.0):
+    values = {"static modulus": complex(spectrum.g0), "linear spectrum": plain}
+    off = {name: abs(value - best) / abs(best) for name, value in values.items()}
+    # of the best, which itself errs; nothing is promised where its own error is infinite
+    errors = {name: float(each * (1 + error) + error) if np.isfinite(error) else np.inf for name, each in off.items()}
+    if law.alpha < 1:
         values["equivalent damping"], errors["equivalent damping"] = best, error
     slowest = spectrum.tau_star if np.isfinite(spectrum.tau_star) else 0.0  # relaxes to e^-3; then two are compared
     cycles = 3 + int(np.ceil(min(3.0 * slowest * omega / (2 * np.pi), 17.0)))
@@ -222,8 +207,7 @@ def _for_oscillation(
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> FlowChoice:
     table, linear = shipped_errors(), law.linear()
-    slow = relative_drag(law, rate, 1.0)  # rate at which linear drag gives the same stress
-    flow = Flow("flow", law_number(law), slow, beta=law.contrast)
+    flow = Flow.steady(law, rate)
     if outside := table.outside(packing, flow):
         raise InputError(
             f"{'; '.join(map(str, outside))}: nobody measured how steady flow scatters there; run flow_curve, whose "
@@ -244,7 +228,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
         )
         raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
     way = str(options.at[row, "way"])
-    used, at = (linear, slow / law.tau) if way == "linear flow" else (law, rate)
+    used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     call = Call(flow_curve, rates=[at], damping=used, strain=average[way], background=BACKGROUND)
     kept = _kept("flow", flow.beta) if way == "linear flow" else (0, 0)
     return FlowChoice(way, errors[way], options, used, TRANSIENT + average[way], None, call, kept=kept)
@@ -268,7 +252,7 @@ def _options(errors: dict[str, float], strains: dict[str, float], tolerance: flo
 def _kept(kind: str, beta: float) -> tuple[int, int]:
     """How often promises of a kind were kept: at the same end of beta, or at both between them."""
     end = beta if beta in SLIDING_BETAS else None
-    return shipped_errors().kept(CHECK if beta == 1 else SLIDING_CHECK, kind, end)
+    return shipped_errors().kept(Part.CHECK if beta == 1 else Part.SLIDING_CHECK, kind, end)
 
 
 def _average(noise: float, tolerance: float, model_error: float) -> float:

@@ -6,6 +6,7 @@ whether contacts change, and drag over elasticity of a contact that moves with t
 """
 
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,11 +24,6 @@ from jamlab.statistics.confidence import exceeded_by_few
 
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
-CALIBRATE = "calibrate"  # part of the table: a few packings at every condition of a grid
-MANY = "many"  # part: many packings under linear drag, at strains at which few rearrange
-CHECK = "check"  # part: other packings at random conditions, which promises are held against
-SLIDING = "sliding"  # part: packings at random conditions where sliding is damped less and more than approach
-SLIDING_CHECK = "sliding check"  # part: others, which promises at such beta are held against
 SLIDING_BETAS = (0.1, 10.0)
 BACKGROUND = 1e-2  # drag against the affine flow in all steady flow of the table, k tau_1; power laws take ten times
 # longer without
@@ -41,6 +37,16 @@ _RATIO = 1.4  # of their two sizes, half and half
 _DIGITS = 1e-4  # relative: the table has five digits
 
 
+class Part(StrEnum):
+    """Packings of the table, by what they are for."""
+
+    CALIBRATE = "calibrate"  # a few at every condition of a grid
+    MANY = "many"  # under linear drag, at strains at which few rearrange
+    CHECK = "check"  # others at random conditions, which promises are held against
+    SLIDING = "sliding"  # at random conditions where sliding is damped less and more than approach
+    SLIDING_CHECK = "sliding check"  # others, which promises at such beta are held against
+
+
 class Flow(NamedTuple):
     """What is asked of the table."""
 
@@ -48,9 +54,24 @@ class Flow(NamedTuple):
     # to the power alpha
     kind: str
     alpha: float  # of contact drag, or `STOKES`
-    drag: float  # see `relative_drag`; of flow, the rate of linear drag
+    # over the elastic force of a contact that moves with the affine flow, (tau_1 omega)^alpha amplitude^(alpha - 1), by
+    # which alone G* depends on frequency and amplitude while contacts stay; of flow, the rate of linear drag
+    drag: float
     amplitude: float = 1.0  # see `relative_amplitude`; 1 of flow
     beta: float = 1.0  # of contact drag
+
+    @classmethod
+    def oscillating(cls, packing: Packing, law: Damping, omega: float, amplitude: float) -> "Flow":
+        """Describe an oscillation of a packing by the two numbers that carry over to others."""
+        drag = (law.tau * omega) ** law.alpha * amplitude ** (law.alpha - 1.0)
+        part = relative_amplitude(packing, amplitude)
+        return cls("oscillation", law.alpha if law.at_contacts else STOKES, float(drag), part, law.contrast)
+
+    @classmethod
+    def steady(cls, law: Damping, rate: float) -> "Flow":
+        """Describe steady flow by the rate at which linear drag gives the same stress."""
+        alpha = law.alpha if law.at_contacts else STOKES
+        return cls("flow", alpha, float((law.tau * rate) ** law.alpha), beta=law.contrast)
 
 
 class Outside(NamedTuple):
@@ -96,7 +117,7 @@ class FlowErrors:
             return 1.0
         return self._factors[kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else np.inf
 
-    def kept(self, part: str = CHECK, kind: str | None = None, beta: float | None = None) -> tuple[int, int]:
+    def kept(self, part: str = Part.CHECK, kind: str | None = None, beta: float | None = None) -> tuple[int, int]:
         """How many checks, on other packings at random conditions, stayed below the error promised, and of how many for
         which one was; `part` is `CHECK`, of beta = 1, or `SLIDING_CHECK`; None: of both kinds, of all beta."""
         checks = self.rows[self.rows["part"] == part]
@@ -174,7 +195,7 @@ class FlowErrors:
     def _factors(self) -> dict[str, float]:
         found = {}
         for kind in ("oscillation", "flow"):
-            rows = self.rows[(self.rows["part"] == SLIDING) & (self.rows["kind"] == kind)]
+            rows = self.rows[(self.rows["part"] == Part.SLIDING) & (self.rows["kind"] == kind)]
             ratio = rows["error"] / self.promises(rows, at_one=True)
             ratio = ratio[ratio > 0]  # where nothing is promised it is 0
             each = [exceeded_by_few(part.to_numpy()) for _, part in ratio.groupby(rows["beta"])]
@@ -184,7 +205,7 @@ class FlowErrors:
 
     @cached_property
     def _grids(self) -> dict[tuple[str, bool], tuple[list[Array], Array]]:
-        rows = self.rows[self.rows["part"].isin([CALIBRATE, MANY])]
+        rows = self.rows[self.rows["part"].isin([Part.CALIBRATE, Part.MANY])]
         rows = rows[(rows["kind"] != "flow") | (rows["alpha"] < 1.0)]  # linear drag beside itself has no error
         stokes = rows["alpha"] == STOKES
         return {
@@ -234,18 +255,6 @@ def relative_amplitude(packing: Packing, amplitude: float) -> float:
 def mean_overlap(packing: Packing) -> float:
     """Pressure over stiffness, the column `pressure` of the table."""
     return 0.5 * float(np.trace(stress(packing))) / drag_stiffness(packing)
-
-
-def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
-    """Drag over elastic force of a contact that moves with the affine flow: (tau_1 omega)^alpha amplitude^(alpha - 1).
-    While contacts stay, G* depends on frequency and amplitude by it alone."""
-    alpha = damping.alpha
-    return float((damping.tau * omega) ** alpha * amplitude ** (alpha - 1.0))
-
-
-def law_number(damping: Damping) -> float:
-    """Exponent alpha of contact drag, or `STOKES`."""
-    return damping.alpha if damping.at_contacts else STOKES
 
 
 def _short(value: float | str) -> str:

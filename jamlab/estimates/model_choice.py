@@ -19,21 +19,9 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
+from jamlab.estimates import ways
 from jamlab.estimates.options import OldWords, Why, judge, taken
-from jamlab.estimates.ways import (
-    QUANTUM,
-    STEP,
-    EnsembleWay,
-    N,
-    WayRecord,
-    Ways,
-    bring_on,
-    default_way,
-    find_onset,
-    read_ways,
-    refuse_sizes,
-    values_at,
-)
+from jamlab.estimates.ways import STEP, EnsembleWay, N, WayRecord, Ways
 from jamlab.packing.law_parameters import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -110,10 +98,10 @@ def choose(
     """
     _check(rho, tolerance, model)
     check_count(n)
-    table = read_ways() if table is None else table
-    reference = table.get(default_way(N))
+    table = ways.read_ways() if table is None else table
+    reference = table.get(ways.default_way(N))
     if reference is None:
-        raise InputError(f"the table has no {default_way(N)}: make it anew with `jamlab chart estimates`")
+        raise InputError(f"the table has no {ways.default_way(N)}: make it anew with `jamlab chart estimates`")
     low, high = reference.levels[0], reference.levels[-1]
     if not low <= rho <= high:
         raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; name a model instead")
@@ -185,7 +173,7 @@ def _option(
     for name in tolerance if record is not reference else ():
         levels = errors_of(record, reference, name)
         mean = between(record.levels, [abs(each.mean()) if len(each) else np.inf for each in levels], rho)
-        far = [expected_error(each, N, n, QUANTUM.get(name, 0.0) / N) for each in levels]
+        far = [expected_error(each, N, n, ways.QUANTUM.get(name, 0.0) / N) for each in levels]
         error[name] = between(record.levels, far, rho) + (1.0 if name == "g" else _TRANSFER) * mean
     why = None
     if not _succeeds(record, reference, rho):
@@ -271,7 +259,7 @@ def scene(
         ('sp', 16)
     """
     began = time.perf_counter()
-    refuse_sizes(sizes)
+    ways.refuse_sizes(sizes)
     if exponent not in (None, 2) and model != "sp":
         raise InputError(
             f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "
@@ -279,8 +267,8 @@ def scene(
         )
     choice = choose(rho, tolerance, n, model=model)
     law: dict[str, Any] = {} if exponent is None else {"exponent": exponent}
-    packing = bring_on(choice.way, find_onset(choice.way, seed, **law), rho, step)
+    packing = ways.bring_on(choice.way, ways.find_onset(choice.way, seed, **law), rho, step)
     packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.error})
-    values = values_at(packing, tuple(QUANTITIES))
+    values = ways.values_at(packing, tuple(QUANTITIES))
     estimate = {name: value + choice.correction[name] for name, value in values.items()}
     return Scene(packing, values, estimate, choice, time.perf_counter() - began)

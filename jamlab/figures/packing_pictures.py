@@ -21,7 +21,6 @@ from jamlab.packing.packing_plot import (
     add_size_bar,
     draw_background,
     draw_particles,
-    home_moves,
     move_home,
     particle_shapes,
     periodic_moves,
@@ -32,16 +31,6 @@ from jamlab.plotting.drawable import label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE, OUTLINE, PARTICLE, RATTLER, ordered_colours
 from jamlab.plotting.periodic_cell import fill_everywhere, frame_cell, line_everywhere
 from jamlab.rheology.mean_spectrum import Spectra
-
-__all__ = [
-    "MODEL_STYLE",
-    "curve_figure",
-    "draw_packing",
-    "home_moves",
-    "modulus_figure",
-    "packings_figure",
-    "periodic_moves",
-]
 
 
 def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:

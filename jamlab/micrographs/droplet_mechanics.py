@@ -28,6 +28,7 @@ from jamlab.arrays import Array, Indices
 
 LEAST_FREE = 0.08  # of an outline that must face voids: a pressure from less is noise
 LEAST_RADIUS = 30.0  # pixels, of a typical droplet: below, forces are too small by up to 0.4
+LEAST_ROOM = 2.0  # pixels, radius times 1 - rho: below, voids are too small to read a pressure off their walls
 FRINGE = 1.0  # times sqrt(g/kappa), left out at either end of a flat
 STEEPER = 1.15  # raw forces over true ones of rendered droplets, whose rims yield: flats are longer than of stiff walls
 # standard errors, learnt on 2 x 3 packings of 36 droplets at rho 0.84 to 0.95, 34 to 73 pixels in radius
@@ -95,12 +96,7 @@ def shape_forces(
                 net[k] += sign * strength * way
                 total[k] += abs(strength)
     residual = np.divide(np.hypot(*net.T), total, out=np.full(n, np.nan), where=total > 0)
-    radii = np.array([_extent(ring) for ring in rings])
+    radii = np.array([np.hypot(*(ring - ring.mean(axis=0)).T).mean() for ring in rings])  # about the middle
     error = FORCE_ERROR[0] + FORCE_ERROR[1] * np.abs(size)
     forces = ShapeForces(np.where(pairs < n, pairs, -1), size, error, direction, length, residual)
     return ShapePressures(pressures, PRESSURE_ERROR / radii * np.abs(pressures)), forces
-
-
-def _extent(ring: Array) -> float:
-    """Mean distance of an outline from its middle."""
-    return float(np.hypot(*(ring - ring.mean(axis=0)).T).mean())

@@ -70,18 +70,19 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
     w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations."""
     noise = noise_level(bright)
     first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
-    quiet = _blur(bright, first, valid)
+    quiet = _blur(bright, first)
     high, low = envelope(quiet, valid, ENVELOPE), envelope(quiet, valid, 1 - ENVELOPE)
     radius, ground, opening = 0.0, 0, 0.0
-    for _ in range(REFINEMENTS + 1):
+    for turn in range(REFINEMENTS + 2):
         contrast = float(np.median(high - low))
         if contrast < max(LEAST_CONTRAST, 0.5 * noise):
             return None
         step = np.maximum(high - low, 0.2 * contrast)
-        values = (high - bright) / step
-        width = width_of_filter(noise / float(np.quantile(step, DIM)))
-        smooth = _blur(values, width, valid)
-        level = scikit_image().filters.threshold_otsu(smooth[valid]) if not radius else 0.5
+        values, width = (high - bright) / step, width_of_filter(noise / float(np.quantile(step, DIM)))
+        smooth = _blur(values, width)
+        if turn > REFINEMENTS:
+            break
+        level = 0.5 if radius else scikit_image().filters.threshold_otsu(smooth[valid])
         mask = smooth < level
         radius = granulometry(mask).radius
         if radius <= 0:
@@ -91,23 +92,9 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
         inner = every * ndimage.distance_transform_edt(mask[thin])
         high = _droplet_level(bright, valid[thin] & (inner > max(INNER * radius, 1.5)), REACH * radius, every)
         low, ground, opening = _ground_level(bright, (valid & ~mask)[thin], low, every)
-    contrast = float(np.median(high - low))
-    if contrast < max(LEAST_CONTRAST, 0.5 * noise):
-        return None
-    step = np.maximum(high - low, 0.2 * contrast)
-    values = (high - bright) / step
-    width = width_of_filter(noise / float(np.quantile(step, DIM)))
-    level = np.quantile(step, [0.02, 0.98])
+    light = np.quantile(step, [0.02, 0.98])
     return Darkness(
-        values,
-        _blur(values, width, valid),
-        noise / contrast,
-        width,
-        float(level[1] / level[0]),
-        radius,
-        ground,
-        opening,
-        contrast,
+        values, smooth, noise / contrast, width, float(light[1] / light[0]), radius, ground, opening, contrast
     )
 
 
@@ -116,7 +103,7 @@ def width_of_filter(noise: float) -> float:
     return min(noise / (2 * np.sqrt(np.pi) * SMOOTH_NOISE), LARGEST_FILTER) if noise > SMOOTH_NOISE else 0.0
 
 
-def _blur(values: Array, width: float, valid: Mask) -> Array:
+def _blur(values: Array, width: float) -> Array:
     return np.asarray(ndimage.gaussian_filter(values, width, mode="nearest")) if width > 0 else values.copy()
 
 

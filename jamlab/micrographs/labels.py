@@ -21,7 +21,7 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, read_values, scikit_image
-from jamlab.micrographs.segmentation import Segments, highest
+from jamlab.micrographs.segmentation import Segments, borders, highest
 
 LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
@@ -65,14 +65,9 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
 def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> NDArray[Any]:
     """(h, w) numbers of a file or an array."""
     values = _read(Path(source), shape) if isinstance(source, str | Path) else np.asarray(source)
-    if values.ndim == 3 and values.shape[2] > 1:
-        alike = values.shape[2] >= LIKELY_COLOURS and (values[..., :3] == values[..., :1]).all()
-        if not alike:
-            raise InputError(
-                f"labels are colours, {values.shape}: save the label image itself, one whole number a pixel"
-            )
-        values = values[..., 0]
     if values.ndim == 3:
+        if 1 < values.shape[2] < LIKELY_COLOURS or (values[..., :3] != values[..., :1]).any():
+            raise InputError(f"labels are colours, {values.shape}: save the label image itself, one number a pixel")
         values = values[..., 0]
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")
@@ -154,9 +149,7 @@ def label_segments(found: Labelled) -> Segments:
     """Labels as droplets and their cells: a pixel belongs to the nearest label."""
     nearest = ndimage.distance_transform_edt(found.labels == 0, return_distances=False, return_indices=True)
     cells = found.labels[tuple(nearest)] - 1 if (found.labels == 0).any() else found.labels - 1
-    wall = found.labels == 0
-    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
-        wall[a] |= cells[a] != cells[b]
+    wall = (found.labels == 0) | borders(cells)
     depth = ndimage.distance_transform_edt(~wall) if wall.any() else np.full(wall.shape, float(max(wall.shape)))
     inner, middle = highest(depth, cells)
     return Segments(cells, found.labels > 0, inner, middle, _radius(found.areas, 0.5), _radius(found.areas, 0.08))

@@ -13,9 +13,10 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
-from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, ShapeForces, ShapePressures, shape_forces
+from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, LEAST_ROOM, ShapeForces, ShapePressures, shape_forces
 from jamlab.micrographs.picture_numbers import Mean, Number, mean_of, share_of
 from jamlab.micrographs.quality import LEAST_RING
+from jamlab.micrographs.segmentation import borders
 from jamlab.packing.short_repr import short_repr
 from jamlab.storage.atomic_file import atomic_file, check_target
 
@@ -204,7 +205,8 @@ class Micrograph:
         In line tension over length, with standard errors learnt on rendered droplets.
 
         Raises:
-            InputError: droplets are too small, or known by labels or dark walls, for which no error was learnt.
+            InputError: droplets or voids are too small, or droplets are known by labels or dark walls, for which no
+                error was learnt.
         """
         return self._mechanics[0]
 
@@ -231,6 +233,9 @@ class Micrograph:
             raise InputError(f"no forces of droplets by {self.contrast}: errors were learnt on bright and dark ones")
         if radius < LEAST_RADIUS:
             raise InputError(f"droplets are {radius:.0f} pixels in radius: forces need {LEAST_RADIUS:.0f} or more")
+        if radius * (1 - self.rho) < LEAST_ROOM:
+            room = f"radius times 1 - rho is {radius * (1 - self.rho):.1f} pixels"
+            raise InputError(f"voids are too small for forces: {room}, {LEAST_ROOM:g} or more are needed")
         gap = self.fringe / scale
         pressures, forces = shape_forces(self.outlines, self.beside, self.centres / scale, gap)
         value, error, length = pressures.value / scale, pressures.error / scale, forces.length * scale
@@ -280,24 +285,7 @@ class Micrograph:
         """Draw the same on axes of matplotlib."""
         from jamlab.micrographs.overlay import draw_overlay
 
-        pixel = self.pixel or 1.0
-        parts = (("ρ", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
-        means = ", ".join(f"{sign} = {self.means[name].text(form)}" for sign, name, form in parts)
-        count = len(self.reasons)
-        why = f" ({count} reason{'s'[: count > 1]})" if count else ""
-        axes: Axes = draw_overlay(
-            self.picture,
-            self.outlines,
-            self.rattlers,
-            self.cut_outlines,
-            self.touching,
-            self.centres / pixel,
-            (self.voids.centroid / pixel, self.voids.sides),
-            float(np.sqrt(np.median(self.areas) / np.pi)) / pixel,
-            f"{self.count} droplets; quality: {self.quality}{why}\n{means}",
-            ax,
-        )
-        return axes
+        return draw_overlay(self, ax)
 
 
 @dataclass(frozen=True)
@@ -327,7 +315,7 @@ def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, ra
     area = np.bincount(label, darkness[y, x], count)
     mass = np.maximum(np.bincount(label, weight, count), 1e-12)
     centre = np.column_stack([np.bincount(label, weight * p, count) / mass for p in (x, y)])
-    near = (darkness[y, x] > 0.25) | ndimage.binary_dilation(_edges(cells), iterations=1)[y, x]
+    near = (darkness[y, x] > 0.25) | ndimage.binary_dilation(borders(cells))[y, x]
     width = int(cells.max()) + 1
     rows = np.unique(label[near] * width + cells[y, x][near])
     sides = np.bincount(rows // width, minlength=count)
@@ -335,13 +323,6 @@ def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, ra
     cut[np.unique(void[outside & (void >= 0)])] = True
     kept = ~cut & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2)) & (sides >= 2)
     return PictureVoids(sides[kept].astype(np.int64), area[kept].astype(np.float64), centre[kept])
-
-
-def _edges(cells: Indices) -> Mask:
-    edge = np.zeros(cells.shape, dtype=bool)
-    edge[1:] |= cells[1:] != cells[:-1]
-    edge[:, 1:] |= cells[:, 1:] != cells[:, :-1]
-    return edge
 
 
 ONE_SIZE = 0.07  # standard deviation of log radius up to which droplets have one size

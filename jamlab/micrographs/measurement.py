@@ -19,6 +19,7 @@ from jamlab.micrographs.picture_numbers import Number
 from jamlab.micrographs.quality import (
     LOOSE,
     Checks,
+    Doubt,
     doubt_few,
     doubt_rings,
     find_doubts,
@@ -77,9 +78,7 @@ class Measurement:
         self.outside = self._outside()
         self.whole, self.centres = self._whole()
         if not self.whole.any():
-            raise InputError(
-                f"no whole droplet among {segments.count} found: check `contrast` ({contrast}) and its size"
-            )
+            raise InputError(f"no whole droplet among {segments.count}: check `contrast` ({contrast}) and its size")
 
     def _outside(self) -> Mask:
         """Pixels at the edge of the picture and beside labels."""
@@ -114,8 +113,7 @@ class Measurement:
             whole[number] = length <= EDGE_CHORD * inner or clear
             gap = min(ring.min(), (np.array(cells.shape)[::-1] - 1 - ring).min())
             self.unsure += gap < zone and length**2 < 8 * inner * zone and not clear  # a chord c is cut c^2/(8 r) deep
-        low = np.array([side.start for side in self.window])
-        high = np.array([side.stop for side in self.window])
+        low, high = (np.array(ends) for ends in zip(*((side.start, side.stop) for side in self.window), strict=True))
         self.seen = (size > 0) & ((centres >= low) & (centres < high)).all(axis=1)
         return whole & self.seen, centres
 
@@ -234,7 +232,7 @@ class Measurement:
         """Numbers of the droplets that are whole."""
         segments, walls, n = self.segments, self.walls, self.segments.count
         cells, kept, cut = segments.cells, np.flatnonzero(self.whole), np.flatnonzero(~self.whole & self.seen)
-        scale, nan = np.float64(1.0 if pixel is None else pixel), float("nan")
+        scale = np.float64(1.0 if pixel is None else pixel)
         cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
         dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
         areas = np.maximum(cell_areas - dark, 1.0) if self.labelled is None else self.labelled.areas
@@ -277,25 +275,27 @@ class Measurement:
             cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
             touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
         )
-        counted = found.interiors[found.measurable]
-        values = {
-            "count": float(found.measurable.sum()),
-            "area": float((counted if self.found else found.areas).mean()) if len(counted) else nan,
-            "interior_fraction": light,
-            **{name: found.measure()[name] for name in ("rho", "z", "shape_rim")},
-            "voids": float(len(found.voids.sides)),
-        }
         doubts = find_doubts(self.darkness, self.blur, segments, walls, checks) + doubt_few(found.count, found.means)
+        return self._judged(found, doubts, float(scale))
+
+    def _judged(self, found: Micrograph, doubts: list[Doubt], scale: float) -> Micrograph:
+        """The same with its numbers, how far each is known, and why it may be wrong. `scale`: of lengths."""
+        areas = found.interiors[found.measurable] if self.found else found.areas
+        known = {name: found.measure()[name] for name in ("rho", "z", "shape_rim")}
+        known |= {"interior_fraction": found.interior_fraction, "voids": float(len(found.voids.sides))}
+        values = {"count": float(len(areas)), "area": float(areas.mean()) if len(areas) else float("nan"), **known}
         if self.found is not None:
-            errors = ring_errors(self.found.candidates, counted / scale**2, light, self.grey.size)
+            errors = ring_errors(self.found.candidates, areas / scale**2, found.interior_fraction, self.grey.size)
             errors["area"] *= scale**2
-            doubts += doubt_rings(values, errors)
+            doubts = doubts + doubt_rings(values, errors)
         elif self.labelled is not None:  # as they are drawn
             errors = dict.fromkeys(("count", "area", "interior_fraction", "rho"), 0.0)
         else:
             errors = rendered_errors(values)
         numbers = {
-            name: Number(value, errors.get(name, nan), tuple(doubt.text for doubt in doubts if name in doubt.numbers))
+            name: Number(
+                value, errors.get(name, np.nan), tuple(doubt.text for doubt in doubts if name in doubt.numbers)
+            )
             for name, value in values.items()
         }
         return replace(found, numbers=numbers, reasons=tuple(doubt.text for doubt in doubts))

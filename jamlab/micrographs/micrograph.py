@@ -27,7 +27,7 @@ from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
-from jamlab.micrographs.labels import Labelled, label_darkness, label_segments, labelled, read_labels
+from jamlab.micrographs.labels import label_darkness, label_segments, labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, scikit_image
@@ -96,7 +96,8 @@ def micrograph(
         if periodic or contrast != CONTRASTS[0]:
             raise InputError("with labels there is nothing to find: leave out `periodic` and `contrast`")
         found = read_labels(labels, None if grey is None else grey.shape)
-        return _measure_labels(found.coverage if grey is None else grey, "labels", found, 0, film).result(pixel)
+        shown, parts = found.coverage if grey is None else grey, (label_darkness(found), label_segments(found))
+        return Measurement(shown, "labels", *parts, film=film, labelled=found).result(pixel)
     assert grey is not None
     if contrast == "auto":
         contrast = find_contrast(grey)
@@ -107,9 +108,8 @@ def micrograph(
     segments = find_droplets(darkness.wrapped(margin).smooth, darkness.noise)
     if segments is None:
         raise InputError(f"no droplet found: check `contrast` ({contrast}) and the picture")
-    return Measurement(grey, contrast, darkness.wrapped(margin), segments, margin, film, drawn.wrapped(margin)).result(
-        pixel
-    )
+    wide, bars = darkness.wrapped(margin), drawn.wrapped(margin)
+    return Measurement(grey, contrast, wide, segments, margin, film, bars).result(pixel)
 
 
 def _contrast(contrast: str, bright: bool | None) -> str:
@@ -124,19 +124,14 @@ def _contrast(contrast: str, bright: bool | None) -> str:
     return own
 
 
-def _measure_labels(grey: Array, contrast: str, found: Labelled, margin: int, film: float | None) -> Measurement:
-    return Measurement(grey, contrast, label_darkness(found), label_segments(found), margin, film, labelled=found)
-
-
 def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
     """Droplets with dark walls, as labels."""
     rings = find_rings(np.pad(grey, margin, mode="wrap"))
     if rings is None or not rings.labels.any():
         raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
     found = labelled(rings.labels, rings.finer, rings.light)
-    return Measurement(
-        grey, "ring", label_darkness(found), label_segments(found), margin, film, labelled=found, rings=rings
-    )
+    parts = label_darkness(found), label_segments(found)
+    return Measurement(grey, "ring", *parts, margin, film, labelled=found, rings=rings)
 
 
 def _without_background(grey: Array) -> tuple[Darkness, Annotations]:

@@ -5,8 +5,7 @@ Colours are from the palette of Okabe & Ito, safe for the colour-blind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.patheffects
 import numpy as np
@@ -14,7 +13,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from jamlab.arrays import Array, Indices, Mask
+from jamlab.arrays import Array, Indices
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from jamlab.micrographs.measured_droplets import Micrograph
 
 OUTLINE, RATTLER, CUT, CONTACT = "#D55E00", "#CC79A7", "#999999", "#0072B2"
 SIDE_COLOURS = {3: "#E69F00", 4: "#56B4E9", 5: "#F0E442", 6: "#CC79A7"}
@@ -24,48 +28,44 @@ LEAST_FONT, LARGEST_FONT = 3.0, 11.0  # points
 LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned
 
 
-def draw_overlay(
-    picture: Array,
-    whole: Sequence[Array],
-    rattlers: Mask,
-    cut: Sequence[Array],
-    touching: Array,
-    centres: Array,
-    voids: tuple[Array, Indices],
-    radius: float,
-    title: str,
-    ax: Any = None,
-) -> Any:
-    """Draw droplets, contacts and voids over their picture; lengths in pixels. `picture`: (h, w) grey values; `whole,
-    cut`: outlines (k, 2) of droplets that are whole, and of those that the edge cuts; `rattlers`: (n,) of the whole
-    ones; `touching`: (m, 2, 2) centres of droplets in contact; `centres`: (n, 2) places of the numbers of the whole
-    ones; `voids`: (v, 2) centres and (v,) numbers of sides; `radius`: of a typical droplet; `title`: what stands above;
-    `ax`: axes of matplotlib; None makes a figure. Returns the axes."""
-    height, width = picture.shape
+def draw_overlay(found: Micrograph, ax: Any = None) -> Axes:
+    """Draw droplets, contacts and voids over their picture, on axes of matplotlib; None makes a figure."""
+    height, width = found.picture.shape
     if ax is None:
         scale = INCHES / max(height, width)
         ax = Figure(figsize=(width * scale + 0.2, height * scale + 1.0), layout="constrained").subplots()
+    pixel, cut, sides = found.pixel or 1.0, found.cut_outlines, found.voids.sides
+    radius = float(np.sqrt(np.median(found.areas) / np.pi)) / pixel
     points = 72 * ax.figure.get_size_inches().min() * radius / min(height, width)  # radius of a droplet as drawn
     step = max(1, int(np.ceil(max(height, width) / LARGEST_SIDE)))
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
-    ax.imshow(picture[::step, ::step], cmap="gray", vmin=-0.15, extent=extent, alpha=0.85)
+    ax.imshow(found.picture[::step, ::step], cmap="gray", vmin=-0.15, extent=extent, alpha=0.85)
     for rings, colours, line in (
-        (whole, [RATTLER if loose else OUTLINE for loose in rattlers], 1.4),
+        (found.outlines, [RATTLER if loose else OUTLINE for loose in found.rattlers], 1.4),
         (cut, [CUT] * len(cut), 1.0),
     ):
         closed = [np.vstack([ring, ring[:1]]) for ring in rings]
         ax.add_collection(LineCollection(closed, colors=colours, linewidths=min(line, 0.12 * points)))
-    ax.add_collection(LineCollection([*touching], colors=CONTACT, linewidths=min(1.1, 0.1 * points), alpha=0.8))
-    _write_numbers(ax, centres, points)
-    places, sides = voids
+    touching = LineCollection([*found.touching], colors=CONTACT, linewidths=min(1.1, 0.1 * points), alpha=0.8)
+    ax.add_collection(touching)
+    _write_numbers(ax, found.centres / pixel, points)
     colours = [SIDE_COLOURS.get(int(count), OTHER) for count in sides]
     size = np.clip(0.3 * points, 1.5, 7.0)
-    ax.scatter(*places.T, s=size**2, c=colours, edgecolors="black", linewidths=0.4, zorder=3)
+    ax.scatter(*found.voids.centroid.T / pixel, s=size**2, c=colours, edgecolors="black", linewidths=0.4, zorder=3)
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xticks=[], yticks=[])
-    ax.set_title(title, fontsize=11)
-    handles = _legend(bool(rattlers.any()), bool(cut), sides)
+    ax.set_title(_title(found), fontsize=11)
+    handles = _legend(bool(found.rattlers.any()), bool(cut), sides)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False)
-    return ax
+    axes: Axes = ax
+    return axes
+
+
+def _title(found: Micrograph) -> str:
+    parts = (("ρ", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
+    means = ", ".join(f"{sign} = {found.means[name].text(form)}" for sign, name, form in parts)
+    count = len(found.reasons)
+    why = f" ({count} reason{'s'[: count > 1]})" if count else ""
+    return f"{found.count} droplets; quality: {found.quality}{why}\n{means}"
 
 
 def _write_numbers(ax: Any, centres: Array, points: float) -> None:

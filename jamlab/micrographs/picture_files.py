@@ -50,42 +50,39 @@ def check_pixels(shape: tuple[int, ...]) -> None:
 
 
 def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
-    """Read an image file as it is. `path`: PNG, JPEG, BMP or TIFF; `numbers`: of a picture with a palette give the
-    numbers of its colours, as label images have them."""
+    """Read an image file as it is. `path`: PNG, JPEG, BMP or TIFF of one page; `numbers`: of a picture with a palette
+    give the numbers of its colours, as label images have them."""
+    return _read(path, numbers, several=False)[0]
+
+
+def read_pages(path: Path) -> list[NDArray[Any]]:
+    """Read every page of a TIFF, in order, as a picture of its own. `path`: TIFF of one size on all pages."""
+    return _read(path, numbers=False, several=True)
+
+
+def _read(path: Path, numbers: bool, several: bool) -> list[NDArray[Any]]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(path) as image:  # reads the size only
-                _check_size(path, image.width, image.height, getattr(image, "n_frames", 1))
-                return np.asarray(image) if numbers and image.mode == "P" else _pixels(image)
+                pages = getattr(image, "n_frames", 1)
+                _check_size(path, image.width, image.height, 1 if several else pages)
+                if image.width * image.height * pages > MOST_STACK:
+                    raise InputError(f"{path} has {pages} pages: cut it to {MOST_STACK:.0e} pixels in all")
+                found = []
+                for page in range(pages):
+                    image.seek(page)
+                    found.append(np.asarray(image) if numbers and image.mode == "P" else _pixels(image))
+                return found
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         raise InputError(f"{path} is too large: cut it to {MOST_PIXELS:.0e} pixels at most") from None
     except InputError:
         raise
     # SyntaxError: what Pillow calls a broken PNG; KeyError, struct.error, TypeError: damaged tags of a TIFF
     except (OSError, ValueError, SyntaxError, EOFError, KeyError, TypeError, IndexError, struct.error) as error:
-        if path.suffix.lower() in (".tif", ".tiff"):
-            return _read_tiff(path, error)  # Pillow knows no colours of 16 bit
-        raise _refusal(path, error) from None
-
-
-def read_pages(path: Path) -> list[NDArray[Any]]:
-    """Read every page of a TIFF, in order, as a picture of its own. `path`: TIFF of one size on all pages."""
-    try:
-        with warnings.catch_warnings(action="ignore"), Image.open(path) as image:  # of damaged metadata, as below
-            _check_size(path, image.width, image.height)
-            count = getattr(image, "n_frames", 1)
-            if image.width * image.height * count > MOST_STACK:
-                raise InputError(f"{path} has {count} pages: cut it to {MOST_STACK:.0e} pixels in all")
-            pages = []
-            for number in range(count):
-                image.seek(number)
-                pages.append(_pixels(image))
-            return pages
-    except InputError:
-        raise
-    except (OSError, ValueError, SyntaxError, EOFError, KeyError, TypeError, IndexError, struct.error) as error:
+        if path.suffix.lower() in (".tif", ".tiff") and not several:
+            return [_read_tiff(path, error)]  # Pillow knows no colours of 16 bit
         raise _refusal(path, error) from None
 
 

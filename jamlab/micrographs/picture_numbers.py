@@ -15,9 +15,8 @@ from jamlab.statistics.confidence import CONFIDENCE
 class Number:
     """A number of a picture, and whether it can be trusted.
 
-    The interval holds what is true of the droplets of this picture, if the number is good: of 95 in 100 rings by how
-    likely each is a droplet and how wide its wall is, of bright and dark droplets by the largest errors of rendered
-    pictures, of labels as they are drawn. Of more droplets than the picture shows `Micrograph.means` speak.
+    The interval is about this picture, not about more droplets, of which `Micrograph.means` speak: of rings by how
+    likely each is a droplet (95 %), of bright and dark droplets the largest errors of good rendered pictures.
     """
 
     value: float
@@ -31,7 +30,7 @@ class Number:
 
     @property
     def quality(self) -> str:
-        """ "good" or "doubtful"."""
+        """Whether it can be trusted: "good" or "doubtful"."""
         return "doubtful" if self.reasons else "good"
 
 

@@ -7,7 +7,7 @@ measured well and say little of others: it is good if means over its droplets ar
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -105,8 +105,7 @@ def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
     `means`: rho, z and shape_rim, as in `Micrograph.means`."""
     words = {"rho": "rho", "z": "z", "shape_rim": "A"}
     if count < FEWEST:
-        text = f"{count} whole droplets only, needs {FEWEST}: means over more may differ"
-        return [Doubt(text, frozenset(words))]
+        return [Doubt(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]
     found = []
     for name, word in words.items():
         mean, limit = means[name], LIMITS["shape" if name == "shape_rim" else name]
@@ -118,13 +117,12 @@ def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
 
 def rendered_errors(values: Mapping[str, float]) -> dict[str, float]:
     """Largest errors of good rendered pictures of bright or dark droplets, of numbers as large as those."""
-    absolute = {
-        "interior_fraction": LIMITS["rho"],
-        "rho": LIMITS["rho"],
-        "z": LIMITS["z"],
-        "shape_rim": LIMITS["shape"],
-    }
-    return absolute | {name: share * values[name] for name, share in RELATIVE.items()}
+    shares = {name: share * values[name] for name, share in RELATIVE.items()}
+    return (
+        shares
+        | {"z": LIMITS["z"], "shape_rim": LIMITS["shape"]}
+        | dict.fromkeys(("rho", "interior_fraction"), LIMITS["rho"])
+    )
 
 
 def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int) -> dict[str, float]:
@@ -143,7 +141,7 @@ def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int)
         "count": float(count + RING_COUNT[0] + RING_COUNT[1] * len(areas)),
         "area": float(mixed / max(len(areas), 1) + RING_EDGE * rim.mean()) if len(areas) else float("nan"),
         "interior_fraction": float(
-            RING_LIGHT + light * RING_EDGE * rim.sum() / max(areas.sum(), 1.0) + unsure / pixels
+            RING_LIGHT + RING_EDGE * light * rim.sum() / max(areas.sum(), 1.0) + unsure / pixels
         ),
     }
 
@@ -163,65 +161,40 @@ def doubt_rings(values: Mapping[str, float], errors: Mapping[str, float]) -> lis
     ]
 
 
-def _doubt_light(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> list[Doubt]:
-    reasons: list[Doubt] = []
+def _doubt_light(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> Iterator[Doubt]:
     radius = segments.radius
     spread = np.hypot(blur, darkness.filter)
     dim = darkness.noise * np.sqrt(darkness.light)
     if dim > NOISE:
-        reasons.append(Doubt(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim"))
+        yield Doubt(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim")
     if darkness.light > LIGHT:
-        reasons.append(Doubt(f"light falls to {1 / darkness.light:.0%} of its brightest"))
+        yield Doubt(f"light falls to {1 / darkness.light:.0%} of its brightest")
     if spread > BLUR * radius:
-        reasons.append(
-            Doubt(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
-        )
+        yield Doubt(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
     elif darkness.noise * spread > OUTLINE * radius:
-        reasons.append(
-            Doubt(f"noise ({darkness.noise:.0%}) and blur ({spread:.1f} pixels) together leave outlines uncertain")
-        )
+        yield Doubt(f"noise ({darkness.noise:.0%}) and blur ({spread:.1f} pixels) together leave outlines uncertain")
     if darkness.ground < 3:
-        reasons.append(Doubt("hardly any open ground is seen between droplets, so its level is a guess"))
+        yield Doubt("hardly any open ground is seen between droplets, so its level is a guess")
     elif darkness.opening < OPENING * spread:
-        reasons.append(Doubt("voids are as narrow as the blur, so the level of the ground is a guess"))
+        yield Doubt("voids are as narrow as the blur, so the level of the ground is a guess")
     grey = ((darkness.smooth > 0.25) & (darkness.smooth < 0.75)).mean()
-    edge = (
-        (_edge_length(segments) + walls.length[walls.touching].sum())
-        * 1.4
-        * np.hypot(spread, 0.7)
-        / segments.cells.size
-    )
-    if grey - edge > BETWEEN * max(1 - checks.rho, 0.05):
-        reasons.append(Doubt(f"{grey:.0%} of the picture is neither droplet nor ground"))
-    return reasons
+    edge = (_edge_length(segments) + walls.length[walls.touching].sum()) * 1.4 * np.hypot(spread, 0.7)
+    if grey - edge / segments.cells.size > BETWEEN * max(1 - checks.rho, 0.05):
+        yield Doubt(f"{grey:.0%} of the picture is neither droplet nor ground")
 
 
-def _doubt_scale(segments: Segments, walls: Walls, checks: Checks) -> list[Doubt]:
-    reasons: list[Doubt] = []
-    radius = segments.radius
+def _doubt_scale(segments: Segments, walls: Walls, checks: Checks) -> Iterator[Doubt]:
+    radius, share = segments.radius, walls.film / segments.radius
     if radius < SMALLEST:
-        reasons.append(
-            Doubt(
-                f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}: take it closer",
-                WALLS if checks.labelled else ALL,
-            )
-        )
-    if walls.film > FILM * radius and not checks.labelled:
-        share = walls.film / radius
-        reasons.append(
-            Doubt(f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets")
-        )
-    if walls.film > THICKEST_FILM * radius and checks.labelled:
-        share = walls.film / radius
-        reasons.append(
-            Doubt(
-                f"droplets lie {walls.film:.0f} pixels apart, {share:.0%} of the radius: that they touch is a guess",
-                CONTACTS,
-            )
-        )
+        text = f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}: take it closer"
+        yield Doubt(text, WALLS if checks.labelled else ALL)
+    if share > FILM and not checks.labelled:
+        yield Doubt(f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets")
+    if share > THICKEST_FILM and checks.labelled:
+        text = f"droplets lie {walls.film:.0f} pixels apart, {share:.0%} of the radius: that they touch is a guess"
+        yield Doubt(text, CONTACTS)
     if checks.annotated > ANNOTATED:
-        reasons.append(Doubt(f"{checks.annotated:.0%} of the picture lie under bars and labels"))
-    return reasons
+        yield Doubt(f"{checks.annotated:.0%} of the picture lie under bars and labels")
 
 
 def _edge_length(segments: Segments) -> float:
@@ -229,57 +202,43 @@ def _edge_length(segments: Segments) -> float:
     return float((d[1:] != d[:-1]).sum() + (d[:, 1:] != d[:, :-1]).sum()) * np.pi / 4
 
 
-def _doubt_droplets(checks: Checks) -> list[Doubt]:
-    reasons: list[Doubt] = []
+def _doubt_droplets(checks: Checks) -> Iterator[Doubt]:
     if checks.rings:  # z of rendered pictures to which no other rule objected was off by up to 1
-        reasons.append(
-            Doubt("of rings no rule tells right rho, z, A and voids from wrong ones: look at the overlay", WALLS)
-        )
+        yield Doubt("of rings no rule tells right rho, z, A and voids from wrong ones: look at the overlay", WALLS)
     whole = checks.whole
     odd = (checks.roundness < ROUND)[whole]
     if odd.mean() > ODD or checks.roundness[whole].mean() < MEAN_ROUND:
         mean = checks.roundness[whole].mean()
-        reasons.append(
-            Doubt(f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none")
-        )
+        yield Doubt(f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none")
     if checks.pieces:
-        reasons.append(Doubt(f"{checks.pieces} labels lie in several pieces each"))
+        yield Doubt(f"{checks.pieces} labels lie in several pieces each")
     loose = (checks.closed < CLOSED)[whole]
     if loose.sum() > max(1, 0.03 * whole.sum()):
-        reasons.append(Doubt(f"{loose.sum()} of {whole.sum()} droplets have no closed border"))
+        yield Doubt(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
     radii = checks.radii[whole]
     if len(radii) > 2 and radii.std() > SPREAD * radii.mean():
-        reasons.append(Doubt(f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean"))
-    return reasons
+        text = f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean"
+        yield Doubt(text, WALLS if checks.labelled else ALL)  # rings and labels may be of any size
 
 
-def _doubt_numbers(checks: Checks) -> list[Doubt]:
-    reasons: list[Doubt] = []
+def _doubt_numbers(checks: Checks) -> Iterator[Doubt]:
     count = int(checks.whole.sum())
     if checks.unstable > COUNT * count + 1:
-        reasons.append(
-            Doubt(f"{checks.unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
-        )
+        yield Doubt(f"{checks.unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
     low, high = min(checks.z), max(checks.z)
     if checks.loose > LOOSE * count:
-        reasons.append(
-            Doubt(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide", CONTACTS)
-        )
+        text = f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide"
+        yield Doubt(text, CONTACTS)
     elif np.isfinite(checks.z).all() and high - low > (BLIND_Z if checks.blind > BLIND else Z):
-        reasons.append(
-            Doubt(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact", CONTACTS)
-        )
+        yield Doubt(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact", CONTACTS)
     if checks.widest > WIDEST:
-        reasons.append(Doubt("between droplets is room for one more: its wall may have a gap"))
+        yield Doubt("between droplets is room for one more: its wall may have a gap")
     if checks.unsure > UNSURE:
-        reasons.append(
-            Doubt(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
-        )
+        yield Doubt(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
     if checks.open_edge:
-        reasons.append(Doubt("droplets end inside the picture: those at the rim of it have fewer contacts", WALLS))
+        yield Doubt("droplets end inside the picture: those at the rim of it have fewer contacts", WALLS)
     if abs(checks.rho - checks.rho_by_pixels) > RHO:
-        reasons.append(Doubt(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels"))
-    return reasons
+        yield Doubt(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels")
 
 
 def unstable_droplets(smooth: Array, segments: Segments, whole: Mask) -> int:

@@ -26,7 +26,7 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
 from jamlab.micrographs.picture_files import scikit_image
-from jamlab.micrographs.segmentation import highest
+from jamlab.micrographs.segmentation import PAIR, highest
 from jamlab.micrographs.wall_paths import WallPaths, find_paths, path_odds, path_terms
 
 COMPACT = 0.75  # least A^2/(2 pi I) of a region in which a droplet is looked for
@@ -63,9 +63,6 @@ class Rings:
     labels: Indices  # (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture
     light: Indices  # (f h, f w) the same of the light inside their walls
     finer: int  # f
-    depth: float  # mean darkness of walls over what they divide, between the envelopes of light and dark
-    noise: float  # standard deviation of the noise over that depth
-    fall: float  # brightest over darkest of the light envelope
     candidates: Candidates
 
 
@@ -74,8 +71,7 @@ class _Tree:
     """Regions and what they merge into: n leaves and n - 1 nodes, or less where the picture falls apart.
 
     moments: area, and sums of x, y, x^2, y^2; touches: left, right, upper, lower edge of the picture; level: darkness
-    inside; height: depth of the deepest wall within; joined: depth of the wall across which it merged with another;
-    parts: the two that merged.
+    inside; height: depth of the deepest wall within; joined: depth of the wall across which it merged with another.
     """
 
     moments: list[Array]
@@ -83,7 +79,6 @@ class _Tree:
     level: list[float]
     height: list[float]
     joined: list[float]
-    parts: list[tuple[int, ...]]
 
     def join(self, a: int, b: int, height: float) -> int:
         """Merge two nodes across a wall of that depth; the new node."""
@@ -94,8 +89,7 @@ class _Tree:
         self.height.append(max(height, self.height[a], self.height[b]))
         self.joined[a] = self.joined[b] = height
         self.joined.append(np.inf)
-        self.parts.append((a, b))
-        return len(self.parts) - 1
+        return len(self.joined) - 1
 
 
 @dataclass(frozen=True)
@@ -107,9 +101,6 @@ class Proposals:
     dark: Array  # (f h, f w) darkness between the envelopes
     leaves: Indices  # (f h, f w) region of each light spot, from 0
     finer: int  # f
-    depth: float  # of walls
-    noise: float  # standard deviation of the noise over that depth
-    fall: float  # brightest over darkest of the light envelope
 
 
 def find_rings(grey: Array) -> Rings | None:
@@ -121,7 +112,7 @@ def find_rings(grey: Array) -> Rings | None:
         return None
     inside, outer, candidates = _choose(seen)
     droplets = _within(_up_to_walls(seen.leaves, seen.dark, inside, outer), HALF_LINE * seen.finer)
-    return Rings(droplets, inside, seen.finer, seen.depth, seen.noise, seen.fall, candidates)
+    return Rings(droplets, inside, seen.finer, candidates)
 
 
 def propose(grey: Array) -> Proposals | None:
@@ -138,17 +129,15 @@ def propose(grey: Array) -> Proposals | None:
     high, low = (envelope(smooth, every, above) for above in (ENVELOPE, 1 - ENVELOPE))
     step = np.maximum(high - low, 0.2 * float(np.median(high - low)))
     dark = np.clip((high - smooth) / step, -0.5, 1.5)
-    contrast = float(np.median(step))
-    left = noise / contrast / max(2 * np.sqrt(np.pi) * width, 1.0)
+    between = float(np.median(step))
+    left = noise / between / max(2 * np.sqrt(np.pi) * width, 1.0)
     leaves = _leaves(dark, max(LEAST_DEPTH, NOISES * left))
     if leaves.max() < 1:
         return None
     tree, depth = _merge(leaves, dark)
-    if depth <= 0 or noise > MOST_NOISE * depth * contrast:
+    if depth <= 0 or noise > MOST_NOISE * depth * between:
         return None
-    level = np.quantile(high, [0.02, 0.98])
-    fall = float(level[1] / max(level[0], 0.01))
-    return Proposals(*_paths_of(tree, dark, depth, finer), dark, leaves, finer, depth, noise / contrast / depth, fall)
+    return Proposals(*_paths_of(tree, dark, depth, finer), dark, leaves, finer)
 
 
 def _paths_of(tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[WallPaths, Array]:
@@ -190,7 +179,7 @@ def _leaves(dark: Array, least: float) -> Indices:
 def _borders(regions: Indices, dark: Array) -> dict[tuple[int, int], tuple[float, float]]:
     """Length of the wall between each pair of regions, and its darkness summed along it."""
     count, names, values = int(regions.max()) + 1, [], []
-    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+    for a, b in PAIR:
         on = regions[a] != regions[b]
         first, second = regions[a][on], regions[b][on]
         names.append(np.minimum(first, second) * count + np.maximum(first, second))
@@ -251,7 +240,7 @@ def _tree_of(regions: Indices, dark: Array) -> _Tree:
     order = np.sort(4.0 * flat + dark.ravel())  # by region, then by darkness, which is -0.5 to 1.5
     ends = np.concatenate([[0], np.cumsum(sums[0]).astype(np.int64)])
     level = (order[(ends[:-1] + ends[1:]) // 2] - 4.0 * np.arange(count)).tolist()
-    return _Tree([*np.stack(sums, axis=1)], [*touches], level, [0.0] * count, [np.inf] * count, [()] * count)
+    return _Tree([*np.stack(sums, axis=1)], [*touches], level, [0.0] * count, [np.inf] * count)
 
 
 def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> float:
@@ -324,7 +313,7 @@ def compactness(moments: Array, touches: Mask, shape: tuple[int, ...]) -> float:
 def _within(droplets: Indices, away: float) -> Indices:
     """The same without what is nearer to another region than `away`."""
     edge = np.zeros(droplets.shape, dtype=bool)
-    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+    for a, b in PAIR:
         differ = droplets[a] != droplets[b]
         edge[a] |= differ
         edge[b] |= differ

@@ -27,6 +27,7 @@ COARSE = 10  # pixels: radius of small droplets in the picture on which markers 
 SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels
 STRAIGHT = (0.05, 0.4)  # of the smallest radius, over which walls are straightened: in itself, and per noise
 STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
+PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 FILM = 1.0  # weight of darkness beside distance over radius
 
 
@@ -84,6 +85,14 @@ def _flood(landscape: Array, markers: Indices, step: int) -> Indices:
     near = ndimage.binary_dilation(~sure, np.ones((3, 3)))
     seeds = np.where(markers > 0, markers, np.where(sure, cells, 0))  # a cell may be too narrow to hold a sure pixel
     return np.where(near, watershed(landscape, seeds, mask=near), cells)
+
+
+def borders(cells: Indices) -> Mask:
+    """(h, w) pixels whose upper or left neighbour belongs to another cell."""
+    found = np.zeros(cells.shape, dtype=bool)
+    for own, other in PAIR:
+        found[own] |= cells[own] != cells[other]
+    return found
 
 
 def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:

@@ -78,7 +78,7 @@ def synthetic_micrograph(
         >>> jamlab.synthetic_micrograph(dense, 256, blur=1.5, noise=0.1, light=0.5, seed=1).shape[1]
         256
     """
-    _check(packing, pixels, film, blur, noise, seed, light, vignette, borders)
+    _check(packing, pixels, seed, borders, light, vignette, film=film, blur=blur, noise=noise)
     scene = _scene(packing, pixels, film, borders == "whole")
     width = film * packing.box[0, 0] / pixels
     fine = ((scene.covers > 0) & ~_in_film(scene, width, 0.5 * packing.params["delta"])).astype(np.float64)
@@ -106,15 +106,7 @@ def _in_film(scene: _Scene, width: float, rim: float) -> Mask:
 
 
 def _check(
-    packing: Packing,
-    pixels: int,
-    film: float,
-    blur: float,
-    noise: float,
-    seed: int,
-    light: float,
-    vignette: float,
-    borders: str,
+    packing: Packing, pixels: int, seed: int, borders: str, light: float, vignette: float, **widths: float
 ) -> None:
     if packing.offsets is None:
         raise InputError("synthetic pictures show droplets (model dp); this packing has model sp")
@@ -122,7 +114,7 @@ def _check(
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: a picture needs a rectangular box")
     if not 32 <= pixels <= LARGEST["pixels"]:
         raise InputError(f"pixels is {pixels}: must be at least 32 and at most {LARGEST['pixels']}")
-    for name, value in (("film", film), ("blur", blur), ("noise", noise)):
+    for name, value in widths.items():
         if not 0 <= value <= LARGEST[name]:
             raise InputError(f"{name} is {value}: must be a number from 0 to {LARGEST[name]:g}")
     if not 0 < light <= 1:

@@ -52,7 +52,8 @@ def find_paths(dark: Array, depth: float, finer: int, middles: Array, radii: Arr
     """Find the wall around every region. `dark`: (h, w) darkness; `depth`: that of walls; `finer`: pixels of `dark` to
     one of the picture; `middles`: (n, 2) x and y; `radii`: (n,) of the regions, pixels of `dark`."""
     if not len(radii):
-        return WallPaths(*np.zeros((3, 0, RAYS, 2)), np.zeros((0, 11)))
+        none = np.zeros((0, RAYS, 2))
+        return WallPaths(none, none, none, np.zeros((0, 11)))
     parts = [
         _paths(dark, depth, finer, middles[k : k + BATCH], radii[k : k + BATCH]) for k in range(0, len(radii), BATCH)
     ]

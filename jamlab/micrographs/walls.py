@@ -15,6 +15,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.segmentation import PAIR
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
 LEAST_TOLERANCE = 0.6  # pixels
@@ -30,7 +31,6 @@ BLURS = 2.5  # standard deviations of blur in half a strip
 STRIP = 0.04  # of the radius, in half a strip beside them, for films
 SCATTERED_FILM = 0.16  # of the radius: the gaps of so wide films scatter by more than light and noise make them
 LEAST_WALL = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
-PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 
 
 @dataclass(frozen=True)
@@ -94,19 +94,10 @@ def find_walls(
     reach = BLURS * blur + 1.5  # beyond, what is not black belongs to droplets
     near_void = (away <= half) | (ndimage.distance_transform_edt(darkness.smooth < 0.35) <= reach)
     void_pixels = ~is_film[tuple(nearest)] & near_void
-    return Walls(
-        pairs,
-        gaps,
-        length,
-        own,
-        widest,
-        touching,
-        np.where(void_pixels, label, 0).astype(np.int64) - 1,
-        np.asarray(void_pixels),
-        width,
-        _inside(darkness, away, width[tuple(nearest)], half, blur),
-        _across(cells, np.where(is_film, pair, -1)[tuple(nearest)]),
-    )
+    void = np.where(void_pixels, label, 0).astype(np.int64) - 1
+    inside = _inside(darkness, away, width[tuple(nearest)], half, blur)
+    beside = _across(cells, np.where(is_film, pair, -1)[tuple(nearest)])
+    return Walls(pairs, gaps, length, own, widest, touching, void, np.asarray(void_pixels), width, inside, beside)
 
 
 def _across(cells: Indices, pair: Indices) -> Indices:
@@ -138,21 +129,10 @@ def _measure_strips(
 
 def _no_walls(cells: Indices, darkness: Darkness) -> Walls:
     """What a single droplet has."""
-    none, shape = np.zeros(0), cells.shape
+    none, pairs, shape = np.zeros(0), np.zeros((0, 2), dtype=np.int64), cells.shape
+    void, width = np.full(shape, -1), np.full(shape, np.inf)
     inside = np.where(darkness.smooth < 0.5, 1.0, -1.0)
-    return Walls(
-        np.zeros((0, 2), dtype=np.int64),
-        none,
-        none,
-        0.0,
-        0.0,
-        none.astype(np.bool_),
-        np.full(shape, -1),
-        darkness.smooth > 0.5,
-        np.full(shape, np.inf),
-        inside,
-        np.full(shape, -1),
-    )
+    return Walls(pairs, none, none, 0.0, 0.0, none.astype(np.bool_), void, darkness.smooth > 0.5, width, inside, void)
 
 
 def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: float) -> Array:

@@ -29,7 +29,7 @@ positions:
 from __future__ import annotations
 
 import json
-import secrets
+import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -160,7 +160,7 @@ def read_observables(path: FilePath) -> dict[str, Array]:
 
 def _memory_file() -> Any:
     """HDF5 file in memory. A disk that fills up while HDF5 itself writes to it crashes the process later on."""
-    return h5py.File(f"jamlab-{secrets.token_hex(8)}", "w", driver="core", backing_store=False)
+    return h5py.File(f"jamlab-{os.urandom(8).hex()}", "w", driver="core", backing_store=False)
 
 
 def _write_header(file: Any) -> None:

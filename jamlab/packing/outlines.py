@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
@@ -58,6 +57,8 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
     doubtful = np.empty(len(offsets) - 1, dtype=bool)
     if not _doubtful_outlines(len(doubtful), offsets, positions, doubtful):
         return np.empty(0, dtype=np.int64)
+    import shapely  # only where outlines are looked at: disks have none
+
     shapes = outlines(positions, offsets, np.flatnonzero(doubtful))
     crossed = ~shapely.is_valid(shapes)
     suspects = np.flatnonzero(doubtful)[crossed]
@@ -72,6 +73,8 @@ def outlines(
     positions: Array, offsets: NDArray[np.int64], kept: NDArray[np.int64] | None = None
 ) -> NDArray[np.object_]:
     """All polygons, or some, as shapely geometries."""
+    import shapely
+
     size = np.diff(offsets)
     if kept is not None:
         some = np.zeros(len(size), dtype=bool)
@@ -83,6 +86,8 @@ def outlines(
 def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
     """Refuse droplets whose outlines cross, and one in the middle of another: no contact form keeps them apart from
     there. `within`: look only at those that may lie in the middle of others."""
+    import shapely
+
     starts, shapes = np.asarray(packing.offsets)[:-1], packing.outlines()
     low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
     middle, size = 0.5 * (low + high), high - low

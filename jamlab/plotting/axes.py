@@ -42,8 +42,8 @@ def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -
     return {**defaults, **own}
 
 
-def legend_below(axes: Axes, handles: list[Any], title: str = "", columns: int = 6) -> None:
+def legend_below(axes: Axes, handles: list[Any], title: str = "") -> None:
     """Put a legend below the axes, where a picture that fills them leaves room for none."""
     axes.legend(
-        handles=handles, title=title or None, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=columns, fontsize=9
+        handles=handles, title=title or None, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=6, fontsize=9
     )

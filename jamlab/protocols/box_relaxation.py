@@ -8,7 +8,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.engine.box_border import PURE_SHEARS, Border
-from jamlab.engine.disk_fire import fire_settings, lively_fire
+from jamlab.engine.disk_fire import lively_fire
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
@@ -56,15 +56,13 @@ def relax_disks_and_box(
     state = quench(session, numbers.jammed, floor=floor, settings=settings.relaxation)
     if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
         return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
-    fire = fire_settings()
     for noise in numbers.noise * numbers.finer ** np.arange(numbers.rounds):
         floor = max(least_pressure, tolerance / noise)
-        state = quench(session, noise, floor=floor, border=border, fire=fire, settings=settings.relaxation)
+        state = quench(session, noise, floor=floor, border=border, fire=lively_fire(), settings=settings.relaxation)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
         if state.max_force > noise * max(state.pressure, floor):
-            fire = lively_fire()  # the packing flows on, slide by slide
-            continue  # still too far for Newton steps
+            continue  # the packing flows on, slide by slide: still too far for Newton steps
         met = border.excess(state.stress) <= numbers.met * state.pressure
         if not may_shear and met and state.max_force <= tolerance:
             return Relaxed(state, tolerance, True, newton_steps)

@@ -117,7 +117,7 @@ class BoxRelaxationSettings:
     jammed: float = 1e-2
     noise: float = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
     finer: float = 0.1  # its factor where they fail
-    rounds: int = 12  # at most; after one whose steps ran out, FIRE is livelier
+    rounds: int = 12  # at most
     # from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks
     fire_only_disks: int = 10_000
     near: int = 10  # Newton steps from a guess of the minimum, before anything else

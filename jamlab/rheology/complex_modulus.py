@@ -221,7 +221,7 @@ def _solve_dense(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Sol
 def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings) -> _Solution:
     model = reduce(motion, limits, omega, settings)
     rounding = _estimate_rounding(motion, limits, model.modes, model.basis, model.spectrum, omega)
-    return model.spectrum.modulus(omega), model.change + rounding, model.spectrum
+    return model.spectrum.modulus(omega), model.missing + rounding, model.spectrum
 
 
 def _estimate_rounding(

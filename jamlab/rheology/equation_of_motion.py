@@ -71,6 +71,27 @@ def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.c
 
 
 @dataclass(frozen=True)
+class BorderedMatrix:
+    """A symmetric matrix (m + 1, m + 1) whose last row and column, those of gamma, are stored apart."""
+
+    inner: sparse.csc_array  # (m, m)
+    edge: Array  # (m,)
+    corner: float
+
+    def __matmul__(self, q: Array) -> Array:
+        """Product with (m + 1,) or (m + 1, j); the transpose, which is the matrix itself, multiplies row by row."""
+        last = self.edge @ q[:-1] + self.corner * q[-1]
+        return np.concatenate([self.inner.T @ q[:-1] + np.multiply.outer(self.edge, q[-1]), last[None]])
+
+    def __abs__(self) -> BorderedMatrix:
+        return BorderedMatrix(abs(self.inner), np.abs(self.edge), abs(self.corner))
+
+    def toarray(self) -> Array:
+        """All elements."""
+        return np.asarray(_bordered(self.inner, self.edge, self.corner).toarray())
+
+
+@dataclass(frozen=True)
 class EquationOfMotion:
     """K and B on the coordinates to solve for, m of them; gamma is kept apart. The first `moving` coordinates are
     displacements, the others rotations, which no energy depends on; of disks that turn like gears,
@@ -94,14 +115,14 @@ class EquationOfMotion:
     contrast: float = 1.0
 
     @property
-    def k(self) -> sparse.csc_array:
-        """(m + 1, m + 1) sparse, made anew: the last row and column belong to gamma."""
-        return _bordered(self.k_qq, self.k_qg, self.k_gg)
+    def k(self) -> BorderedMatrix:
+        """(m + 1, m + 1): the last row and column belong to gamma."""
+        return BorderedMatrix(self.k_qq, self.k_qg, self.k_gg)
 
     @property
-    def b(self) -> sparse.csc_array:
-        """(m + 1, m + 1) sparse, made anew: the last row and column belong to gamma."""
-        return _bordered(self.b_qq, self.b_qg, self.b_gg)
+    def b(self) -> BorderedMatrix:
+        """(m + 1, m + 1): the last row and column belong to gamma."""
+        return BorderedMatrix(self.b_qq, self.b_qg, self.b_gg)
 
     @property
     def size(self) -> int:
@@ -140,20 +161,28 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
     spinning = damping.at_contacts and damping.contrast > 0 and packing.model == "sp"
     first = 0 if drifting else 2
-    free = np.arange(first, 3 * sites if spinning else 2 * sites)
+    free = slice(first, 3 * sites if spinning else 2 * sites)
+    (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, free), _cut(b, free)
     if spinning:
-        free = np.setdiff1d(free, 2 * sites + np.array(damping.gears(packing, network.meetings), dtype=np.int64))
-    kept = np.append(free, k.shape[0] - 1)
-    k, b = k[kept][:, kept], b[kept][:, kept]
+        gears = 2 * sites - first + np.array(damping.gears(packing, network.meetings), dtype=np.int64)
+        if len(gears):
+            kept = np.delete(np.arange(len(k_qg)), gears)
+            k_qq, b_qq, k_qg, b_qg = k_qq[kept][:, kept], b_qq[kept][:, kept], k_qg[kept], b_qg[kept]
     return EquationOfMotion(
-        k_qq=k[:-1][:, :-1].tocsc(),
-        b_qq=b[:-1][:, :-1].tocsc(),
-        k_qg=k[:-1][:, [-1]].toarray()[:, 0],
-        b_qg=b[:-1][:, [-1]].toarray()[:, 0],
-        k_gg=float(k[-1, -1]),
-        b_gg=float(b[-1, -1]),
+        k_qq=k_qq,
+        b_qq=b_qq,
+        k_qg=k_qg,
+        b_qg=b_qg,
+        k_gg=k_gg,
+        b_gg=b_gg,
         moving=2 * sites - first,
         drifting=drifting,
         area=packing.area,
         contrast=damping.contrast,
     )
+
+
+def _cut(matrix: sparse.csc_array, free: slice) -> tuple[sparse.csc_array, Array, float]:
+    """The free coordinates of a bordered matrix, their column of gamma, and the element of gamma."""
+    column = matrix[:, [-1]].toarray()[:, 0]
+    return matrix[free, free], column[free], float(column[-1])

@@ -20,15 +20,18 @@ from jamlab.rheology.slow_and_fast_limits import Limits
 
 @dataclass(frozen=True)
 class KrylovSettings:
-    """Numbers of the search for shifts. They steer its cost; what it misses shows in `ReducedModel.change`.
+    """Numbers of the search for shifts. They steer its cost; what it misses shows in `ReducedModel.missing`.
 
     Attributes:
         steps: Krylov steps at a shift. With one the search may stop too early; with more it factorises less often, and
             a factorisation costs as much as ten solves.
-        tolerance: relative change of G' and of G'' that counts as quiet; of the size of the rounding error near onset,
-            1e-10 to 1e-8.
-        quiet: quiet updates in a row that end the search: one alone may be a shift that happened to add nothing.
-        most_shifts: limit of the search; about a dozen are used over ten decades.
+        tolerance: relative error of G' and of G'' at which the search ends; of the size of the rounding error near
+            onset, 1e-10 to 1e-8.
+        quiet: updates in a row that change less than the tolerance and so end the search: one alone may be a shift
+            that happened to add nothing.
+        safety: factor on what the next update is expected to change, its residual times the most that any update has
+            changed for its own. That ends the search as well, after more updates than `quiet`.
+        most_shifts: limit of the search; two to six are used over ten decades.
         per_decade: candidates for the next shift, in each decade of frequency.
         margin: candidates reach this factor beyond the frequencies asked for: a Maxwell element is a decade wide and
             a half on either side.
@@ -43,9 +46,10 @@ class KrylovSettings:
         'reduced'
     """
 
-    steps: int = 5
+    steps: int = 12
     tolerance: float = 1e-9
     quiet: int = 2
+    safety: float = 10.0
     most_shifts: int = 60
     per_decade: int = 6
     margin: float = 30.0
@@ -64,10 +68,8 @@ class ReducedModel:
     modes: RelaxationModes  # generalised modes on `basis`
     basis: Array  # (m, j) orthonormal
     shifts: Array  # (k,) real shifts used
-    # largest relative change of G' or G'' in the last update, over the frequencies asked for. Every shift is put where
-    # most is missing, so this bounds the error of the last but one model at all frequencies; at one frequency alone it
-    # would not, since far from the new shift nothing changes.
-    change: float
+    # Estimated relative error of G' or G'', the larger, over all frequencies.
+    missing: float
 
 
 def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings = SETTINGS) -> ReducedModel:
@@ -78,19 +80,20 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: Kry
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
     candidates = _place_candidates(omega, settings)
     solver = limits.solver
-    shifts: list[float] = []
-    change = 0.0
+    shifts, changes = list[float](), list[float]()
+    missing, gain = np.inf, 0.0
     model, found = space.model()
     before = model.modulus(omega)
-    quiet = 0
-    while quiet < settings.quiet and len(candidates):
+    residual = space.residual(candidates, model, found)
+    while missing > settings.tolerance and len(candidates):
         if len(shifts) == settings.most_shifts:
             raise ConvergenceError(
-                f"G*(omega) still changes by {change:.2g} after {len(shifts)} shifts: use method='direct'"
+                f"G*(omega) still changes by {changes[-1]:.2g} after {len(shifts)} shifts: use method='direct'"
             )
         # real shifts do not make the residual vanish at i omega: never choose one twice
-        shift = float(candidates[np.argmax(space.residual(candidates, model, found))])
-        candidates = candidates[candidates != shift]
+        worst = int(np.argmax(residual))
+        shift, largest = float(candidates[worst]), float(residual[worst])
+        candidates, residual = np.delete(candidates, worst), np.delete(residual, worst)
         solver.factorise(shift)
         vector = start
         chain = []
@@ -98,16 +101,20 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: Kry
             vector = solver.solve(vector)
             chain.append(vector)
             vector = _without_torques(motion, motion.b_qq @ vector)
-        if not space.add(np.column_stack(chain)):
-            continue
-        shifts.append(shift)
+        if space.add(np.column_stack(chain)):
+            shifts.append(shift)
         model, found = space.model()
         after = model.modulus(omega)
-        change = float(larger_relative(after - before, after).max())
-        quiet = quiet + 1 if change <= settings.tolerance else 0
+        changes.append(float(larger_relative(after - before, after).max()))
         before = after
+        residual = space.residual(candidates, model, found)
+        gain = max(gain, changes[-1] / largest if largest else 0.0)
+        if len(changes) >= settings.quiet:
+            missing = max(changes[-settings.quiet :])
+        if len(changes) > settings.quiet:
+            missing = min(missing, settings.safety * gain * float(residual.max(initial=0.0)))
     solver.forget()
-    return ReducedModel(model, found, space.basis, np.array(shifts), change)
+    return ReducedModel(model, found, space.basis, np.array(shifts), missing)
 
 
 def _without_torques(motion: EquationOfMotion, load: Array) -> Array:
@@ -147,20 +154,22 @@ class _Space:
     def add(self, vectors: Array) -> int:
         """Widen the space by vectors (m, j), one after the other, and count those that do not lie inside it."""
         before = self._size
-        for vector in vectors.T:
-            old = self.basis
-            length = float(np.linalg.norm(vector))
-            rest = vector
-            for _ in range(2):  # "twice is enough": one pass of Gram-Schmidt leaves rounding
-                rest = rest - old @ (old.T @ rest)
+        old = self.basis
+        lengths = np.linalg.norm(vectors, axis=0)
+        for _ in range(2):  # "twice is enough": one pass of Gram-Schmidt leaves rounding
+            vectors = vectors - old @ (old.T @ vectors)
+        for vector, length in zip(np.asfortranarray(vectors).T, lengths, strict=True):
+            new = self._columns[:, before : self._size]
+            rest = vector - new @ (new.T @ vector)
             left = float(np.linalg.norm(rest))
             if left > self._dependent * length:
-                new = rest / left
-                new -= old @ (old.T @ new)
-                self._columns[:, self._size] = new / np.linalg.norm(new)
+                rest = rest / left
+                for basis in (old, new):
+                    rest -= basis @ (basis.T @ rest)
+                self._columns[:, self._size] = rest / np.linalg.norm(rest)
                 self._size += 1
         added = self.basis[:, before:]
-        k_added, b_added = self._motion.k_qq @ added, self._motion.b_qq @ added
+        k_added, b_added = self._motion.k_qq.T @ added, self._motion.b_qq.T @ added  # symmetric
         self._k = _border(self._k, self.basis.T @ k_added)
         self._b = _border(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
@@ -182,7 +191,7 @@ class _Space:
         response q_slow + w at s = i omega leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its
         square."""
         w = found.coefficients(omega)
-        share = np.stack([w, 1j * omega * w], axis=1).reshape(-1, len(omega))
+        share = np.stack([w, 1j * omega * w], axis=1).reshape(2 * len(w), len(omega))
         share = np.vstack([1j * omega, share])
         square = np.sum(np.abs(self._forces @ share) ** 2, axis=0)
         modulus = model.modulus(omega)

@@ -1,7 +1,6 @@
 """Writing a file in one step: readers see the old file or the whole new one, never a part of it."""
 
 import os
-import secrets
 import stat
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -16,7 +15,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     or of the file that a link points to, when the block ends well. If the block raises, it is removed, and the old file
     stays as it was; only a killed process leaves it behind."""
     target = check_target(path)
-    temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
+    temporary = target.with_name(f".jamlab-{os.urandom(8).hex()}.tmp")
     try:
         try:
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
 
-import h5py
 import numpy as np
 
 from jamlab.errors import JamlabError, StorageError
@@ -59,6 +58,8 @@ _LARGE, _PACKED = 16e6, 16  # bytes from which on numbers of packings, compresse
 def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | None = None) -> Any:
     """The dataset of a group, not read yet, of one of the kinds of `numpy.dtype.kind`, "T" for text; None in the shape:
     any."""
+    import h5py  # here and below: most of a short run's imports, and only files need it
+
     where = f"{group.file.filename} is damaged: {group.name.rstrip('/')}/{name}"
     found = group.get(name)
     if not isinstance(found, h5py.Dataset):
@@ -96,6 +97,8 @@ REMEDY = "copy it again, or run the task that wrote it again"
 @contextmanager
 def opened(path: FilePath) -> Iterator[Any]:
     """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
+    import h5py
+
     try:
         _check_source(path)
         found = checksum(path)
@@ -139,6 +142,7 @@ def _check_source(path: FilePath) -> None:
 
 def _check_links(path: FilePath, file: Any) -> None:
     """Refuse links that leave the file, before anything is followed: another file may be a pipe, which never ends."""
+    import h5py
 
     def leaves(name: bytes, link: Any) -> bytes | None:
         return None if link.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name

@@ -112,11 +112,6 @@ class Claim:
         return self.kind not in (Kind.IDENTITY, Kind.DUPLICATE)
 
     @property
-    def agrees(self) -> bool:
-        """Whether the verdict is `Verdict.AGREES`."""
-        return self.verdict is Verdict.AGREES
-
-    @property
     def reason(self) -> str:
         """Write what stands behind the verdict; "" where ours agrees."""
         shown = f" ({self.shown_by})" if self.shown_by else ""

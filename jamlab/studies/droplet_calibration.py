@@ -11,12 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import minimize
 
 from jamlab.arrays import Array
+from jamlab.campaign.campaign import Campaign, open_campaign
 from jamlab.checks import check_bidisperse
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -24,12 +26,6 @@ from jamlab.figures.html_page import TextTable
 from jamlab.statistics.published_numbers import SHAPE_AT_CONFLUENCE, table_contacts, table_modulus
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.studies.study import CampaignStudy, Shown
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from jamlab.campaign.campaign import Campaign
-
 
 FITTED = ("gamma", "ka", "delta")
 _NUMBERS = ["mean", "error", "change", "change_error"]
@@ -80,12 +76,10 @@ def campaign_text(n: int, seeds: int, law: Mapping[str, float]) -> str:
     return "\n".join(text)
 
 
-def observables(states: "pd.DataFrame") -> "pd.DataFrame":
+def observables(states: pd.DataFrame) -> pd.DataFrame:
     """Read off the observables to compare from the states of one sweep, one row per packing. Columns: seed, rho_J, z(d)
     and G(d) at the `DISTANCES`, interpolated between states of which the unstable have no G; A of the bare outline, A
     with rim, and area deficit 1 - a/a_J at the last state, where it is confluent."""
-    import pandas as pd
-
     rows = []
     for (_, seed), sweep in states.groupby(["n", "seed"]):
         good = sweep[sweep["converged"].astype(bool)].sort_values("rho")
@@ -105,11 +99,9 @@ def observables(states: "pd.DataFrame") -> "pd.DataFrame":
     return pd.DataFrame(rows)
 
 
-def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
+def sensitivity(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Average every observable over each set of parameters, and its change from the sweep "centre", seed by seed: a row
     per set and observable, with standard errors; in that of the change the scatter between seeds cancels."""
-    import pandas as pd
-
     if "centre" not in tables:
         raise InputError("there is no sweep 'centre' to compare with: run the whole scan")
     centre = tables["centre"].set_index("seed")
@@ -134,7 +126,7 @@ class Calibration:
     at_edge: tuple[str, ...]
 
 
-def fit(changes: "pd.DataFrame", centre: Mapping[str, float]) -> Calibration:
+def fit(changes: pd.DataFrame, centre: Mapping[str, float]) -> Calibration:
     """Find gamma, ka and delta within a factor of 2 of the centre that bring the changes closest to `TARGETS`."""
     table = changes.pivot(index="set", columns="observable", values="mean")
     needed = ["centre", *(f"{name}-{side}" for name in FITTED for side in _SIDES)]
@@ -175,10 +167,8 @@ class DropletCalibration(CampaignStudy):
     law: Mapping[str, float] = field(default_factory=dict)  # values that replace the defaults at the centre of the scan
     kind: ClassVar[str] = "calibration"
 
-    def campaign(self, folder: Path) -> "Campaign":
+    def campaign(self, folder: Path) -> Campaign:
         """Open the scan; its file is written at first."""
-        from jamlab.campaign.campaign import open_campaign
-
         check_bidisperse(self.n, 0, 1.0)
         if self.seeds < 2:
             raise InputError(f"seeds = {self.seeds}: standard errors need 2 or more")
@@ -190,7 +180,7 @@ class DropletCalibration(CampaignStudy):
                 temporary.write_text(text, encoding="utf-8")
         return open_campaign(file)
 
-    def fit(self, folder: Path) -> "tuple[pd.DataFrame, Calibration]":
+    def fit(self, folder: Path) -> tuple[pd.DataFrame, Calibration]:
         """Read the sensitivities of a finished scan, and fit."""
         campaign = self.campaign(folder)
         tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
@@ -209,7 +199,7 @@ class DropletCalibration(CampaignStudy):
         law = ", ".join(f"{name} = {value:.4g}" for name, value in found.law.items())
         return f"nearest: {law}; misfit {found.misfit:.2f} tolerances, {found.misfit_at_centre:.2f} with the defaults"
 
-    def changes_as_text(self, changes: "pd.DataFrame") -> TextTable:
+    def changes_as_text(self, changes: pd.DataFrame) -> TextTable:
         """What each parameter changes."""
         columns = ["set", "observable", *_NUMBERS]
         rows = [[row[0], row[1], *(f"{v:.4g}" for v in row[2:])] for row in changes[columns].itertuples(index=False)]

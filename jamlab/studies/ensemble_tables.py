@@ -293,7 +293,7 @@ class EnsembleTables:
         """Those rows, if any, with all the columns that came later."""
         try:
             table = self.quasistatic
-        except (InputError, StorageError):
+        except (InputError, StorageError, KeyError):
             table = pd.DataFrame(columns=COLUMNS["quasistatic"])
         return table.assign(**{name: np.nan for name in BESIDE if name not in table})
 

@@ -17,35 +17,8 @@ import numpy as np
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.estimates import flow_errors, ways
-from jamlab.estimates.flow_errors import (
-    BACKGROUND,
-    CALIBRATE,
-    CHECK,
-    MANY,
-    SIZE,
-    SLIDING,
-    SLIDING_BETAS,
-    SLIDING_CHECK,
-    STOKES,
-    Flow,
-    FlowErrors,
-    mean_overlap,
-    read_errors,
-)
-from jamlab.estimates.ways import (
-    ONSET,
-    QUANTITIES,
-    STEP,
-    EnsembleWay,
-    N,
-    Ways,
-    bring_on,
-    default_vertices,
-    find_onset,
-    hand_over,
-    read_ways,
-    values_at,
-)
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, STOKES, Flow, FlowErrors, Part, mean_overlap
+from jamlab.estimates.ways import ONSET, QUANTITIES, EnsembleWay, N
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -70,7 +43,7 @@ Groups = Callable[[int], Sequence[Sequence[EnsembleWay]]]
 def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
     """Ways to make packings of one seed: the first of a group is made by itself, and carries the others. Droplets from
     the start take most of the time, and stand for one seed in two."""
-    nv, rare = default_vertices(), seed % _RARE == 1
+    nv, rare = ways.default_vertices(), seed % _RARE == 1
     carried = [EnsembleWay("carried", N, nv)]
     if rare:
         carried += [EnsembleWay("carried", N, FEW_VERTICES), EnsembleWay("carried", N, nv, OTHER_FORM)]
@@ -85,14 +58,14 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
 
 def make_table(
     out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
-) -> Ways:
+) -> ways.Ways:
     """Measure the table seed by seed, and write it; a run goes on where it stopped. Levels of rho ascend; those of
     droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`."""
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
-    facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}
+    facts = {"seconds": "CPU time of one core from the random start to rho", "step": ways.STEP, "parameters": law}
     tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
     measure_table(out, ways.COLUMNS, tasks, facts, **how)
-    return read_ways(out)
+    return ways.read_ways(out)
 
 
 def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[float]) -> Iterator[dict[str, Any]]:
@@ -120,22 +93,22 @@ class _Chain:
         self.seconds: float = disks.seconds if disks else 0.0
         self.packing: Packing | None = None
         if disks is None:
-            self._timed(lambda: find_onset(way, seed))
+            self._timed(lambda: ways.find_onset(way, seed))
             self.onset = packing_fraction(self.packing) if self.packing else float("nan")
             return
         self.onset, state = disks.onset, disks.packing
         if state is not None and packing_fraction(state) > self.onset + 1e-9:
-            self._timed(lambda: hand_over(way, state))
+            self._timed(lambda: ways.hand_over(way, state))
 
     def advance(self, rho: float) -> None:
         packing = self.packing
         if packing is not None and not (rho <= self.onset):
-            self._timed(lambda: bring_on(self.way, packing, rho))
+            self._timed(lambda: ways.bring_on(self.way, packing, rho))
 
     def row(self, rho: float) -> dict[str, Any]:
         found = dict.fromkeys(QUANTITIES, float("nan"))
         if self.packing is not None and rho > self.onset:
-            found = values_at(self.packing, QUANTITIES)
+            found = ways.values_at(self.packing, QUANTITIES)
         way = asdict(self.way) | {"nv": None if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"}
         onset = float(self.onset) if self.way.start != "carried" else None
         return {**way, "seed": self.seed, "rho": rho, **found, ONSET: onset, "seconds": self.seconds}
@@ -156,11 +129,11 @@ LEAST_DRAG = 3e-2  # of power laws: below, equivalent damping is no use, and run
 AMPLITUDES = (1e-3, 0.03, 0.3, 3.0)  # over the mean overlap
 RATES = (1e-2, 1e-1)
 FLOW_SEEDS = {  # of packings, by part; of many, the second largest error is the one that 95 % stay below
-    CALIBRATE: tuple(range(1, 6)),
-    MANY: tuple(range(201, 240)),
-    CHECK: tuple(range(101, 131)),
-    SLIDING: tuple(range(301, 401)),
-    SLIDING_CHECK: tuple(range(401, 461)),
+    Part.CALIBRATE: tuple(range(1, 6)),
+    Part.MANY: tuple(range(201, 240)),
+    Part.CHECK: tuple(range(101, 131)),
+    Part.SLIDING: tuple(range(301, 401)),
+    Part.SLIDING_CHECK: tuple(range(401, 461)),
 }
 SMALL_AMPLITUDES = (0.001, 0.01, 0.03, 0.1, 0.3)  # of many packings
 _CASES = 5  # random conditions on each of them
@@ -173,7 +146,7 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
     return StokesDrag(eta_f=0.0) if alpha == STOKES else ContactDamping(beta, alpha=alpha)
 
 
-def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
+def measure_errors(out: Path, parts: dict[Part, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
     """Measure the table and save it after every packing; goes on from a file with a part. `how`: of `measure_table`."""
     tasks = {
         f"{part}, seed {seed}": partial(_rows_of_part, part, seed)
@@ -182,7 +155,7 @@ def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, *
     }
     facts = {"background": BACKGROUND, "strain": _STRAIN, "tolerance": TOLERANCE, "cycles": CYCLES}
     measure_table(out, flow_errors.COLUMNS, tasks, facts, **how)
-    return read_errors(out)
+    return flow_errors.read_errors(out)
 
 
 def _rows_of_part(part: str, seed: int) -> Iterator[dict[str, Any]]:
@@ -222,10 +195,7 @@ def _between(values: tuple[float, ...], chance: np.random.Generator) -> float:
 def _random(seed: int) -> tuple[Packing, list[Flow]]:
     """Another packing, of another size and pressure, and conditions anywhere within the grid."""
     chance = np.random.default_rng(seed)
-
-    def between(values: tuple[float, ...]) -> float:
-        return _between(values, chance)
-
+    between = partial(_between, chance=chance)
     packing = pack(int(chance.choice([64, 128, 256])), between(PRESSURES), seed)
     found = []
     for k in range(_CASES):
@@ -278,5 +248,5 @@ def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[f
     return float(error), float(curve.stress_error[0] / curve.stress[0] * np.sqrt(_STRAIN))
 
 
-_PARTS: dict[str, Callable[[int], tuple[Packing, list[Flow]]]]
-_PARTS = {CALIBRATE: _grid, MANY: _small, CHECK: _random, SLIDING: _sliding, SLIDING_CHECK: _sliding}
+_Plan = Callable[[int], tuple[Packing, list[Flow]]]  # function of a seed
+_PARTS: dict[str, _Plan] = dict(zip(Part, (_grid, _small, _random, _sliding, _sliding), strict=True))

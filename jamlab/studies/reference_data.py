@@ -288,9 +288,10 @@ def save_reference(
 MODELS = ("sp", "dp")
 
 
-def example_file(model: str) -> Path:
-    """File of the packings of a model, installed with jamlab."""
-    return Path(str(resources.files("jamlab.studies"))) / "reference" / f"packings_{model}.h5"
+def example_file(model: str, n: int = 32) -> Path:
+    """File of the packings of a model and size, installed with jamlab."""
+    size = "" if n == 32 else f"_{n}"  # of 32 a whole sweep
+    return Path(str(resources.files("jamlab.studies"))) / "reference" / f"packings_{model}{size}.h5"
 
 
 def example_sections() -> list[Section]:

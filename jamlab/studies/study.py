@@ -175,6 +175,8 @@ class Page:
     each: bool = False  # whether every study writes PNG, PDF and CSV of its own, not only a PNG
     columns: int = 0  # of sections, see `jamlab.figures.html_page.write_report`
     assets: Markup = field(default_factory=Markup)  # styles and scripts that opening sections need
+    # function of studies and of their rows that gives the sections at the top, see `draw_tables`
+    opening: Callable[[Any, Mapping[str, pd.DataFrame]], Sequence[Section]] = lambda studies, rows: ()
 
 
 class Failure(NamedTuple):
@@ -282,10 +284,9 @@ def draw_tables(
     *,
     measure: bool = False,
     progress: Progress = no_progress,
-    opening: Callable[[Mapping[str, pd.DataFrame]], Sequence[Section]] = lambda tables: (),
 ) -> dict[str, pd.DataFrame]:
     """Draw one page of studies from the tables that ship or, with `measure`, from those of the folder, which are
-    completed first; returns their rows. `opening`: function of all rows that gives the sections at the top."""
+    completed first; returns their rows."""
     make_folder(out)
     tables = {}
     for name, study in studies.items():
@@ -294,7 +295,7 @@ def draw_tables(
         tables[name] = study.table(out if measure else None)
     rows = {name: table.rows for name, table in tables.items()}
     headings = {name: study.heading for name, study in studies.items()}
-    facts, first = source_fact(measure), opening(rows)
+    facts, first = source_fact(measure), page.opening(studies, rows)
     write_page(out, page, headings, lambda n: studies[n].show(tables[n]), facts, opening=first, progress=progress)
     return rows
 

@@ -187,17 +187,14 @@ class Sites:
         if not self.rounding:
             common |= {name: self.entries[name] for name in ("max_force", "converged") if name in self.entries}
         if self.rings is None:
-            diameters = self._diameters(radii, assumed)
-            return Packing(
-                positions=self.positions, diameters=diameters, params=law, provenance=self._history(assumed), **common
-            )
-        if radii is not None:
+            common |= {"positions": self.positions, "diameters": self._diameters(radii, assumed)}
+        elif radii is not None:
             raise InputError("radii are those of disks: the rim of droplets is params['delta']")
-        order, vertices = self.rings.polygons(self.positions, self.box, wrapped=self.wrapped)
-        law["a0"] = self._rest_areas(order, (params or {}).get("a0"), assumed)
-        return Packing(
-            positions=vertices, offsets=self.rings.offsets, params=law, provenance=self._history(assumed), **common
-        )
+        else:
+            order, vertices = self.rings.polygons(self.positions, self.box, wrapped=self.wrapped)
+            law["a0"] = self._rest_areas(order, (params or {}).get("a0"), assumed)
+            common |= {"positions": vertices, "offsets": self.rings.offsets}
+        return Packing(params=law, provenance=self._history(assumed), **common)
 
     def _history(self, assumed: list[str]) -> dict[str, Any]:
         history = dict(self.provenance)

@@ -24,6 +24,8 @@ struct Law {
   double exponent;
 };
 
+constexpr int64_t SHARE = 4096, MOST_SHARES = 64;  // disks of a share; pairs across are computed twice, 5 % of all
+
 struct Fire {
   double timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink;
   int64_t delay, most_uphill;
@@ -43,7 +45,7 @@ struct Sums {
   double power = 0, velocity2 = 0, force2 = 0;      // v . f, m v . v, f . f / m
   double fastest = 0, strongest = 0, largest2 = 0;  // of v, of f / m, by component; of squared norms of f
   double xx = 0, xy = 0, yy = 0;                    // sum of force times distance
-  char unused[56] = {};                             // threads write side by side
+  char unused[56] = {};                             // shares are written side by side
 };
 
 // The box in one thread; all threads compute the same.
@@ -85,8 +87,8 @@ __attribute__((target_clones("avx2", "default"))) void repel(Batch &pairs, int c
 class Minimizer {
  public:
   Minimizer(DiskNeighbors &all, Law law, Fire fire, Border border, int threads, double skin)
-      : all(all), law(law), fire(fire), border(border), team(threads), force(all.disks.size()), sums(threads),
-        far(threads), skin(skin)
+      : all(all), law(law), fire(fire), border(border), team(threads), force(all.disks.size()), sums(all.shares.size()),
+        far(all.shares.size()), skin(skin)
   {
   }
 
@@ -104,6 +106,8 @@ class Minimizer {
 
  private:
   DiskNeighbors &all;
+  static constexpr int64_t LONG = 200;  // steps
+  static constexpr double TIGHTEST = 0.02;
   const Law law;
   const Fire fire;
   const Border border;
@@ -115,6 +119,13 @@ class Minimizer {
   double skin;
   int64_t built_at = 0;
   double last_force = 0.0;
+
+  // Do something with each share of one thread.
+  template <class Work> void each(int k, Work work)
+  {
+    const int shares = static_cast<int>(all.shares.size());
+    for (int s = shares * k / team.members; s < shares * (k + 1) / team.members; ++s) work(s);
+  }
 
   int64_t descend(int k, double tolerance, int64_t steps) noexcept
   {
@@ -199,39 +210,43 @@ class Minimizer {
   // Half a step back, where the power has turned negative, and stop.
   void step_back(int k, double time, const Triangle &map)
   {
-    const Share &share = all.shares[k];
-    for (int64_t i = share.first; i < share.last; ++i) {
-      const Vector along = map(all.disks[i].x, all.disks[i].y);
-      all.disks[i].x = along.x - time * all.velocity[i].x;
-      all.disks[i].y = along.y - time * all.velocity[i].y;
-      all.velocity[i] = force[i] = {0.0, 0.0};
-    }
+    each(k, [&](int s) {
+      for (int64_t i = all.shares[s].first; i < all.shares[s].last; ++i) {
+        const Vector along = map(all.disks[i].x, all.disks[i].y);
+        all.disks[i].x = along.x - time * all.velocity[i].x;
+        all.disks[i].y = along.y - time * all.velocity[i].y;
+        all.velocity[i] = force[i] = {0.0, 0.0};
+      }
+    });
   }
 
   void advance(int k, double dt, double keep, double steer, const Triangle &map)
   {
-    const Share &share = all.shares[k];
-    for (int64_t i = share.first; i < share.last; ++i) {
-      Vector &v = all.velocity[i];
-      const Vector f = force[i], along = map(all.disks[i].x, all.disks[i].y);
-      const double light = all.disks[i].lightness;
-      v.x = keep * (v.x + dt * f.x * light) + steer * f.x * light;
-      v.y = keep * (v.y + dt * f.y * light) + steer * f.y * light;
-      all.disks[i].x = along.x + dt * v.x;
-      all.disks[i].y = along.y + dt * v.y;
-      force[i] = {0.0, 0.0};
-    }
+    each(k, [&](int s) {
+      for (int64_t i = all.shares[s].first; i < all.shares[s].last; ++i) {
+        Vector &v = all.velocity[i];
+        const Vector f = force[i], along = map(all.disks[i].x, all.disks[i].y);
+        const double light = all.disks[i].lightness;
+        v.x = keep * (v.x + dt * f.x * light) + steer * f.x * light;
+        v.y = keep * (v.y + dt * f.y * light) + steer * f.y * light;
+        all.disks[i].x = along.x + dt * v.x;
+        all.disks[i].y = along.y + dt * v.y;
+        force[i] = {0.0, 0.0};
+      }
+    });
   }
 
-  // New neighbors as soon as a disk has moved half the skin; `travelled` is a bound that spares looking at every step.
+  // New neighbors as soon as a disk has moved half the skin, or nearer ones where lists last; `travelled` is a bound that
+  // spares looking at every step.
   void relist(int k, int64_t step, Cell &cell, double &travelled)
   {
-    if (!(travelled >= 0.5 * skin)) return;
-    far[k] = all.moved(all.shares[k], cell.since, skin);
+    const bool lasts = step - built_at == LONG && skin > TIGHTEST;
+    if (!(travelled >= 0.5 * skin) && !lasts) return;
+    each(k, [&](int s) { far[s] = all.moved(all.shares[s], cell.since, skin); });
     team.meet();
     travelled = *std::max_element(far.begin(), far.end());
     team.meet();
-    if (travelled < 0.5 * skin) return;
+    if (travelled < 0.5 * skin && !lasts) return;
     rebuild(k, step);
     travelled = 0.0;
     cell.since = {1, 0, 1};
@@ -243,10 +258,10 @@ class Minimizer {
     try {
       if (k == 0) {
         // long-lived lists may be tight; lists that are soon out of date had better reach further
-        const double wider = std::min(1.5 * skin, 0.3), tighter = std::max(0.7 * skin, 0.02);
+        const double wider = std::min(1.5 * skin, 0.3);
         const int64_t life = step - built_at;
         if (step > 0 && life < 20 && all.fits(wider)) skin = wider;
-        else if (life > 200) skin = tighter;
+        else if (life >= LONG) skin = std::max(0.5 * skin, TIGHTEST);
         built_at = step;
         if (!all.fits(skin)) failure = BOX_TOO_SMALL;
         else if (!all.sort()) failure = NOT_FINITE;
@@ -257,7 +272,7 @@ class Minimizer {
     team.meet();
     if (failure) return;
     try {
-      all.list(all.shares[k], skin);
+      each(k, [&](int s) { all.list(all.shares[s], skin); });
     } catch (const std::bad_alloc &) {
       failure = NO_MEMORY;
     }
@@ -267,7 +282,7 @@ class Minimizer {
   Sums forces(int k, Cell &cell)
   {
     team.meet();  // all have moved
-    sums[k] = press(k);
+    each(k, [&](int s) { sums[s] = press(all.shares[s]); });
     team.meet();
     Sums total;
     for (const Sums &part : sums) {
@@ -304,9 +319,8 @@ class Minimizer {
   }
 
   // Forces of a share, 0 before, and what they amount to.
-  Sums press(int k)
+  Sums press(const Share &share)
   {
-    const Share &share = all.shares[k];
     Sums found;
     if (border.count) {
       push<true, true>(share.disk, share.neighbor, found);
@@ -384,8 +398,10 @@ JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, 
 {
   if (n < 1 || n > DiskNeighbors::MOST || threads < 1 || threads > 4096 || m < 0 || m > 3) return BOX_TOO_SMALL;
   try {
-    const int members = static_cast<int>(std::min(threads, n));
-    DiskNeighbors all(n, positions, diameters, {box[0], box[1], box[2]}, members);
+    // as many shares whatever the threads: sums are made in one order, and results the same to the last digit
+    const int shares = static_cast<int>(std::clamp<int64_t>(n / SHARE, 1, MOST_SHARES));
+    const int members = static_cast<int>(std::min<int64_t>(threads, shares));
+    DiskNeighbors all(n, positions, diameters, {box[0], box[1], box[2]}, shares);
     if (!all.fits(skin)) return BOX_TOO_SMALL;
     const Fire settings{fire[0], fire[1], fire[2], fire[3], fire[4], fire[5], fire[6], fire[7], delay, most_uphill};
     double size = 0.0;

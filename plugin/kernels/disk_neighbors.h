@@ -23,7 +23,7 @@ struct Triangle {
   double strain() const { return std::max(std::fabs(xx - 1), std::fabs(yy - 1)) + std::fabs(xy); }
 };
 
-// Disks of one thread, [first, last) in sorted order, and its pairs: a disk of the share, and its neighbor's number
+// A part of the disks, [first, last) in sorted order, and its pairs: a disk of the share, and its neighbor's number
 // with, above that, which image of it.
 struct Share {
   std::int64_t first = 0, last = 0;

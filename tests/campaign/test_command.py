@@ -34,9 +34,8 @@ def test_command_line(full, tmp_path):
     assert "0 tasks left" in said("plan", full.file)
     line = said("resume", full.file)
     assert line.startswith("nothing left to run: 6 tasks are finished in") and "more seeds" in line
-    assert said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip() == str(
-        tmp_path / "t/onset.csv"
-    )
+    exported = said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip()
+    assert exported == str(tmp_path / "t/onset.csv")
     assert said("merge", full.file, full.folder.path, "--out", tmp_path / "m").startswith("6 copied")
 
 

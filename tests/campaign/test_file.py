@@ -1,11 +1,14 @@
-"""Campaigns: the file and its errors, names of tasks."""
+"""Campaign files: what is valid survives being written and read, what is not is named; names of tasks."""
 
 import os
 import subprocess
 import sys
 
+import campaigns
 import pytest
 from campaigns import SWEEP, names, read_campaign_file, written
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import jamlab
 from jamlab.campaign.driver import remaining_tasks
@@ -29,10 +32,7 @@ from jamlab.errors import InputError
         ({"seeds": {"first": 5}}, r"seeds\.last is missing: add it"),
         ({"seeds": {"first": 5, "last": 9, "step": 2}}, r"seeds\.step = 2: unknown key, use first, last$"),
         ({"seeds": {"first": 5, "last": 6.0}}, r"seeds\.last = 6\.0: must be a whole number"),
-        (
-            {"seeds": {"first": 5, "last": 10**12}},
-            r"5 to 1000000000000 are too many, at most 1000000",
-        ),
+        ({"seeds": {"first": 5, "last": 10**12}}, r"5 to 1000000000000 are too many, at most 1000000"),
         ({"seeds": [1, 2, 1]}, r"seeds = \[1, 2, 1\]: 1 is listed twice"),
         ({"seeds": [-1]}, r"seeds\[1\] = -1: must be 0 or more"),
         ({"seed": 3}, r"seed = 3: unknown key, did you mean seeds\?"),
@@ -126,13 +126,9 @@ def test_devices_pipes_and_huge_files_are_not_read(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     with (tmp_path / "huge.toml").open("wb") as file:
         file.truncate(10**12)
-    for path, message in (
-        ("/dev/zero", "not a regular file"),
-        (tmp_path / "pipe.toml", "not a regular file"),
-        (tmp_path / "huge.toml", "at most"),
-    ):
+    for name, message in {"/dev/zero": "not a regular", "pipe.toml": "not a regular", "huge.toml": "at most"}.items():
         with pytest.raises(InputError, match=message):
-            read_campaign_file(path)
+            read_campaign_file(tmp_path / name)
 
 
 def test_files_that_are_no_campaign_file(tmp_path):
@@ -177,9 +173,8 @@ def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(t
     code = "import sys; from jamlab.campaign.file import *; from jamlab.campaign.tasks import *\n"
     code += "print(*[t.name for b in batches(check_campaign(read_text(sys.argv[1]), 'c')) for t in b.tasks()])"
     environment = os.environ | {"PYTHONHASHSEED": "7"}
-    done = subprocess.run(
-        [sys.executable, "-c", code, path], capture_output=True, text=True, check=True, env=environment
-    )
+    line = [sys.executable, "-c", code, path]
+    done = subprocess.run(line, capture_output=True, text=True, check=True, env=environment)
     assert done.stdout.split() == names(path)
     task = next(batches(read_campaign_file(path))[0].tasks())
     assert task_name(Parameters.from_record(dict(reversed(task.parameters.record().items())))) == task.name
@@ -194,3 +189,105 @@ def test_a_task_of_two_sweeps_is_done_once():
     tasks = list(remaining_tasks(batches(content), set()))
     assert sorted(task.parameters.seed for task in tasks) == [1, 2, 3]
     assert [t.parameters.seed for t in remaining_tasks(batches(content), {tasks[0].name})] == [2, 3]
+
+
+any_name = st.from_regex(r"\A[A-Za-z0-9][A-Za-z0-9_.-]{0,9}\Z")
+fractions = st.floats(0.01, 1.0)
+numbers = st.floats(1e-2, 1e6)
+in_one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def some(strategy, most=3):
+    return st.lists(strategy, min_size=1, max_size=most, unique=True)
+
+
+@st.composite
+def sweeps(draw):
+    """One sweep with any of the keys that go together."""
+    model = draw(st.sampled_from(["sp", "dp", ["sp", "dp"]]))
+    disks = model == "sp"
+    even = st.integers(1, 50).map(lambda k: 2 * k)
+    sweep = {"name": draw(any_name), "model": model, "n": draw(even | some(even))}
+    sweep["seeds"] = draw(st.integers(1, 4) | some(st.integers(0, 99)))
+    protocol = draw(st.sampled_from(["compress", "onset", "pressures"] if disks else ["compress", "onset"]))
+    step = draw(fractions)
+    sweep |= {
+        "compress": {"compress": {"to": draw(fractions), "step": step, "nearest": draw(st.floats(1e-6, 1)) * step}},
+        "onset": {"onset": True},
+        "pressures": {"pressures": draw(some(st.floats(1e-8, 0.3)))},
+    }[protocol]
+    wanted = draw(some(st.sampled_from(["states", "spectra", "correlation", "voids"] + ["quasistatic"] * disks), 5))
+    sweep |= {"observables": wanted} if draw(st.booleans()) or {"spectra", "correlation"} & set(wanted) else {}
+    for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
+        if observable in wanted:
+            grid = st.fixed_dictionaries({"lowest": st.just(1e-3), "highest": numbers, "points": st.integers(2, 5)})
+            sweep[key] = draw(some(numbers) | grid)
+    if draw(st.booleans()):
+        strengths = st.floats(0, 10)
+        sweep["damping"] = {"contact": draw(some(strengths)), "stokes": draw(st.lists(strengths, max_size=2))}
+    if disks and draw(st.booleans()):
+        sweep["prestress"] = draw(st.sampled_from([True, False, [True, False], [False]]))
+    if model == "dp" and draw(st.booleans()):
+        sweep["force_law"] = {"gamma": draw(st.floats(0.01, 1.0))}
+    if draw(st.booleans()):
+        sweep["tolerances"] = {"spectrum_error": draw(fractions)}
+    return sweep
+
+
+@st.composite
+def files(draw):
+    listed = st.lists(sweeps(), min_size=1, max_size=3, unique_by=lambda sweep: sweep["name"])
+    return {"name": draw(any_name), "sweep": draw(listed)}
+
+
+def toml(content):
+    """The file, keys in the order of the dict."""
+    lines = [f"name = {campaigns.toml(content['name'])}"]
+    for sweep in content["sweep"]:
+        lines += ["[[sweep]]", *(f"{key} = {campaigns.toml(value)}" for key, value in sweep.items())]
+    return "\n".join(lines) + "\n"
+
+
+def tasks(table):
+    return [task.name for batch in batches(table) for task in batch.tasks()]
+
+
+def turned(value, order):
+    """The same tables with their keys in another order."""
+    if isinstance(value, dict):
+        return {key: turned(value[key], order) for key in order.sample(list(value), len(value))}
+    return [turned(entry, order) for entry in value] if isinstance(value, list) else value
+
+
+@in_one_folder
+@given(content=files(), order=st.randoms(use_true_random=False))
+def test_files_survive_being_written_in_any_order(tmp_path, content, order):
+    path = tmp_path / "c.toml"
+    path.write_text(toml(content))
+    read = read_campaign_file(path)
+    assert read == CampaignTable.model_validate(content)
+    path.write_text(toml(turned(content, order)))
+    assert tasks(read_campaign_file(path)) == tasks(read)
+    assert len(set(tasks(read))) >= len(read.sweep[0].n) * len(read.sweep[0].seeds)
+
+
+@in_one_folder
+@given(content=files())
+def test_checked_content_written_out_is_the_same_campaign(tmp_path, content):
+    """Every default spelled out."""
+    read = CampaignTable.model_validate(content)
+    spelled = read.model_dump(exclude_none=True)
+    spelled.pop("slurm")
+    for sweep in spelled["sweep"]:
+        sweep["seeds"] = list(sweep["seeds"])
+    (tmp_path / "c.toml").write_text(toml(spelled))
+    assert tasks(read_campaign_file(tmp_path / "c.toml")) == tasks(read)
+
+
+@given(content=files())
+def test_one_more_seed_adds_tasks_and_renames_none(content):
+    longer = {**content, "sweep": [sweep | {"seeds": 5} for sweep in content["sweep"]]}
+    shorter = {**content, "sweep": [sweep | {"seeds": 4} for sweep in content["sweep"]]}
+    few, many = (tasks(CampaignTable.model_validate(c)) for c in (shorter, longer))
+    assert set(few) < set(many)
+    assert len(many) == pytest.approx(1.25 * len(few))

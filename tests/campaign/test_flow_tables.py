@@ -38,10 +38,8 @@ def test_means_over_packings(tmp_path):
 def test_other_rates_need_no_other_packings(tmp_path):
     keys = []
     for flow in (FLOW, FLOW | {"rates": [0.1]}):
-        path = written(tmp_path / "c.toml", **SWEEP | {"flow": flow})
-        keys.append(
-            [state_key(task.parameters) for batch in batches(read_campaign_file(path)) for task in batch.tasks()]
-        )
+        (batch,) = batches(read_campaign_file(written(tmp_path / "c.toml", **SWEEP | {"flow": flow})))
+        keys.append([state_key(task.parameters) for task in batch.tasks()])
     assert keys[0] == keys[1] and len(set(keys[0])) == 2
 
 

@@ -81,13 +81,10 @@ def assert_same_tables(one, other):
         pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 
-@pytest.mark.parametrize(
-    "protocol",
-    [
-        SHORT,
-        {"n": 16, "compress": None, "pressures": [1e-2, 1e-3], "ensemble": "shear-stabilized", "seeds": 1},
-    ],
-)
+PRESSED = {"n": 16, "compress": None, "pressures": [1e-2, 1e-3], "ensemble": "shear-stabilized", "seeds": 1}
+
+
+@pytest.mark.parametrize("protocol", [SHORT, PRESSED])
 def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimization, protocol):
     (tmp_path / "at_once").mkdir()
     at_once = run(written(tmp_path / "at_once" / "c.toml", **protocol, **MORE))
@@ -119,9 +116,8 @@ def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid
     (task,) = campaign.finished()
     voids = jamlab.voids(campaign.packings(task)[0])
     assert len(campaign.table("voids")) == (voids.percolating == 0).sum() > 0
-    pd.testing.assert_frame_equal(
-        campaign.table("states").drop(columns="task"), full.table("states", "droplets").drop(columns="task")
-    )
+    tables = campaign.table("states"), full.table("states", "droplets")
+    pd.testing.assert_frame_equal(*(table.drop(columns="task") for table in tables))
 
 
 @pytest.mark.slow
@@ -170,15 +166,9 @@ def test_state_keys_depend_on_what_states_depend_on(tmp_path):
     same = key()
     assert key(**MORE) == same
     assert key(tolerances={"spectrum_error": 1e-5}) == same
-    others = [
-        key(seeds=[2]),
-        key(n=18),
-        key(tolerances={"max_force": 1e-10}),
-        key(tolerances={"step_error": 1e-2}),
-        key(compress={"to": 0.9, "step": 0.01}),
-        key(ensemble="shear-stabilized"),
-    ]
-    assert len({same, *others}) == 7
+    others = [{"seeds": [2]}, {"n": 18}, {"compress": {"to": 0.9, "step": 0.01}}, {"ensemble": "shear-stabilized"}]
+    others += [{"tolerances": {"max_force": 1e-10}}, {"tolerances": {"step_error": 1e-2}}]
+    assert len({same, *(key(**changes) for changes in others)}) == 7
 
 
 def test_own_observables_are_columns_of_states(tmp_path):
@@ -218,10 +208,7 @@ def test_what_own_observables_may_not_return(tmp_path, function, message):
 @pytest.mark.parametrize(
     ("observable", "message"),
     [
-        (
-            "nowhere_to_be:f",
-            r"observable nowhere_to_be:f: cannot import nowhere_to_be: (ModuleNotFoundError|there is none)",
-        ),
+        ("nowhere_to_be:f", r"nowhere_to_be:f: cannot import nowhere_to_be: (ModuleNotFoundError|there is none)"),
         ("own_numbers:f", r"observable own_numbers:f: .*own_numbers.py has no function f: correct the name"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Campaigns: tables, what they hold, means with intervals."""
+"""Campaigns: tables, what they hold, means with intervals; order as an observable, its plot and what it costs."""
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,8 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.campaign import export_table
-from jamlab.campaign.observables import TABLES
+from jamlab.campaign.observable import Size
+from jamlab.campaign.observables import TABLES, Order
 from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -80,9 +81,8 @@ def test_what_is_not_converged_is_marked(tmp_path, monkeypatch):
 
 def test_packings_are_drawn_not_rows():
     """Ten equal rows of a packing tell no more than one."""
-    frame = pd.DataFrame(
-        {"model": "sp", "n": 8, "seed": np.repeat([1, 2, 3], [10, 1, 1]), "z": [4.0] * 10 + [5.0, 6.0]}
-    )
+    seeds = np.repeat([1, 2, 3], [10, 1, 1])
+    frame = pd.DataFrame({"model": "sp", "n": 8, "seed": seeds, "z": [4.0] * 10 + [5.0, 6.0]})
     row = aggregate(frame, ["z"], ["n"]).iloc[0]
     once = aggregate(frame.drop_duplicates(), ["z"], ["n"]).iloc[0]
     assert (row.z, row.z_packings) == (5.0, 3)
@@ -90,16 +90,8 @@ def test_packings_are_drawn_not_rows():
 
 
 def test_groups_bins_and_what_is_left_out():
-    frame = pd.DataFrame(
-        {
-            "model": "sp",
-            "n": 8,
-            "seed": [1, 2, 1, 2, 1],
-            "p": [1e-3, 1.0000002e-3, 1e-2, 1e-2, 1e-2],
-            "x": [0.1, 0.3, 1.5, 1.7, 9.0],
-            "g": [1.0, 3.0, 5.0, np.nan, 100.0],
-        }
-    )
+    frame = pd.DataFrame({"model": "sp", "n": 8, "seed": [1, 2, 1, 2, 1], "p": [1e-3, 1.0000002e-3, *[1e-2] * 3]})
+    frame = frame.assign(x=[0.1, 0.3, 1.5, 1.7, 9.0], g=[1.0, 3.0, 5.0, np.nan, 100.0])
     assert aggregate(frame, ["g"], ["p"])["g_packings"].tolist() == [2, 1]
     binned = aggregate(frame, ["g"], ["n"], along="x", bins=[0, 1, 2])
     assert (binned.g.tolist(), binned.x.tolist()) == ([2.0, 5.0], [0.2, 1.6])
@@ -145,3 +137,22 @@ def test_keys_of_groups_read_back_exactly(tmp_path):
     export_table(means, tmp_path / "means.csv")
     read = pd.read_csv(tmp_path / "means.csv", dtype=str)
     assert [float(text) for text in read["omega"]] == omega.tolist()
+
+
+def test_rows_of_order_are_those_of_the_packings(tmp_path):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", observables=["order"], n=16, model="sp"))
+    assert [outcome.state for outcome in run_here(campaign)] == ["finished"] * 2
+    table, states = campaign.table("order"), campaign.table("states")
+    assert len(table) == len(states) and table["rho"].tolist() == states["rho"].tolist()
+    for task, part in table.groupby("task"):
+        for row, packing in zip(part.to_dict("records"), campaign.packings(task), strict=True):
+            order = jamlab.orientational_order(packing)
+            assert (row["psi_6"], row["psi_6_overall"]) == (order.mean_local, order.overall)
+            assert row["share_6"] == (order.neighbors == 6).mean()
+    axes = campaign.plot("psi_6", along="rho", table="order")
+    assert "psi_6" in axes.get_ylabel()
+
+
+def test_order_costs_less_than_the_states():
+    small, large = (Order().seconds(Size("sp", n, n, 10)) for n in (64, 1024))
+    assert 0.02 < small < 0.1 and 5 < large / small < 16

@@ -1,17 +1,20 @@
-"""Where tasks run: a scheduler that is there, SLURM, workers that cannot live; nothing is left behind."""
+"""Where tasks run: schedulers, SLURM, workers that cannot live or are killed; nothing is left behind, all is whole."""
 
 import inspect
 import json
 import os
+import random
 import subprocess
 import sys
 import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 
+import h5py
+import numpy as np
 import psutil
 import pytest
-from campaigns import dask_worker
+from campaigns import compression, dask_worker
 from commands import call
 
 import jamlab
@@ -188,18 +191,8 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
         program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{bin_}:{os.environ['PATH']}")
     (tmp_path / "c.toml").write_text(FILE + '\n[slurm]\nqueue = "short"\nwalltime = "00:10:00"\nmemory = "1 GB"\n')
-    line = [
-        sys.executable,
-        "-m",
-        "jamlab.cli.main",
-        "campaign",
-        "run",
-        tmp_path / "c.toml",
-        "--slurm",
-        "--workers",
-        "1",
-    ]
-    done = subprocess.run([*line, "--json"], capture_output=True, text=True, check=True, cwd=tmp_path)
+    line = [sys.executable, "-m", "jamlab.cli.main", "campaign", "run", "c.toml", "--slurm", "--workers", "1", "--json"]
+    done = subprocess.run(line, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert json.loads(done.stdout)["finished"] == 4
     script = (tmp_path / "job.sh").read_text()
     assert "#SBATCH -p short" in script
@@ -215,11 +208,7 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     ("sbatch", "options", "said"),
     [
         (None, "", "no command sbatch or scancel"),
-        (
-            "echo sbatch: error: invalid partition: nowhere >&2; exit 1",
-            'queue = "nowhere"',
-            "invalid partition: nowhere",
-        ),
+        ("echo sbatch: error: invalid partition: a >&2; exit 1", 'queue = "a"', "invalid partition: a"),
     ],
     ids=["no sbatch", "refused"],
 )
@@ -268,3 +257,114 @@ def test_no_scheduler_is_one_line_at_once(tmp_path, address):
     done = call(tmp_path, "campaign", "run", "c.toml", "--scheduler", address)
     assert done.exit_code == 1
     assert done.stderr.count("\n") == 1 and f"no Dask scheduler answers at {address!r}: start one" in done.stderr
+
+
+def start_driver(path):
+    """A driver in a process of its own, as from the shell; what it says on stderr is in the file c.log."""
+    line = [sys.executable, "-m", "jamlab.cli.main", "campaign", "resume", str(path), "--workers", "2"]
+    with open(path.with_suffix(".log"), "w") as log:
+        return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=log)
+
+
+def descendants(driver):
+    try:
+        return psutil.Process(driver.pid).children(recursive=True)
+    except psutil.NoSuchProcess:
+        return []
+
+
+def workers_of(driver):
+    found = []
+    for process in descendants(driver):
+        try:
+            if "jamlab.processes.child" in " ".join(process.cmdline()):
+                found.append(process)
+        except psutil.Error:
+            continue
+    return found
+
+
+def marks(folder):
+    """Finished task -> what changes when its file is written again."""
+    found = {}
+    for file in folder.glob("tasks/*.h5"):
+        stat = file.stat()
+        found[file.name] = (stat.st_ino, stat.st_mtime_ns)
+    return found
+
+
+def contents(file):
+    """Everything in a task file but the time it took and the machine."""
+    found = {}
+    with h5py.File(file) as opened:
+
+        def take(name, item):
+            for key, value in item.attrs.items():
+                if name != "campaign" or key not in ("seconds", "cpu_seconds", "host"):
+                    found[name, key] = np.asarray(value).tolist()
+            if isinstance(item, h5py.Dataset):
+                value = item[()]
+                if name == "parameters/provenance":
+                    value = [{k: v for k, v in json.loads(text).items() if k != "wall_time"} for text in value]
+                    found[name] = json.dumps(value, sort_keys=True)
+                elif h5py.check_string_dtype(item.dtype):
+                    found[name] = value
+                else:
+                    found[name] = (value.dtype.str, np.shape(value), value.tobytes())
+
+        opened.visititems(take)
+    return found
+
+
+def assert_same(folder, undisturbed):
+    files = sorted(file.name for file in (undisturbed / "tasks").iterdir())
+    assert sorted(file.name for file in (folder / "tasks").iterdir()) == files
+    for name in files:
+        ours, theirs = contents(folder / "tasks" / name), contents(undisturbed / "tasks" / name)
+        assert ours == theirs, name
+        assert len(ours) > 40  # frames, observables, tables and parameters are among them
+
+
+def wait_until(condition, seconds=60):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+def test_killed_at_twenty_random_moments(tmp_path):
+    """60 tasks; a worker and the driver die in turn."""
+    (tmp_path / "calm").mkdir()
+    calm = jamlab.open_campaign(compression(tmp_path / "calm" / "c.toml", n=32, seeds=60, step=0.002))
+    assert calm.run(2).finished == 60
+
+    path = compression(tmp_path / "c.toml", n=32, seeds=60, step=0.002)
+    folder, rng = tmp_path / "c", random.Random(7)
+    driver, before, again = None, {}, []
+    for kill in range(20):
+        if driver is None or driver.poll() is not None:
+            driver = start_driver(path)
+            wait_until(lambda d=driver: len(workers_of(d)) == 2)
+        time.sleep(rng.uniform(0.0, 4.0))
+        assert driver.poll() is None, f"the campaign ended before kill {kill}: make its tasks longer"
+        now = marks(folder)
+        again += [name for name, mark in before.items() if now.get(name) != mark]
+        before = now
+        if kill % 2 == 0:
+            rng.choice(workers_of(driver)).kill()
+        else:
+            family = descendants(driver)
+            driver.kill()
+            driver.wait()
+            _, alive = psutil.wait_procs(family, timeout=30)
+            assert not alive, "orphans"
+    driver = start_driver(path)
+    assert driver.wait() == 0, path.with_suffix(".log").read_text()
+    now = marks(folder)
+    again += [name for name, mark in before.items() if now.get(name) != mark]
+    assert not again
+    status = jamlab.open_campaign(path).status(verify=True)
+    assert (status.finished, status.failed, status.left, status.damaged) == (60, 0, 0, {})
+    assert not list(folder.rglob(".jamlab-*.tmp"))
+    assert_same(folder, calm.folder.path)

@@ -137,7 +137,10 @@ def test_sizes_and_droplets_from_the_command_line(tmp_path):
     assert np.diff(packing.offsets).tolist() == [12, 12, 12, 17, 17]
 
 
-def test_version_and_completion(tmp_path):
+def test_version_completion_and_lists_of_commands(tmp_path):
+    for words in ((), ("campaign",)):
+        done = call(tmp_path, *words, "--help")
+        assert done.exit_code == 0 and "..." not in done.stdout.partition("Commands:")[2], done.stdout
     assert call(tmp_path, "--version").stdout == f"jamlab {jamlab.__version__}\n"
     assert "--install-completion" in call(tmp_path, "--help").stdout
 
@@ -248,12 +251,9 @@ def test_module_is_the_command_and_separates_results_from_errors(tmp_path):
     done = start(tmp_path, MODULE, "jam", "--n", "8", "--seed", "1", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["onset"] == jamlab.read(tmp_path / "onset.h5").onset
-    done = start(tmp_path, MODULE, "analyze", "absent.h5")
-    assert (done.returncode, done.stdout) == (1, "")
+    done = call(tmp_path, "analyze", "absent.h5")
+    assert (done.exit_code, done.stdout) == (1, "")
     assert done.stderr.startswith("error:") and "absent.h5" in done.stderr and done.stderr.count("\n") == 1
-
-
-def test_debug_shows_where_an_error_came_from(tmp_path):
     done = start(tmp_path, MODULE, "analyze", "--debug", "absent.h5")
     assert done.returncode == 1
     assert "Traceback" in done.stderr and "StorageError" in done.stderr.splitlines()[-1]
@@ -268,7 +268,7 @@ def test_every_command_shows_an_example(tmp_path, command):
 
 def test_demo_small(tmp_path):
     """The main job on few particles: all files there, page self-contained, every state converged."""
-    done = call(tmp_path, "demo", "--n", "8", "--to", "0.88", "--json")
+    done = call(tmp_path, "demo", "--n", "8", "--to", "0.86", "--json")
     assert done.exit_code == 0, done.stderr
     assert "not converged" not in done.stderr
     out = tmp_path / "jamlab-demo"
@@ -280,7 +280,7 @@ def test_demo_small(tmp_path):
     for model in ("sp", "dp"):
         packings = jamlab.read_all(out / f"{model}.h5")
         assert packings[0].onset == printed["onset"][model]
-        assert abs(jamlab.packing_fraction(packings[-1]) - 0.88) < 1e-6
+        assert abs(jamlab.packing_fraction(packings[-1]) - 0.86) < 1e-6
         limit = 1e-12 if model == "sp" else 1e-8
         assert all(p.max_force <= limit for p in packings)
         assert list(jamlab.read_observables(out / f"{model}.h5")["rho"]) == printed[model]["rho"]
@@ -294,12 +294,6 @@ def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
     found = json.loads(call(tmp_path, "analyze", "mixed.h5", "--json").stdout)
     assert found["converged"] == [True, None, False]
     assert "does not say whether" in call(tmp_path, "analyze", "mixed.h5").stdout
-
-
-@pytest.mark.parametrize("words", [(), ("campaign",)])
-def test_the_list_of_commands_is_not_cut(tmp_path, words):
-    done = call(tmp_path, *words, "--help")
-    assert done.exit_code == 0 and "..." not in done.stdout.partition("Commands:")[2], done.stdout
 
 
 def test_a_mistyped_name_is_guessed_and_a_file_of_no_kind_is_named(tmp_path):

@@ -10,10 +10,7 @@ from commands import call
 import jamlab
 
 RUNS = {  # words after the file -> columns of the table, and a note
-    ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): (
-        "N₁",
-        "no steady state yet",
-    ),
+    ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): ("N₁", "no steady state yet"),
     ("oscillate", "--omega", "1", "--amplitude", "1e-3", "--cycles", "2"): ("viscous stress", "|G*_3|/|G*_1|"),
     ("creep", "--stress", "1e-4", "--duration", "5", "--alpha", "0.667"): ("compliance", "STILL CREEPS"),
     ("relax-stress", "--strain", "1e-4", "--duration", "5", "--stokes"): ("modulus", "residual stress"),
@@ -36,12 +33,7 @@ def test_command(folder, words):
     picture = ["--plot", f"{name}.png"] if name in ("shear", "flow-curve") else []
     done = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--csv", f"{name}.csv", *picture)
     assert done.exit_code == 0, done.stderr
-    assert (
-        column in done.stdout
-        and note in done.stdout
-        and "energy balance to" in done.stdout
-        and f"wrote {name}.h5" in done.stdout
-    )
+    assert all(text in done.stdout for text in (column, note, "energy balance to", f"wrote {name}.h5"))
     assert not picture or (folder / f"{name}.png").stat().st_size > 5000
     found = jamlab.read_flow(folder / f"{name}.h5")
     again = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--json")

@@ -1,15 +1,19 @@
-"""Files that commands write: none is replaced unasked, and an interrupt loses no state that is finished."""
+"""Files that commands write: none is replaced unasked, an interrupt loses no finished state and says what is kept."""
 
 import ctypes
+import json
 import pathlib
+import shlex
 
 import campaigns
 import pytest
 import typer
+from campaigns import names
 from commands import call
 
 import jamlab
 from jamlab.cli import interruption
+from jamlab.cli.campaign import _show_tasks
 from jamlab.cli.flow import FlowOptions, expect_files
 from jamlab.cli.interruption import Interrupted, KeptStates
 from jamlab.cli.main import app
@@ -176,17 +180,51 @@ def test_the_start_alone_is_not_written_and_errors_write_nothing(tmp_path, onset
 
 def test_states_are_written_on_the_way(tmp_path, onset):
     """So that even a process that is killed leaves those of the last seconds but a few."""
-    kept = KeptStates(tmp_path / "sweep.h5", interval=0.0)
-    with kept:
-        for k in range(3):
-            kept.add(onset)
-            assert (tmp_path / "sweep.h5").exists() == (k > 0)
-    assert len(jamlab.read_all(tmp_path / "sweep.h5")) == 3
+    for name, interval in (("often.h5", {"interval": 0.0}), ("at_the_end.h5", {})):
+        with KeptStates(tmp_path / name, **interval) as kept:
+            for k in range(3):
+                kept.add(onset)
+                assert (tmp_path / name).exists() == (k > 0 and bool(interval))
+        assert len(jamlab.read_all(tmp_path / name)) == 3
 
 
-def test_states_are_there_while_they_are_measured(tmp_path, onset):
-    with KeptStates(tmp_path / "sweep.h5") as kept:
-        for _ in range(3):
-            kept.add(onset)
-        assert not (tmp_path / "sweep.h5").exists()
-    assert len(jamlab.read_all(tmp_path / "sweep.h5")) == 3
+DISKS = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 12\nonset = true\n'
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """What would be printed by now."""
+    monkeypatch.setattr(interruption, "_describe", lambda: "not told")
+    return lambda: interruption._describe()
+
+
+@pytest.mark.parametrize("out", [None, "elsewhere"])
+def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch, said, out):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "c.toml").write_text(DISKS)
+    campaign = jamlab.open_campaign("c.toml", out)
+    campaign.folder.prepare()
+    with _show_tasks(campaign, None):
+        for name in ("0" * 32, *names("c.toml")[:3]):  # one of another campaign
+            campaign.folder.task_file(name).touch()
+        line = said()
+    assert f"3 of 12 tasks are finished in {out or 'c'}; " in line and line.endswith(" goes on")
+    words = shlex.split(line.split("`")[1])
+    assert words[:3] == ["jamlab", "campaign", "resume"]
+    assert json.loads(call(tmp_path, "campaign", "status", *words[3:], "--json").stdout)["finished"] == 3
+
+
+def test_seeds_that_are_not_asked_for_yet_count_as_the_most(tmp_path, said):
+    (tmp_path / "c.toml").write_text(DISKS + "until = { rho = 0.01 }\n")
+    with _show_tasks(jamlab.open_campaign(tmp_path / "c.toml"), None):
+        assert said().startswith("0 of at most 12 tasks are finished")
+
+
+def test_tables_that_were_written_are_named(tmp_path, monkeypatch, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "c.toml").write_text(DISKS)
+    assert call(tmp_path, "campaign", "export", "c.toml", "--to", "tables").exit_code == 0
+    assert said() == "nothing was written"
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "tables" / "onset.csv").write_text("n\n")
+    assert said() == "kept 1 file in tables, each complete"

@@ -17,6 +17,9 @@ pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
 PAIR, DISKS, BOND, AREA = "pair_circuloline.cpp", "pair_disk_drag.cpp", "bond_line_tension.cpp", "fix_polygon_area.cpp"
 DROPLETS = "droplet_drag.cpp"
+RANKS = {  # faults that steps as short as those of the force-style tests do not show: a test with long ones
+    "fix overdamped of droplets, newton": "test_overdamped_on_ranks.py::test_droplets_flow_alike_on_any_number_of_ranks"
+}
 FAULTS = {  # name: file, what stands there, what takes its place
     "pair circuloline, sign": (PAIR, "hx - push.fx, -hx}", "hx - push.fx, hx}"),
     "pair circuloline, factor": (PAIR, "law.eps * overlap * law", "2.0 * law.eps * overlap * law"),
@@ -41,6 +44,7 @@ FAULTS = {  # name: file, what stands there, what takes its place
     "fix overdamped of droplets, factor": (DROPLETS, "torque = 0.5 * m.distance", "torque = m.distance"),
     "fix overdamped of droplets, background": (DROPLETS, "turns[i].drag * p[i].x;", "2.0 * turns[i].drag * p[i].x;"),
     "fix overdamped of droplets, ghost": (DROPLETS, "exchange.add_from_ghosts(out);", ""),
+    "fix overdamped of droplets, newton": ("droplet_stiffness.cpp", "lmp->force->newton_bond || j < nlocal", "true"),
 }
 
 
@@ -66,10 +70,10 @@ def shadow(folder, build):
     return folder
 
 
-def caught(folder):
+def caught(folder, tests="test_force_styles.py"):
     """Names of the tests that fail with the jamlab of a folder."""
     line = [sys.executable, "-m", "pytest", "-n", "0", "-q", "--tb=no", "-p", "no:cacheprovider", "-rf",
-            ROOT / "tests" / "engine" / "test_force_styles.py"]  # fmt: skip
+            *("-m", "slow or not slow"), ROOT / "tests" / "engine" / tests]  # fmt: skip
     path = os.pathsep.join([str(folder), str(ROOT)])
     done = subprocess.run(line, cwd=ROOT, env=os.environ | {"PYTHONPATH": path},
                           capture_output=True, text=True, check=False)  # fmt: skip
@@ -92,7 +96,7 @@ def test_every_fault_is_caught(kept_folder):
         assert text.count(right) == 1, name
         (source / file).write_text(text.replace(right, wrong))
         build(place)
-        found = caught(whole)
+        found = caught(whole, RANKS.get(name, "test_force_styles.py"))
         print(f"| {name} | {len(found)} | {', '.join(found)} |", flush=True)
         missed += [name] if not found else []
         (source / file).write_text(text)

@@ -36,8 +36,8 @@ def plugin(kept_folder):  # noqa: F811
     folder = kept_folder / "sanitized"
     options = ["-DJAMLAB_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g"]
     options += [f"-DPython_EXECUTABLE={sys.executable}"]
-    for line in (["cmake", "-S", SOURCES, "-B", folder, *options], ["cmake", "--build", folder]):
-        subprocess.run(line, check=True)
+    subprocess.run(["cmake", "-S", SOURCES, "-B", folder, *options], check=True)
+    subprocess.run(["cmake", "--build", folder, "--target", "jamlabplugin", "jamlabstyles"], check=True)
     return folder
 
 

@@ -144,9 +144,8 @@ SOURCES = {
 def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
     """The same energy, with a rest area for each polygon."""
     state = outlines.scene(4)
-    (tmp_path / "data").write_text(outlines.data(state))
     law = f"{define}\nvariable rest atom d_a0\nunfix area\nfix area rings polygon/area {ka} {rest}\nrun 0\n"
-    outlines.commands(lmp, outlines.deck("data") + law)
+    outlines.start(lmp, tmp_path, state, law)
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
 
 
@@ -157,10 +156,8 @@ def test_ka_that_changes_during_a_run(tmp_path, ranks):
     (tmp_path / "data").write_text(outlines.data(state))
     deck = ""
     for name, formula in (("equal", "equal 20.0+step"), ("atom", "atom 20.0+step*mol")):
-        deck += (
-            outlines.deck("data")
-            + f"variable k delete\nvariable k {formula}\nunfix area\nfix area rings polygon/area v_k d_a0\n"
-        )
+        deck += outlines.deck("data") + f"variable k delete\nvariable k {formula}\n"
+        deck += "unfix area\nfix area rings polygon/area v_k d_a0\n"
         deck += f'thermo 3\nrun 7\nprint "state-{name} $(pe:%.17g) $(f_area:%.17g)"\n'
         deck += f'run 0\nprint "state-{name}-again $(pe:%.17g) $(f_area:%.17g)"\n'
     found = run(tmp_path, deck, ranks)
@@ -185,8 +182,7 @@ def test_ka_that_changes_during_a_run(tmp_path, ranks):
 )
 def test_a_source_that_makes_no_sense_is_refused(lmp, tmp_path, law, message):
     """One line, before anything moves."""
-    (tmp_path / "data").write_text(outlines.data(outlines.scene(6)))
     define = "variable text string x\nvariable low equal -1.0\nvariable each atom 1+id\nunfix area\n"
-    outlines.commands(lmp, outlines.deck("data") + define + f"fix area rings polygon/area {law}\n")
+    outlines.start(lmp, tmp_path, outlines.scene(6), define + f"fix area rings polygon/area {law}\n")
     with pytest.raises(Exception, match=message):
         lmp.command("run 0")

@@ -1,4 +1,4 @@
-"""Decks: settings that are refused, copies, parts, and what is shown with and without the plugin."""
+"""Decks: settings that are refused, copies, parts, replicas, and what is shown with and without the plugin."""
 
 import re
 import subprocess
@@ -15,6 +15,10 @@ import jamlab
 from jamlab.engine.deck_defaults import copy_decks, summaries
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.lammps_files import described
+
+
+def refusals(text):
+    return [line for line in text.splitlines() if line.startswith("REFUSED: ")]
 
 
 @pytest.mark.parametrize(
@@ -43,18 +47,12 @@ from jamlab.packing.lammps_files import described
     ],
 )
 def test_refused_before_anything_runs(tmp_path, deck, name, value, message):
-    (tmp_path / "sp.data").write_text(
-        "# jamlab model=sp units=eps eps=1 d1=0.83333333333333337 d2=1.1666666666666665\n"
-    )
+    law = "model=sp units=eps eps=1 d1=0.83333333333333337 d2=1.1666666666666665"
+    (tmp_path / "sp.data").write_text(f"# jamlab {law}\n")
     (tmp_path / "dp.data").write_text("# jamlab model=dp units=eps gamma=0.4\n")
     (tmp_path / "sp.dump").write_text("ITEM: TIMESTEP\n0\n")
-    decks = installed("lammps_inputs")
-    given = ["-var", "dir", str(decks), "-log", "none", "-var", name, *str(value).split()]
-    command = [str(deck_runs.LMP), "-in", str(decks / deck), *given]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 1
-    refused = [line for line in done.stdout.splitlines() if line.startswith("REFUSED: ")]
-    assert refused[0].startswith(f"REFUSED: {message}"), done.stdout
+    text = run(deck, tmp_path, code=1, words=["-var", name, *str(value).split()])
+    assert refusals(text)[0].startswith(f"REFUSED: {message}"), text
     assert sorted(path.name for path in tmp_path.iterdir()) == ["dp.data", "sp.data", "sp.dump"]
 
 
@@ -68,17 +66,11 @@ def test_a_file_that_does_not_say_its_law_is_said_to_be_so(tmp_path, dense):
 def test_every_setting_has_a_rule():
     """Each default of decks and parts stands with a rule, and every deck opens alike."""
     bare = re.compile(r"^variable +(\w+) +index +[^#\n]*(?:#(?! \[).*)?$", re.MULTILINE)
+    free = {"deck", "dir", "small_polygon", "large_polygon", "title", "form"}
     openings = set()
     for path in filter(Path.is_file, installed("lammps_inputs").iterdir()):
         text = path.read_text()
-        assert {name for name in bare.findall(text)} <= {
-            "deck",
-            "dir",
-            "small_polygon",
-            "large_polygon",
-            "title",
-            "form",
-        }, path.name
+        assert set(bare.findall(text)) <= free, path.name
         if path.name.startswith("in."):
             opening = text.partition("variable deck")[2].partition("\n\n")[0]
             openings.add(opening.replace(path.name, "DECK").replace("index dp ", "index sp "))
@@ -117,9 +109,7 @@ def test_without_the_plugin_disks_run_and_all_is_shown(tmp_path, dense, monkeypa
 
 def test_what_goes_wrong_inside_a_quiet_command_is_shown(tmp_path):
     (tmp_path / "in.quiet").write_text("region cell prism 0 1 0 1 -1 1 0 0 0\njamlab/quiet create_box 1 nowhere\n")
-    command = [str(deck_runs.LMP), "-in", "in.quiet", "-log", "none"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 1 and "nowhere" in done.stdout
+    assert "nowhere" in run("in.quiet", tmp_path, code=1, inputs=tmp_path)
 
 
 def test_polygon_templates_are_regular_and_of_unit_area():
@@ -130,6 +120,54 @@ def test_polygon_templates_are_regular_and_of_unit_area():
         y = np.roll(x, -1, axis=0)
         assert 0.5 * np.sum(x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]) == pytest.approx(1.0, abs=1e-14)
         assert np.ptp(np.hypot(*(y - x).T)) < 1e-14
+
+
+def test_droplets_that_find_no_room_are_refused(tmp_path):
+    """LAMMPS itself warns and goes on."""
+    text = run("in.dp.jam", tmp_path, code=1, phi_start=0.5, n=8)
+    (line,) = refusals(text)
+    found = re.fullmatch(r"REFUSED: phi_start = 0.5: only (\d+) of 8 particles found room: lower phi_start, .*", line)
+    assert found and 0 < int(found[1]) < 8
+    inserted = [int(n) for n in re.findall(r"Only inserted (\d+) particles out of 4", text)]
+    assert int(found[1]) == sum(inserted) + 4 * (2 - len(inserted))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("deck", ["in.sp.jam", "in.sp.pressure"])
+def test_disks_that_find_no_room_are_refused(tmp_path, deck):
+    """By parts that someone changed to keep disks apart: as installed, every disk finds a place."""
+    folder = copy_decks(tmp_path / "decks")
+    part = folder / "sp.start"
+    part.write_text(part.read_text().replace("random ${half} ${other} NULL", "random ${half} ${other} NULL overlap 50"))
+    (tmp_path / "run").mkdir()
+    (line,) = refusals(run(deck, tmp_path / "run", code=1, inputs=folder, n=20))
+    assert ": only 10 of 20 particles found room: " in line
+
+
+def test_replicas_write_their_own_files(tmp_path):
+    """Two partitions of one deck, whose seeds and last packing fraction differ."""
+    deck = tmp_path / "in.replicas"
+    jam = installed("lammps_inputs") / "in.sp.jam"
+    deck.write_text(f"variable seed world 5 6\nvariable to world 0.86 0.87\ninclude {jam}\n")
+    run(str(deck), tmp_path, ranks=2, words=["-partition", "2x1"], n=16, out="mine")
+    names = {path.name for path in tmp_path.glob("mine*")}
+    assert names == {f"mine.{k}.{end}" for k in (0, 1) for end in ("onset.data", "dump")}
+    seen = [(tmp_path / f"screen.{k}").read_text() for k in (0, 1)]
+    for text, last in zip(seen, ("0.86", "0.87"), strict=True):
+        assert f"\n {last}00000000 " in text  # the last row of the table
+        assert "Minimization stats" not in text  # quiet on the screen of a partition as well
+    onsets = [re.search(r"onset=(\S+)", (tmp_path / f"mine.{k}.onset.data").read_text())[1] for k in (0, 1)]
+    assert onsets[0] != onsets[1]
+
+
+def test_a_value_of_one_replica_is_refused_there(tmp_path):
+    """By name and value, in the output of its own partition; the other goes on, and LAMMPS does not wait for ever."""
+    deck = tmp_path / "in.replicas"
+    deck.write_text(f"variable n world 16 15\ninclude {installed('lammps_inputs') / 'in.sp.jam'}\n")
+    run(str(deck), tmp_path, code=1, ranks=2, words=["-partition", "2x1"], to=0.86)
+    assert (tmp_path / "sp.0.onset.data").exists()
+    assert refusals((tmp_path / "screen.1").read_text()) == ["REFUSED: n = 15: must be even, >= 2, <= 1e8"]
+    assert refusals((tmp_path / "screen.0").read_text()) == []
 
 
 SHORTER = {

@@ -16,17 +16,11 @@ RULES = {
 }
 
 
-def start(lmp, folder, state, more=""):
-    """Read a state and set its laws."""
-    (folder / "data").write_text(outlines.data(state))
-    outlines.commands(lmp, outlines.deck("data") + more)
-
-
 @pytest.mark.parametrize("rule", RULES)
 def test_types_are_mixed(lmp, tmp_path, rule):
     """eps by the rule of pair_modify, widths always by the mean."""
     state = outlines.scene(21)
-    start(lmp, tmp_path, state, f"pair_modify mix {rule}\nrun 0\n")
+    outlines.start(lmp, tmp_path, state, f"pair_modify mix {rule}\nrun 0\n")
 
     def law(i, j):
         return RULES[rule](EPS[i], EPS[j], WIDTH[i], WIDTH[j]), (WIDTH[i] + WIDTH[j]) / 2
@@ -42,7 +36,7 @@ def test_pairs_of_types_by_hand(lmp, tmp_path):
     def law(i, j):
         return own.get((min(i, j), max(i, j)), outlines.mixed(i, j))
 
-    start(lmp, tmp_path, state, "pair_coeff 1 2 3.1 0.22\npair_coeff 1 3 0.4 0.8\nrun 0\n")
+    outlines.start(lmp, tmp_path, state, "pair_coeff 1 2 3.1 0.22\npair_coeff 1 3 0.4 0.8\nrun 0\n")
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, law), rel=1e-12)
     own[RING, DISK] = 0.4, (WIDTH[RING] + WIDTH[DISK]) / 2
     outlines.commands(lmp, "pair_coeff 1 3 0.4\nrun 0\n")
@@ -83,12 +77,11 @@ def test_contact_forms_by_type(tmp_path, ranks):
 def test_eps_and_width_change_during_a_run(lmp, tmp_path):
     """Of one type, and what is mixed with it, and of a pair: against numpy with the values of the end."""
     state = outlines.scene(24)
-    start(lmp, tmp_path, state, "pair_coeff 1 3 0.4 0.8\n")
-    outlines.commands(
-        lmp, "variable v equal ramp(1.7,2.9)\nvariable w equal ramp(0.25,0.21)\nvariable u equal ramp(0.8,0.72)\n"
-    )
+    ramps = {"v": "1.7,2.9", "w": "0.25,0.21", "u": "0.8,0.72"}
+    ramps = "".join(f"variable {name} equal ramp({ends})\n" for name, ends in ramps.items())
     change = "pair circuloline eps 1 1 v_v pair circuloline delta 1 1 v_w pair circuloline delta 1 3 v_u"
-    outlines.commands(lmp, f"fix change all adapt 1 {change}\nrun 10\n")
+    more = f"pair_coeff 1 3 0.4 0.8\n{ramps}fix change all adapt 1 {change}\nrun 10\n"
+    outlines.start(lmp, tmp_path, state, more)
     eps, width = EPS | {RING: 2.9}, WIDTH | {RING: 0.21}
 
     def law(i, j):
@@ -102,15 +95,15 @@ def test_eps_and_width_change_during_a_run(lmp, tmp_path):
 def test_tension_changes_during_a_run(lmp, tmp_path):
     """gamma of the bonds."""
     state = outlines.scene(25)
-    start(lmp, tmp_path, state, "variable g equal ramp(0.13,0.4)\n")
-    outlines.commands(lmp, "fix change all adapt 1 bond line/tension gamma * v_g\nrun 10\n")
+    change = "fix change all adapt 1 bond line/tension gamma * v_g\nrun 10\n"
+    outlines.start(lmp, tmp_path, state, "variable g equal ramp(0.13,0.4)\n" + change)
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, gamma=0.4), rel=1e-12)
 
 
 def test_a_width_that_grows_is_refused(lmp, tmp_path):
     """One line, with the remedy; smaller and back again is allowed, and so is growth between two runs."""
     state = outlines.scene(26)
-    start(lmp, tmp_path, state, "variable w equal 0.25-0.02*(step%4)\n")
+    outlines.start(lmp, tmp_path, state, "variable w equal 0.25-0.02*(step%4)\n")
     outlines.commands(lmp, "fix change all adapt 1 pair circuloline delta 1 1 v_w\nrun 8\n")
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
     outlines.commands(lmp, "unfix change\npair_coeff 1 1 1.7 0.27\nrun 0\n")

@@ -103,9 +103,6 @@ def test_force_law_of_the_packing_is_used(random_disks):
     assert e.max_force < 2e-11 and 0 < e.energy < jamlab.evaluate(p).energy
 
 
-# refused --------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("ranks", [0, -2, True, 1.5, "2", None])
 def test_bad_numbers_of_ranks(minimum, ranks):
     """By every way in, before any process starts."""

@@ -19,9 +19,7 @@ def numberings(state, rng):
         "plain": outlines.data(state),
         "clockwise": outlines.data(state, clockwise=True),
         "shuffled": outlines.data(state, ids=rng.permutation(n) + 1, rows=rng.permutation(n)),
-        "gaps": outlines.data(
-            state, ids=rng.permutation(5 * n)[:n] + 1, molecules=7 * rng.permutation(m) + 4, clockwise=True
-        ),
+        "gaps": outlines.data(state, rng.permutation(5 * n)[:n] + 1, 7 * rng.permutation(m) + 4, clockwise=True),
     }
 
 
@@ -122,8 +120,7 @@ def test_polygons_that_come_and_go(tmp_path, ranks):
 def test_energy_after_evaporation_is_that_of_what_is_left(lmp, tmp_path):
     """Nothing of a vanished polygon stays in any part of the energy; nothing moves meanwhile."""
     state = outlines.scene(3)
-    (tmp_path / "data").write_text(outlines.data(state))
-    outlines.commands(lmp, outlines.deck("data") + EVAPORATE)
+    outlines.start(lmp, tmp_path, state, EVAPORATE)
     left = set(lmp.numpy.extract_atom("molecule")[: lmp.extract_global("nlocal")])
     assert len(left) < len(state.outlines)
     remains = replace(state, outlines=[o for m, o in enumerate(state.outlines, start=1) if m in left])
@@ -161,18 +158,14 @@ def test_all_ranks_refuse_with_one_line(tmp_path):
     (tmp_path / "data").write_text(outlines.data(outlines.scene(4)))
     change = "pair_style none\nspecial_bonds lj 1 1 1 coul 1 1 1\n" + NOT_AN_OUTLINE["vertex"][0]
     code, output = launch(tmp_path, outlines.deck("data") + change + "run 0\n", 2)
-    assert code != 0
-    assert "MPI_Abort" not in output
-    assert (
-        len(re.findall(r"^ERROR: Fix polygon/area: the bonds of molecule 1 .* open chain", output, re.MULTILINE)) == 1
-    )
+    told = re.findall(r"^ERROR: Fix polygon/area: the bonds of molecule 1 .* open chain", output, re.MULTILINE)
+    assert code != 0 and "MPI_Abort" not in output and len(told) == 1
 
 
 def test_a_bond_that_breaks_during_a_run_is_seen(lmp, tmp_path):
     """The longest edge breaks: refused in that step, not at the start of the next run."""
     state = outlines.scene(4)
-    (tmp_path / "data").write_text(outlines.data(state))
-    outlines.commands(lmp, outlines.deck("data") + "run 0\nfix move all nve\ntimestep 1e-6\n")
+    outlines.start(lmp, tmp_path, state, "run 0\nfix move all nve\ntimestep 1e-6\n")
     longest = sorted(length for o in state.outlines if o.type == RING for length in outlines.lengths(o))
     lmp.command(f"fix change rings bond/break 1 1 {(longest[-1] + longest[-2]) / 2}")
     with pytest.raises(Exception, match=r"open chain"):
@@ -182,8 +175,7 @@ def test_a_bond_that_breaks_during_a_run_is_seen(lmp, tmp_path):
 def test_bonds_between_molecules_are_no_edges(lmp, tmp_path):
     """They pull like others, and are neither outlines nor in the way of them."""
     state = outlines.scene(5)
-    (tmp_path / "data").write_text(outlines.data(state))
-    outlines.commands(lmp, outlines.deck("data"))
+    outlines.start(lmp, tmp_path, state)
     a, b = state.starts[0] + 1, state.starts[1] + 3
     bond = np.hypot(*(state.points[a] - state.points[b]))
     assert bond < state.box.min() / 2
@@ -241,10 +233,7 @@ def test_other_molecules_are_left_to_other_styles(lmp, tmp_path, hybrid):
 
 def test_without_hybrid_other_molecules_are_refused(lmp, tmp_path):
     """One line, with the remedy."""
-    (tmp_path / "data").write_text(outlines.data(outlines.scene(7)))
-    outlines.commands(lmp, outlines.deck("data"))
-    lmp.command("pair_style circuloline 0.25 0.8 disks 3")
-    outlines.commands(lmp, "pair_coeff * * 1.0")
+    outlines.start(lmp, tmp_path, outlines.scene(7), "pair_style circuloline 0.25 0.8 disks 3\npair_coeff * * 1.0")
     with pytest.raises(Exception, match=r"open chain .* or name type 2 in walls of pair_style circuloline"):
         lmp.command("run 0")
 

@@ -1,9 +1,10 @@
-"""fix overdamped among other commands of LAMMPS: forces, dumps, computes, minimisations between two flows."""
+"""fix overdamped among commands of LAMMPS: what it refuses, with value and remedy, and what it goes along with."""
 
+import struct
 from pathlib import Path
 
 import pytest
-from disk_flows import Flow
+from disk_flows import Flow, commands
 from droplet_flows import CONTACT, STOKES, DropletFlow
 
 import jamlab
@@ -20,31 +21,145 @@ def droplets():
 
 
 @pytest.mark.parametrize(
-    ("lines", "message"),
+    ("drag", "message"),
     [
-        ("fix push all addforce 0.1 0 0", "fix push of style addforce pushes disks too, .* remove it"),
-        ("fix move all nve", "fix move of style nve moves atoms, too: unfix it"),
-        (
-            "pair_style hybrid/overlay disk/drag 1 1 zero 1.0\npair_coeff * * disk/drag 0.5 1\npair_coeff * * zero",
-            "pair_style hybrid/overlay pushes disks too",
-        ),
+        ("1", "needs: tau beta"),
+        ("1 1 alpha 0.3", "alpha 0.3 must lie between 0.4 and 1"),
+        ("1 1 alpha 1.5", "alpha 1.5 must lie between 0.4 and 1"),
+        ("1 -1", "beta -1 must lie between 0 and 1000000000000"),
+        ("-1 1", "tau -1 must be a time"),
+        ("1 1 arms long", "arms long is not one of"),
     ],
 )
-def test_other_forces_on_disks_are_refused(tmp_path, disks, lines, message):
-    """They moved disks, and entered neither stress nor energy nor steps."""
-    with Flow(tmp_path, disks, "rate 1e-2") as flow:
-        for line in lines.splitlines():
-            flow.lmp.command(line)
+def test_drag_law(lmp, drag, message):
+    with pytest.raises(Exception, match=message):
+        lmp.command(f"pair_style disk/drag {drag}")
+
+
+@pytest.mark.parametrize(
+    ("fix", "message"),
+    [
+        ("tolerance 1e-3", "give one of: rate value, oscillate amplitude omega, stress value"),
+        ("rate 1 stress 1", "give one of rate, oscillate and stress, not two"),
+        ("rate", "rate needs 1 value"),
+        ("rate 1e999", "rate 1e999 must be finite|1e999"),
+        ("oscillate 0 1", "amplitude 0 and omega 1 of oscillate must be positive"),
+        ("rate 1 tolerance 1", "tolerance 1 must lie above 0, up to 0.1"),
+        ("rate 1 solver 0", "solver 0 must lie between 1e-13 and 0.1"),
+        ("rate 1 background -1", "background -1, .* must not be negative"),
+        ("rate 1 fluid -2", "fluid -2, .* must not be negative"),
+        ("rate 1 speed 2", "speed is not one of"),
+    ],
+)
+def test_fix(tmp_path, disks, fix, message):
+    with pytest.raises(Exception, match=message), Flow(tmp_path, disks, fix):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("fix", "message"),
+    [
+        ("rate 1", "no drag at all: give drag tau beta alpha, or a background drag"),
+        ("rate 1 drag 0 1 1", "no drag at all: tau = 0 of drag needs a background drag"),
+        ("rate 1 drag 1 1", r"drag needs 3 value\(s\)"),
+        ("rate 1 drag -1 1 1", "tau -1 of drag must be a time, or 0"),
+        ("rate 1 drag 1 -1 1", "beta -1 of drag must lie between 0 and"),
+        ("rate 1 drag 1 1 0.3", "alpha 0.3 of drag must lie between 0.4 and 1"),
+    ],
+)
+def test_fix_of_droplets(tmp_path, droplets, fix, message):
+    with pytest.raises(Exception, match=message), DropletFlow(tmp_path, droplets, fix, "") as flow:
+        flow.run(0)
+
+
+HYBRID = "pair_style hybrid/overlay disk/drag 1 1 zero 1.0\npair_coeff * * disk/drag 0.5 1\npair_coeff * * zero"
+
+
+@pytest.mark.parametrize(
+    ("line", "drag", "message"),
+    [
+        ("pair_style harmonic/cut\npair_coeff * * 0.5 1", "1 1", "needs pair_style disk/drag"),
+        ("fix flow all overdamped rate 1", "0 1", "no drag at all: tau = 0 of pair_style disk/drag needs a background"),
+        ("group one id 1\nunfix flow\nfix flow one overdamped rate 1", "1 1", "group must be all"),
+        ("unfix flow\nchange_box all ortho\nfix flow all overdamped rate 1", "1 1", "periodic triclinic box"),
+        ("run_style respa 2 2", "1 1", "run_style verlet only"),
+        # forces that enter neither stress nor energy nor steps
+        ("fix push all addforce 0.1 0 0", "1 1", "fix push of style addforce pushes disks too, .* remove it"),
+        ("fix move all nve", "1 1", "fix move of style nve moves atoms, too: unfix it"),
+        (HYBRID, "1 1", "pair_style hybrid/overlay pushes disks too"),
+        ("unfix area", STOKES, "droplets need one fix polygon/area, of group all"),
+        # no Hessian of it is known: steps that took it as given lost 50 times the work
+        ("angle_style zero nocoeff", STOKES, "angle_style zero pushes droplets too"),
+    ],
+)
+def test_setting(tmp_path, disks, droplets, line, drag, message):
+    kind, packing = (DropletFlow, droplets) if drag == STOKES else (Flow, disks)
+    with kind(tmp_path, packing, "rate 1", drag) as flow:
+        for command in line.splitlines():
+            flow.lmp.command(command)
         with pytest.raises(Exception, match=message):
             flow.run(1)
 
 
-def test_bending_of_droplets_is_refused(tmp_path, droplets):
-    """No Hessian of it is known: steps that took it as given lost 50 times the work."""
-    with DropletFlow(tmp_path, droplets, "rate 1e-2", STOKES) as flow:
-        flow.lmp.command("angle_style zero nocoeff")
-        with pytest.raises(Exception, match="angle_style zero pushes droplets too"):
+def test_a_solver_that_does_not_converge_says_what_is_left(tmp_path, disks):
+    with Flow(tmp_path, disks, "rate 1 solver 1e-12 iterations 3") as flow:
+        with pytest.raises(Exception, match=r"a residual of .* is left after 3 iterations: give a background drag"):
             flow.run(1)
+
+
+@pytest.mark.parametrize(("layout", "who"), [(-17.0, "Fix overdamped"), (-1.0, "Pair style disk/drag")])
+def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
+    """Those of 0.2.0 have a time where the fix now has its layout, and beta where the pair style has its own."""
+    file = tmp_path / "flow.restart"
+    with Flow(tmp_path, disks, "rate 1", "1 0.4") as flow:
+        flow.run(1)
+        flow.lmp.command(f"write_restart {file}")
+        ours = struct.pack("d", layout) + (b"" if layout < -1.0 else struct.pack("d", 0.4))
+        assert file.read_bytes().count(ours) == 1
+        file.write_bytes(file.read_bytes().replace(ours, bytes(8) + ours[8:]))
+        with pytest.raises(Exception, match=f"{who}: the restart file was written by another version"):
+            flow.lmp.commands_list(["clear", f"read_restart {file}", "fix flow all overdamped rate 1"])
+
+
+def test_disks_in_one_place_are_refused(lmp, tmp_path, disks):
+    jamlab.write_data(tmp_path / "flow.data", disks)
+    for line in [*commands(disks, str(tmp_path / "flow.data")), "displace_atoms all ramp x 0 0 y 0 1"]:
+        lmp.command(line)
+    lmp.command("set atom 1*2 x 0 y 0")
+    with pytest.raises(Exception, match="are in one place, where their contact has no direction"):
+        lmp.command("run 0")
+
+
+@pytest.mark.parametrize(
+    ("fix", "drag", "message"),
+    [
+        # ghosts reach as far as the longest edge allowed: beyond, contacts would be missed without a word
+        (
+            "rate 30 tolerance 0.1 solver 1e-2 stop 0.05",
+            "background 1",
+            r"the edge between atoms \d+ and \d+ is .* long, more than the 1.5",
+        ),
+        # what no drag holds moves at once; a background drag takes it through
+        (
+            "rate 0.1 tolerance 0.1 solver 1e-3 stop 0.5",
+            CONTACT,
+            r"droplets slip past each other, .* give a background drag, such as 1e-2",
+        ),
+    ],
+)
+def test_flow_of_droplets_that_cannot_go_on(tmp_path, droplets, fix, drag, message):
+    with DropletFlow(tmp_path, droplets, fix, drag) as flow:
+        with pytest.raises(Exception, match=message):
+            for _ in range(20):
+                flow.run()
+
+
+def test_fast_flow_without_sliding_drag_survives(tmp_path, disks):
+    """B is nearly singular at times: the fastest disk moves at hundreds of times the flow, and steps shrink."""
+    with Flow(tmp_path, disks, "rate 0.1 tolerance 0.1 solver 1e-3 stop 1", "1 0") as flow:
+        rows = [flow.run() for _ in range(20)]
+    assert rows[-1]["strain"] == pytest.approx(2.0)
+    assert max(row["energy"] for row in rows) < 0.1
 
 
 def test_fixes_that_push_nothing_are_welcome(tmp_path, disks):

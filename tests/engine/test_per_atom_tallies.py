@@ -134,8 +134,7 @@ def per_atom(lmp, name):
 def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
     """Nor on which vertex comes first: the same for a system that is moved, and through the boundary."""
     state = outlines.scene(13)
-    (tmp_path / "data").write_text(outlines.data(state.shifted(np.array(shift))))
-    outlines.commands(lmp, outlines.deck("data") + TALLIES + "run 0\n")
+    outlines.start(lmp, tmp_path, state.shifted(np.array(shift)), TALLIES + "run 0\n")
     close(per_atom(lmp, "of_fix"), -area_parts(state)[:, 1:])
     close(per_atom(lmp, "of_pair"), -contact_parts(state)[:, 1:])
 
@@ -143,8 +142,7 @@ def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
 def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
     """Net force and torque on each; with a rest area that the vertices have from their first one on."""
     state = outlines.scene(14, foreign=False)
-    (tmp_path / "data").write_text(outlines.data(state))
-    outlines.commands(lmp, outlines.deck("data") + "bond_coeff * 0.0\npair_coeff * * 0.0\nrun 0\n")
+    outlines.start(lmp, tmp_path, state, "bond_coeff * 0.0\npair_coeff * * 0.0\nrun 0\n")
     order = np.argsort(lmp.numpy.extract_atom("id")[: lmp.extract_global("nlocal")])
     forces = lmp.numpy.extract_atom("f")[order]
     assert np.abs(forces).max() > 0.1
@@ -155,19 +153,9 @@ def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
         assert abs(np.sum(r[:, 0] * own[:, 1] - r[:, 1] * own[:, 0])) < 1e-13
 
 
-@pytest.mark.parametrize("keyword", ["", "pair", "fix"])
-def test_centroid_stress_is_refused(lmp, tmp_path, keyword):
-    """It would need the forces of each contact on its three atoms apart."""
-    (tmp_path / "data").write_text(outlines.data(outlines.scene(15)))
-    outlines.commands(lmp, outlines.deck("data") + f"compute c all centroid/stress/atom NULL {keyword}\n")
-    with pytest.raises(Exception, match=r"does not support compute centroid/stress/atom"):
-        lmp.command("run 0")
-
-
 def test_centroid_stress_of_bonds_alone_is_served(lmp, tmp_path):
     """The same as that of stress/atom: a bond is a pair of atoms."""
     state = outlines.scene(16)
-    (tmp_path / "data").write_text(outlines.data(state))
-    outlines.commands(lmp, outlines.deck("data") + "compute of_bonds all centroid/stress/atom NULL bond\n")
-    outlines.commands(lmp, "compute m all reduce max c_of_bonds[1]\nthermo_style custom pe c_m\nrun 0\n")
+    more = "compute of_bonds all centroid/stress/atom NULL bond\ncompute m all reduce max c_of_bonds[1]\n"
+    outlines.start(lmp, tmp_path, state, more + "thermo_style custom pe c_m\nrun 0\n")
     close(per_atom(lmp, "of_bonds"), -bond_parts(state)[:, 1:])

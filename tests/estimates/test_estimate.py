@@ -235,7 +235,7 @@ def test_a_table_goes_on_where_it_stands(tmp_path, monkeypatch):
     """Seeds that a table has are not made again, whether its rows or only the packed file are left."""
     packed = resources.files("jamlab.estimates").joinpath("ways.csv.xz").read_bytes()
     (tmp_path / "ways.csv.xz").write_bytes(packed)
-    monkeypatch.setattr("jamlab.studies.least_model.find_onset", None)  # nothing is made
+    monkeypatch.setattr("jamlab.estimates.ways.find_onset", None)  # nothing is made
     for _ in range(2):
         made = make_table(tmp_path / "ways.csv.xz", range(20_001, 20_011))
         assert made.keys() == read_ways().keys()

@@ -1,4 +1,4 @@
-"""Figures beyond the papers from tables in which known laws hold, and the reduction of a campaign's tables to those."""
+"""Figures beyond the papers from tables in which known laws hold, and what becomes of a campaign's tables for them."""
 
 import re
 from pathlib import Path
@@ -17,6 +17,7 @@ from jamlab.studies import gallery
 from jamlab.studies.beyond.droplet_modes import group_share
 from jamlab.studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
 from jamlab.studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
+from jamlab.studies.beyond.stiffening_disks import EXPECTED, NAMES, exponent_of, read_states, stiffening_disks
 from jamlab.studies.claims import write_interval
 from jamlab.studies.ensemble_tables import (
     COUNTS,
@@ -29,6 +30,7 @@ from jamlab.studies.ensemble_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
+from jamlab.studies.gallery import FIGURES
 from jamlab.studies.reference_data import reference_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
@@ -206,3 +208,25 @@ def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for
     few = EnsembleTables({"onset": bare, "states": states.drop(columns="pairs")}.get)
     with pytest.raises(InputError, match=r"add 'jamlab\.mechanics\.held_motions:count_motions' to the observables"):
         gallery.draw("beyond-droplet-contacts", few)
+
+
+def test_exponent_of_a_power_law_is_its_power_in_every_resample():
+    x = np.geomspace(1e-3, 1e-1, 11)
+    found = exponent_of(x, np.outer([1.0, 2.0, 5.0], x**1.5))
+    assert found.value == pytest.approx(1.5) and found.low == pytest.approx(1.5) and found.high == pytest.approx(1.5)
+
+
+def test_exponents_of_the_figure_are_those_of_the_theory():
+    drawing = stiffening_disks(None)
+    for column, alpha in EXPECTED:
+        found = drawing.values[f"{column}, {NAMES[alpha]}"]
+        assert found.low - 0.12 < EXPECTED[column, alpha] < found.high + 0.12
+        assert found.high - found.low < 0.5
+    assert FIGURES["beyond-stiffening-disks"] is stiffening_disks and "Hertz" in drawing.caption
+
+
+def test_table_holds_states_above_onset_of_both_laws():
+    table = read_states()
+    assert set(table["exponent"]) == set(NAMES) and (table[["distance", "pressure", "g"]] > 0).all().all()
+    near = table[table["distance"] < 2e-3]
+    assert near["excess"].abs().max() < 0.3

@@ -8,7 +8,6 @@ import pytest
 from drawn_figures import tables
 
 from jamlab.errors import InputError
-from jamlab.statistics.data_collapse import collapse_through
 from jamlab.studies import gallery
 from jamlab.studies.dynamics.flow_curves import balanced_disks, steady_flows, yield_law_interval
 from jamlab.studies.ensemble_tables import OF_FLOWS, EnsembleTables
@@ -34,19 +33,6 @@ def test_collapse_finds_the_exponents():
     viscous = values["exponent of the viscosity below onset"]
     assert viscous == pytest.approx((1 - flow_tables.Q) / flow_tables.W, rel=0.05)
     assert drawing.values["onset left free"].value == pytest.approx(flow_tables.ONSET, abs=5e-4)
-
-
-def test_a_collapse_of_what_scales_exactly():
-    """Both exponents and the critical point to four digits, whatever the units of x."""
-    x, s = (part.ravel() for part in np.meshgrid(np.linspace(-2.0, 3.0, 9), np.geomspace(1e-3, 1.0, 6)))
-    z = (x - 0.4) / s**0.2
-    found = collapse_through(x, s, s**0.7 * np.exp(0.5 * z - 0.05 * z**2), (0.0, 0.5, 0.3))
-    assert (found.critical, found.q, found.w) == pytest.approx((0.4, 0.7, 0.2), abs=1e-3)
-    assert found.function(z) == pytest.approx(np.exp(0.5 * z - 0.05 * z**2), rel=1e-3) and found.spread < 1e-4
-    with pytest.raises(InputError, match="2 points: 9 or more"):
-        collapse_through([1.0, 2.0], [1.0, 2.0], [1.0, 2.0], (0, 0.5, 0.5))
-    with pytest.raises(InputError, match="must be positive"):
-        collapse_through(x, -s, s, (0, 0.5, 0.5))
 
 
 @pytest.mark.slow

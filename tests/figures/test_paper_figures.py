@@ -133,7 +133,7 @@ def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
     assert page.count("data:image/png;base64,") == len(names)
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)  # nothing from elsewhere
     claims = [c for d in drawings for c in d.claims]
-    assert 0 < page.count('<tr data-mark="agrees"') == sum(c.agrees for c in claims) < len(claims)
+    assert 0 < page.count('<tr data-mark="agrees"') == sum(c.verdict == "agrees" for c in claims) < len(claims)
     assert page.count("<tr data-mark=") == len(claims)
     assert page.index("data:image") < page.index("<tr data-mark=")  # pictures first
     verdicts = pd.read_csv(tmp_path / gallery.VERDICTS)
@@ -158,9 +158,14 @@ def test_command(tmp_path):
     shown = call(tmp_path, "figure", "baumgarten-5", *words)
     assert shown.exit_code == 0
     assert re.search(
-        r"baumgarten-5: exponent of approach in p = 0\.2\d+ \[0\.2\d+, 0\.2\d+\], systematic .*, paper 0\.25",
+        r"baumgarten-5: exponent of approach in p \| 0\.2\d+ \[0\.2\d+, 0\.2\d+\], systematic .*, for 0\.25 ± 0\.005",
         shown.stdout,
     )
+    rows = call(tmp_path, "figure", "rows", "baumgarten-5", *words[:2])
+    parts = r"approach in p: .*\n  paper .*0\.245 to 0\.255 .*\n  ours .*\n  data .*pressures.*\n  choices  first = 1"
+    assert rows.exit_code == 0 and re.search(parts, rows.stdout)
+    told = json.loads(call(tmp_path, "figure", "rows", "baumgarten-5", *words[:2], "--json").stdout)["rows"]
+    assert set(told[0]["family"]) == {"first = 1", "last = -1"} and told[0]["margin"] == 0.005
     assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".png", ".pdf", ".csv"}
     assert "boromand-11" in call(tmp_path, "figure", "list").stdout
     assert set(json.loads(call(tmp_path, "figure", "list", "--json").stdout)) == set(gallery.FIGURES)

@@ -10,9 +10,11 @@ pictures again, look at them, and commit them:
 
 from functools import cache
 
+import flow_tables
 import numpy as np
 import pandas as pd
-from bare_pictures import HERE, artists, bare, both, picture, state
+import pytest
+from bare_pictures import HERE, artists, bare, both, covers_points, picture, state
 from matplotlib.legend import Legend
 
 import jamlab
@@ -21,18 +23,12 @@ from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
 from jamlab.studies import gallery
 from jamlab.studies.cost.chart import Point, curve_figure
+from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.failure.map import failure_figure
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.registry import MAPS
 
-
-def paper_figure(name):
-    return gallery.draw(name, shipped())
-
-
-@cache
-def shipped():
-    return reference_tables()
+paper_tables = cache(reference_tables)
 
 
 @picture
@@ -88,12 +84,8 @@ def checked(figure, labels, entries):
     """The figure, if its axes name quantity and unit, and legends of so many entries cover no point."""
     figure.draw_without_rendering()
     assert [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes] == labels
-    legends = artists(figure, Legend)
-    assert sum(len(legend.get_texts()) for legend in legends) == entries
-    for axes in figure.axes:
-        for line in axes.lines:
-            places = line.get_transform().transform(line.get_xydata())
-            assert not any(legend.get_window_extent().count_contains(places) for legend in legends)
+    assert sum(len(legend.get_texts()) for legend in artists(figure, Legend)) == entries
+    assert not covers_points(figure)
     return figure
 
 
@@ -115,15 +107,42 @@ def test_speed_accuracy_chart():
 def test_boromand_9():
     """Coordination and shape against true packing fraction, both models with their bands."""
     shape = r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$"
-    figure = checked(paper_figure("boromand-9").figure, [(shape[1], "coordination z"), shape], 4)
+    figure = checked(gallery.draw("boromand-9", paper_tables()).figure, [(shape[1], "coordination z"), shape], 4)
     return bare(figure, columns=2)
 
 
 @picture
 def test_baumgarten_1():
     """G' and G'' over eleven decades with the slopes of the paper; every point as `jamlab figure` writes it."""
-    drawing = paper_figure("baumgarten-1")
+    drawing = gallery.draw("baumgarten-1", paper_tables())
     stored = pd.read_csv(HERE / "baseline" / "baumgarten-1.csv")
     pd.testing.assert_frame_equal(drawing.table, stored, rtol=1e-6, check_dtype=False)
     labels = [(r"frequency $\omega\,\tau_1$", "$G'$ (filled), $G''$ (open)  [$k$]")]
     return bare(checked(drawing.figure, labels, 1))
+
+
+FLOWS = {  # figures of flow in time, from tables in which known laws hold, and how many panels stand in a row
+    "flow-curves": 3,  # from dark to light, their means over pressure, the law with a yield stress through one of them
+    "collapse": 2,  # one line through onset, and its two branches
+    "overshoot": 3,  # peaks above dotted steady stresses, their excess, their strain
+    "yield": 3,  # flow curve with law, band and peaks; share that flows; six ways with bars
+    "amplitudes": 4,  # storage filled, loss dashed, at three frequencies; softening and yielding over pressure
+    "power-law": 3,  # three drag laws, their ratio to the linear one, and checks, with a grey band
+    "equivalent-damping": 3,  # a map of squares with numbers, and errors over reduced frequency, with a grey band
+    "droplets": 3,  # droplets and disks at two packing fractions, and their pressure
+}
+
+
+flow_table = cache(lambda name: flow_tables.TABLES[name]())
+
+
+def critical_flow(name):
+    return flow_tables.flow(critical=True)
+
+
+@pytest.mark.slow
+@picture
+@pytest.mark.parametrize("name", FLOWS)
+def test_flows(name):
+    tables = EnsembleTables(critical_flow if name == "collapse" else flow_table)
+    return bare(gallery.draw(f"dynamics-{name}", tables).figure, columns=FLOWS[name])

@@ -29,7 +29,7 @@ def readme_picture(name):
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
-    points = [p for p in chart.points() if p.panel != "N = 1024"]
+    points = [p for p in chart.average(chart.table().rows) if p.panel != "N = 1024"]
     return curve_figure(chart.title, chart.error, points)
 
 

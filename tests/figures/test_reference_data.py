@@ -17,6 +17,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY, Verdict, first_line
 from jamlab.studies.ensemble_tables import COUNTS, NAMES, EnsembleTables
+from jamlab.studies.ensembles import fill_states, thin_states
 from jamlab.studies.reference_data import combine, pack, read_folder, read_record, reference_tables, save
 from jamlab.studies.study import write_files
 
@@ -54,6 +55,26 @@ def test_packings_that_are_there_are_not_added_again(tmp_path):
     again = {name: t.assign(**{c: t[c] * (1 + 1e-13) for c in ("rho", "phi") if c in t}) for name, t in held.items()}
     both = combine(EnsembleTables(again.__getitem__), old)
     assert {name: len(getattr(both, name)) for name in NAMES} == {name: len(t) for name, t in again.items()}
+
+
+def test_states_ship_without_what_follows_from_others():
+    """rho, phi, z, shape and differences to the first state come back in the digits that were written."""
+    whole = tables().states
+    held = whole["n"] - whole["rattlers"]
+    even = whole.assign(z=2 * (0.5 * whole["z"] * held).round() / held, shape=whole["excess"] + 1.0)
+    first = even[even["state"] == 0].set_index(["model", "n", "seed"])[["z", "overlap"]]
+    there = even.join(first.add_suffix("_J"), on=["model", "n", "seed"])
+    even["d_z"], even["d_rho"] = there["z"] - there["z_J"], there["d_phi"] - there["overlap"] + there["overlap_J"]
+    even["rho"] = even["phi"] - even["overlap"]
+    thin = thin_states(even)
+    later = thin["state"] > 0
+    assert thin.loc[later, ["rho", "phi", "shape", "d_rho", "d_z", "lost"]].isna().all(axis=None)
+    back = fill_states(thin)
+    for name in ("rho", "phi", "z", "d_z", "d_rho", "shape"):
+        rows = (even["model"] == "sp") & even[name].notna()
+        np.testing.assert_allclose(back.loc[rows, name], even.loc[rows, name], atol=1e-12, err_msg=name)
+    cut = even[(even["state"] > 0) | (even["seed"] > 1)]  # a packing without its first state keeps all
+    assert thin_states(cut).loc[cut["seed"] == 1, "rho"].notna().all()
 
 
 def test_tables_are_never_lost(tmp_path):
@@ -219,7 +240,7 @@ def test_the_record_of_the_reference_data_names_every_table_its_rows_and_its_run
         assert {line.count(",") for line in lines} == {count} and count > 0
     assert [run["campaign"] for run in record["runs"]] == ["dynamics"] + 2 * ["beyond_the_papers"] + 10 * [
         "reference"
-    ] + ["beyond_the_papers", "reference"]
+    ] + ["beyond_the_papers", "reference", "reference", "more"]
     assert all(run["commit"] and run["file"] and run["rows"] for run in record["runs"])
 
 
@@ -237,7 +258,7 @@ def test_the_summary_counts_numbers_of_the_papers_alone():
     assert beside and first_line([*theirs, *beside]) == first_line(theirs)
     assert first_line(theirs).startswith(f"{sum(c.counted for c in theirs)} numbers of both papers: ")
     tables = drawn("tables").claims
-    assert first_line(tables).startswith(f"{len(tables) - 8} numbers") and "8 identities and dup" in first_line(tables)
+    assert first_line(tables).startswith(f"{len(tables) - 2} numbers") and "2 identities and dup" in first_line(tables)
 
 
 def test_the_readme_repeats_how_many_numbers_agree():

@@ -10,16 +10,12 @@ import jamlab
 from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
-    CALIBRATE,
-    CHECK,
     COLUMNS,
-    MANY,
     SIZE,
-    SLIDING,
     SLIDING_BETAS,
-    SLIDING_CHECK,
     Flow,
     FlowErrors,
+    Part,
     relative_amplitude,
     shipped_errors,
 )
@@ -188,12 +184,12 @@ def test_the_docstring_says_what_was_measured():
 def test_promises_hold_in_the_checks():
     """Of other packings at random conditions, and at other beta; 95 % are promised, none is far beyond."""
     table = shipped_errors()
-    for part, least in ((CHECK, 150), (SLIDING_CHECK, 300)):
+    for part, least in ((Part.CHECK, 150), (Part.SLIDING_CHECK, 300)):
         kept, of = table.kept(part)
         assert of >= least and 0.93 <= kept / of <= 0.995
         checks = table.rows[table.rows["part"] == part]
         assert (checks["error"].to_numpy() < 5 * table.promises(checks)).all()
-    seeds = [set(table.rows.loc[table.rows["part"] == part, "seed"]) for part in (SLIDING, SLIDING_CHECK)]
+    seeds = [set(table.rows.loc[table.rows["part"] == part, "seed"]) for part in (Part.SLIDING, Part.SLIDING_CHECK)]
     assert all(seeds) and not seeds[0] & seeds[1]
     assert table.scatter_of_flow(10.0) > table.scatter_of_flow() > 0
 
@@ -204,9 +200,9 @@ def test_other_damping_of_sliding_has_wider_promises(packing):
     given = {"omega": 1.0, "amplitude": 1e-3, "tolerance": 0.5}
     for beta, end in ((0.1, 0.1), (10.0, 10.0), (3.0, None)):
         choice = jamlab.choose_flow(packing, jamlab.ContactDamping(beta), **given)
-        assert choice.kept == table.kept(SLIDING_CHECK, "oscillation", end)
+        assert choice.kept == table.kept(Part.SLIDING_CHECK, "oscillation", end)
     at_one = jamlab.choose_flow(packing, **given)
-    assert at_one.kept == table.kept(CHECK, "oscillation") and 1 < table.sliding_factor("oscillation", 3.0) < 3
+    assert at_one.kept == table.kept(Part.CHECK, "oscillation") and 1 < table.sliding_factor("oscillation", 3.0) < 3
     alone = table.promise(Flow("oscillation", 1.0, 1.0, relative_amplitude(packing, 1e-3)))
     assert choice.error == pytest.approx(table.sliding_factor("oscillation", 3.0) * alone)
 
@@ -221,7 +217,7 @@ def made(*runs):
 
 
 def calibrated(errors, many=()):
-    return [(CALIBRATE, 1.0, error) for error in errors] + [(MANY, 1.0, error) for error in many]
+    return [(Part.CALIBRATE, 1.0, error) for error in errors] + [(Part.MANY, 1.0, error) for error in many]
 
 
 def test_a_promise_is_the_upper_end_of_what_was_measured():
@@ -245,16 +241,20 @@ def test_the_factor_of_other_damping_is_what_few_runs_exceed():
     """20 runs up to three times what is promised: the largest; the worse end counts; promises are not made narrower."""
     usual = calibrated([0.1] * 20)
     for errors, factor in ((np.linspace(0.1, 0.3, 20), 3.0), (np.full(20, 0.05), 1.0), (np.full(18, 0.05), np.inf)):
-        table = made(*usual, *((SLIDING, 10.0, error) for error in errors))
+        table = made(*usual, *((Part.SLIDING, 10.0, error) for error in errors))
         assert table.sliding_factor("oscillation", 10.0) == pytest.approx(factor)
         assert table.promise(AT._replace(beta=10.0)) == pytest.approx(0.1 * factor)
         assert table.promise(AT._replace(beta=11.0)) == np.inf
-    runs = [(SLIDING, 0.1, 0.3)] * 4 + [(SLIDING, 0.1, 0.1)] * 56 + [(SLIDING, 10.0, 0.1)] * 60
+    runs = [(Part.SLIDING, 0.1, 0.3)] * 4 + [(Part.SLIDING, 0.1, 0.1)] * 56 + [(Part.SLIDING, 10.0, 0.1)] * 60
     assert made(*usual, *runs).sliding_factor("oscillation", 3.0) == pytest.approx(3.0)
-    checks = [(SLIDING_CHECK, 0.1, 0.09), (SLIDING_CHECK, 0.1, 0.5), (SLIDING_CHECK, 10.0, 0.09)]
-    table = made(*usual, *((SLIDING, beta, 0.1) for beta in SLIDING_BETAS * 20), *checks)
-    assert [table.kept(SLIDING_CHECK, "oscillation", beta) for beta in (0.1, 10.0, None)] == [(1, 2), (1, 1), (2, 3)]
-    assert table.kept(SLIDING_CHECK, "flow") == (0, 0)
+    checks = [(Part.SLIDING_CHECK, 0.1, 0.09), (Part.SLIDING_CHECK, 0.1, 0.5), (Part.SLIDING_CHECK, 10.0, 0.09)]
+    table = made(*usual, *((Part.SLIDING, beta, 0.1) for beta in SLIDING_BETAS * 20), *checks)
+    assert [table.kept(Part.SLIDING_CHECK, "oscillation", beta) for beta in (0.1, 10.0, None)] == [
+        (1, 2),
+        (1, 1),
+        (2, 3),
+    ]
+    assert table.kept(Part.SLIDING_CHECK, "flow") == (0, 0)
 
 
 def test_a_strain_of_one_overlap(packing):
@@ -303,6 +303,6 @@ def test_old_names_warn_and_work(packing):
 def test_the_study_measures_rows_of_the_table(packing, monkeypatch):
     """Each part at the conditions that it names; a condition that no run reaches has no row."""
     flows = [Flow("oscillation", 1.0, 1.0, 1e-3), Flow("oscillation", 0.5, 1e-6, 1e-3)]
-    monkeypatch.setitem(measurement._PARTS, CHECK, lambda seed: (packing, flows))
-    (row,) = measurement._rows_of_part(CHECK, 101)
+    monkeypatch.setitem(measurement._PARTS, Part.CHECK, lambda seed: (packing, flows))
+    (row,) = measurement._rows_of_part(Part.CHECK, 101)
     assert row.keys() == set(COLUMNS) and row["error"] < 0.01 and row["pressure"] == pytest.approx(1e-2, rel=1e-5)

@@ -31,14 +31,9 @@ words = st.sampled_from([*WORDS.split(), "", "\0", "\n", "1 2", "9" * 30, "9" * 
 
 def try_all(test, examples, **given_by):
     """Run a function on so many examples: always the same few, or many new ones."""
-    how = settings(
-        max_examples=examples,
-        derandomize=examples < 100,
-        database=None,
-        phases=[Phase.explicit, Phase.generate],  # shrinking takes minutes, and the draws are printed anyway
-        deadline=None,
-        suppress_health_check=list(HealthCheck),
-    )
+    phases = [Phase.explicit, Phase.generate]  # shrinking takes minutes, and the draws are printed anyway
+    calm = {"database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
+    how = settings(max_examples=examples, derandomize=examples < 100, phases=phases, **calm)
     how(given(**given_by)(test))()
 
 
@@ -64,9 +59,6 @@ def assert_harmless(folder, *command):
     assert done.exit_code == 0 or done.stderr.strip()
     assert "fault of jamlab" not in done.stderr
     assert {name: (folder / name).stat().st_mtime_ns for name in os.listdir(folder)} == before
-
-
-# HDF5 -----------------------------------------------------------------------------------------------------------------
 
 
 def replace_something(path, data):
@@ -158,9 +150,6 @@ def test_hdf5_itself_on_damaged_bytes(tmp_path, examples):
     try_all(run, examples, data=st.data())
 
 
-# text -----------------------------------------------------------------------------------------------------------------
-
-
 def damage_text(text, data):
     """Replace, double, swap or drop words and lines; or cut, or put other bytes in."""
     lines = text.splitlines(keepends=True)
@@ -206,16 +195,13 @@ def test_lammps_text(tmp_path, make, suffix, examples):
     try_all(run, examples, data=st.data())
 
 
+toml_keys = st.sampled_from(["to", "lowest", "ka", "contact", "a"])
 toml_values = st.recursive(
     numbers.map(lambda value: "nan" if np.isnan(value) else repr(value))
-    | st.sampled_from(
-        ["1", "16", "-3", "9" * 40, "true", '"sp"', '"dp"', '"x"', '""', "1979-05-27", "0xff", "7:00:00"]
-    ),
+    | st.sampled_from(["9" * 40, *"""1 16 -3 true "sp" "dp" "x" "" 1979-05-27 0xff 7:00:00""".split()]),
     lambda inner: (
         st.lists(inner, max_size=3).map(lambda parts: "[" + ", ".join(parts) + "]")
-        | st.tuples(st.sampled_from(["to", "lowest", "ka", "contact", "a"]), inner).map(
-            lambda p: f"{{ {p[0]} = {p[1]} }}"
-        )
+        | st.tuples(toml_keys, inner).map(lambda p: f"{{ {p[0]} = {p[1]} }}")
     ),
     max_leaves=5,
 )
@@ -241,8 +227,6 @@ def test_campaign_files(tmp_path, examples):
 
     try_all(run, examples, data=st.data())
 
-
-# command lines --------------------------------------------------------------------------------------------------------
 
 COMMANDS = {  # each with an option or argument that nothing can start from
     ("jam", "--out", "absent/o.h5"): ["--model", "--n", "--seed", "--contact", "--search", "--ensemble", "--tolerance"],

@@ -1,16 +1,26 @@
-"""Contacts with their vectors, and rattlers, each against plain loops."""
+"""Contacts, their vectors and forces, and rattlers, against plain loops, the energy and distances of outlines."""
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import given
+from random_packings import disks, packings, polygons
 
 import jamlab
-from jamlab.geometry.contact_network import contacts_are_certain, find_meetings, find_rattlers, without_rattlers
+from jamlab.geometry.contact_network import (
+    contacts,
+    contacts_are_certain,
+    find_meetings,
+    find_rattlers,
+    without_rattlers,
+)
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.stiffness import forces
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.4])
@@ -38,9 +48,8 @@ def test_disks_have_no_outlines(sp_jammed, function):
 
 @pytest.mark.parametrize("make", ["disks", "polygons", "spanning"])
 def test_vectors_lead_to_the_image_that_is_touched(make, random_disks, random_polygons, spanning):
-    packing = {"disks": random_disks, "polygons": random_polygons}.get(make, lambda tilt: spanning("outline", tilt))(
-        0.3
-    )
+    kinds = {"disks": random_disks, "polygons": random_polygons, "spanning": lambda tilt: spanning("outline", tilt)}
+    packing = kinds[make](0.3)
     network = jamlab.contacts(packing)
     i, j = network.pairs.T
     wanted = packing.centroids[j] + network.shift @ packing.box - packing.centroids[i]
@@ -99,3 +108,37 @@ def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain
 def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
     with pytest.raises(jamlab.InputError, match="rattler"):
         without_rattlers(random_disks(phi=0.01))
+
+
+@given(packings())
+def test_forces_on_a_particle_add_up_to_the_gradient_of_its_contact_energy(packing):
+    network = contacts(packing)
+    found = network.forces
+    total, wanted = np.zeros((2, packing.n, 2))
+    np.add.at(total, network.pairs[:, 1], found.on_j)
+    np.subtract.at(total, network.pairs[:, 0], found.on_j)
+    bearing = [terms for terms in energy_terms(packing) if terms.name in ("spring", "contact")]
+    np.add.at(wanted, packing.particle, forces(packing, bearing))
+    np.testing.assert_allclose(total, wanted, rtol=1e-9, atol=1e-9 * (1 + np.abs(wanted).max()))
+
+
+@given(polygons())
+def test_gap_of_droplets_is_the_distance_of_their_outlines_less_delta(packing):
+    network = contacts(packing)
+    outlines, (i, j) = packing.outlines(), network.pairs.T
+    images = [
+        shapely.transform(outlines[k], lambda x, s=s: x + s @ packing.box)
+        for k, s in zip(j, network.shift, strict=True)
+    ]
+    distance = shapely.distance(outlines[i], np.array(images, dtype=object))
+    np.testing.assert_allclose(network.forces.gap, distance - packing.params["delta"], atol=1e-9)
+
+
+@given(disks())
+def test_disks_push_each_other_apart_in_proportion_to_their_overlap(packing):
+    network = contacts(packing)
+    found = network.forces
+    assert (found.gap < 0).all()
+    assert (np.einsum("ij,ij->i", found.on_j, network.r) >= 0).all()
+    stiffness = packing.params.get("k") or packing.params["eps"] / packing.diameters[network.pairs].mean(axis=1) ** 2
+    np.testing.assert_allclose(found.size, -stiffness * found.gap, rtol=1e-9)

@@ -1,16 +1,19 @@
-"""Areas and shape factors of single particles."""
+"""Areas and shape factors of single particles, lengths of the flats between droplets, stress by their centroids."""
 
 import numpy as np
 import pytest
-from packings_by_hand import disks, droplets
+from packings_by_hand import SQUARE, disks, droplets
 
+import jamlab
 from jamlab.geometry.particle_shape import area_ratios, particle_areas, shape_factors
+from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.free_droplet import regular_polygon
 
 
 def test_free_disk_is_a_circle():
     packing = disks([[1.0, 1.0], [5.0, 5.0]], [1.0, 1.4])
     np.testing.assert_allclose(shape_factors(packing), 1.0, rtol=1e-14)
+    np.testing.assert_array_equal(shape_factors(packing, rim=True), shape_factors(packing))
     np.testing.assert_allclose(particle_areas(packing), [np.pi / 4, np.pi * 0.49], rtol=1e-14)
 
 
@@ -19,9 +22,9 @@ def test_half_disk_by_hand():
     packing = disks([[0.0, 0.0], [1.0, 0.0]], [2.0, 2.0])
     area = 2 * np.pi / 3 + np.sqrt(3) / 4
     np.testing.assert_allclose(particle_areas(packing), area, rtol=1e-14)
-    np.testing.assert_allclose(
-        shape_factors(packing), (4 * np.pi / 3 + np.sqrt(3)) ** 2 / (4 * np.pi * area), rtol=1e-14
-    )
+    factor = (4 * np.pi / 3 + np.sqrt(3)) ** 2 / (4 * np.pi * area)
+    np.testing.assert_allclose(shape_factors(packing), factor, rtol=1e-14)
+    np.testing.assert_allclose(area_ratios(packing), area / np.pi, rtol=1e-14)
 
 
 def test_confluent_crystal_has_the_shape_of_a_hexagon():
@@ -47,15 +50,9 @@ def test_rim_rounds_the_shape():
     a, p = packing.polygon_areas, packing.perimeters
     area = a + 0.1 * p + 0.01 * np.pi
     np.testing.assert_allclose(particle_areas(packing), area, rtol=1e-13)
-    np.testing.assert_allclose(
-        shape_factors(packing, rim=True), (p + 0.2 * np.pi) ** 2 / (4 * np.pi * area), rtol=1e-13
-    )
+    factor = (p + 0.2 * np.pi) ** 2 / (4 * np.pi * area)
+    np.testing.assert_allclose(shape_factors(packing, rim=True), factor, rtol=1e-13)
     assert (shape_factors(packing, rim=True) < shape_factors(packing)).all()
-
-
-def test_rim_makes_no_difference_to_disks():
-    packing = disks([[0.0, 0.0], [1.0, 0.2]], [1.0, 1.4])
-    np.testing.assert_array_equal(shape_factors(packing, rim=True), shape_factors(packing))
 
 
 def test_shapes_do_not_depend_on_overlaps_but_areas_do():
@@ -66,7 +63,71 @@ def test_shapes_do_not_depend_on_overlaps_but_areas_do():
 
 
 def test_area_ratio_of_each_droplet_is_that_to_its_own_rest_area():
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    packing = droplets([square + 2, 2 * square + 6], 0.1)
+    packing = droplets([SQUARE + 2, 2 * SQUARE + 6], 0.1)
     packing = packing.with_state(params={**packing.params, "a0": np.array([1.25, 5.0])})
     np.testing.assert_allclose(area_ratios(packing), [1 / 1.25, 4 / 5.0], rtol=1e-14)
+
+
+def rectangle(width, height, corner, steps=4):
+    """Counter-clockwise ring with `steps` edges on each side."""
+    t = np.arange(steps)[:, None] / steps
+    ends = np.array([[0, 0], [width, 0], [width, height], [0, height]], dtype=float)
+    sides = [a + t * (b - a) for a, b in zip(ends, np.roll(ends, -1, axis=0), strict=True)]
+    return np.concatenate(sides) + corner
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.2])
+def test_shifted_rectangles_share_their_common_side_and_what_lies_around_its_ends(gap):
+    """Unit squares shifted by 0.4: 0.6 in common, sqrt(delta^2 - gap^2) past a corner, delta - gap round one."""
+    packing = droplets([rectangle(1, 1, [1, 1]), rectangle(1, 1, [2 + gap, 1.4])], 0.25)
+    found = jamlab.contact_lengths(packing)
+    assert found.pairs.tolist() == [[0, 1]]
+    assert found.length == pytest.approx([0.6 + np.sqrt(0.25**2 - gap**2) + 0.25 - gap], rel=1e-3)  # arcs are polygons
+
+
+def test_squares_beyond_delta_have_no_contact():
+    packing = droplets([rectangle(1, 1, [1, 1]), rectangle(1, 1, [2.26, 1])], 0.25)
+    assert len(jamlab.contact_lengths(packing).length) == 0
+
+
+def test_contact_across_the_boundary_and_with_two_images():
+    """A bar that nearly spans the box touches the other from both sides: two contacts, seen however it is wrapped."""
+    rings = [rectangle(2, 1, [1, 1]), rectangle(1.9, 1, [3.05, 1])]
+    narrow = np.array([[4.0, 0.0], [1.0, 9.0]])
+    moved = [rings[0], rings[1] + narrow[1] - 2 * narrow[0]]
+    for shapes in (rings, moved):
+        found = jamlab.contact_lengths(droplets(shapes, delta=0.12, box=narrow))
+        assert found.pairs.tolist() == [[0, 1], [0, 1]]
+        assert found.length == pytest.approx([1 + 2 * (0.12 - 0.05)] * 2, rel=1e-12)
+
+
+def test_pairs_are_those_of_the_contact_network(dp_dense):
+    found = jamlab.contact_lengths(dp_dense)
+    one, other = ({tuple(pair) for pair in some.pairs.tolist()} for some in (found, jamlab.contacts(dp_dense)))
+    assert one == other
+    assert np.all(found.length > 0) and np.all(found.length < dp_dense.perimeters.max() / 2)
+
+
+def test_edges_and_areas_by_hand():
+    packing = droplets([rectangle(1, 2, [1, 1]), rectangle(0.5, 1, [5, 5], steps=2)], rest_area=2.0)
+    assert jamlab.edge_lengths(packing).min() == pytest.approx(0.25)
+    assert jamlab.edge_lengths(packing).sum() == pytest.approx(9.0)
+    assert jamlab.area_ratios(packing) == pytest.approx([1.0, 0.25])
+
+
+def test_mean_area_ratio_of_disks_is_rho_over_phi(sp_jammed):
+    weights = sp_jammed.diameters**2 / np.sum(sp_jammed.diameters**2)
+    assert jamlab.area_ratios(sp_jammed) @ weights == pytest.approx(jamlab.packing_fraction(sp_jammed) / sp_jammed.phi)
+
+
+def test_stress_from_centroids_is_that_of_all_terms(dp_dense):
+    """At equilibrium (1/A) sum F_mn (R_m - R_n) over contacts equals the virial of contacts, tension and area."""
+    p = dp_dense
+    found = vertex_contacts(p)
+    m, n = p.particle[found.vertex], p.particle[found.tail]
+    push = p.params["eps"] / p.params["delta"] * (1 - found.distance / p.params["delta"]) / found.distance
+    force = push[:, None] * found.separation
+    apart = p.centroids[m] - p.centroids[n] - found.shift
+    by_centroids = np.einsum("ki,kj->ij", force, apart) / p.area
+    whole = jamlab.evaluate(p).stress
+    assert np.abs(by_centroids - whole).max() < 1e-8 * np.abs(whole).max()

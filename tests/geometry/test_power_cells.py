@@ -1,13 +1,17 @@
-"""Disks cut by their power cells: closed forms, an independent union of polygons, invariance."""
+"""Disks cut by their power cells, and cells that fill the box: closed forms, unions, sampling, invariance."""
 
 import numpy as np
 import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from packings_by_hand import HEXAGONAL, disks
+from packings_by_hand import HEXAGONAL, disks, droplets, random_disks
 
+from jamlab.errors import InputError
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.tessellation import local_packing_fraction, tessellation
+from jamlab.packing.free_droplet import regular_polygon
 
 
 def segment(radius, height):
@@ -15,13 +19,11 @@ def segment(radius, height):
     return radius**2 * np.arccos(height / radius) - height * np.sqrt(radius**2 - height**2)
 
 
-def union_of_polygons(packing, clip=None):
+def union_of_polygons(packing):
     """Area of the union of the disks drawn as polygons, repeated over the cell; error ~ 1/corners^2 extrapolated."""
     box, radius = packing.box, 0.5 * packing.diameters
-    layers = [
-        np.arange(-k, k + 1)
-        for k in (int(2 + (2 * radius.max() + box[1, 0]) / box[0, 0]), int(2 + 2 * radius.max() / box[1, 1]))
-    ]
+    across, up = (2 + (2 * radius.max() + box[1, 0]) / box[0, 0]), 2 + 2 * radius.max() / box[1, 1]
+    layers = [np.arange(-int(k), int(k) + 1) for k in (across, up)]
     shifts = np.stack(np.meshgrid(*layers), axis=-1).reshape(-1, 2) @ box
     cell = shapely.Polygon([(0, 0), box[0], box[0] + box[1], box[1]])
     wrapped = packing.positions - np.floor(packing.positions @ np.linalg.inv(box)) @ box
@@ -43,9 +45,6 @@ def scenes(draw, most=8):
     box = np.array([[1.0, 0.0], [draw(st.sampled_from([0.0, 0.3, 0.5, 0.9])), draw(st.sampled_from([0.7, 1.0]))]])
     diameters = draw(st.sampled_from([0.3, 0.6, 1.0])) * rng.uniform(0.4, 1.4, n)
     return disks(rng.random((n, 2)) @ box, diameters, box)
-
-
-# closed forms ---------------------------------------------------------------------------------------------------------
 
 
 def test_free_disk_is_whole():
@@ -94,9 +93,6 @@ def test_hexagonal_crystal_from_touching_to_confluence(radius, repeat):
         area, perimeter = np.sqrt(0.75), 2 * np.sqrt(3)
     np.testing.assert_allclose(cells.area, area, rtol=1e-13)
     np.testing.assert_allclose(cells.perimeter, perimeter, rtol=1e-7 if radius == 1 / np.sqrt(3) else 1e-13)
-
-
-# edges of the definition ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("x", [0.0, 0.1, 0.5, 0.5 - 1e-17])
@@ -149,9 +145,6 @@ def test_nearly_coincident_radical_lines_are_counted_once(shift):
         np.testing.assert_allclose(cells.area.sum(), outer.area.sum(), atol=1e-9)
 
 
-# independent checks ---------------------------------------------------------------------------------------------------
-
-
 @given(scenes())
 def test_sum_of_areas_is_the_union(packing):
     np.testing.assert_allclose(disk_cells(packing).area.sum(), union_of_polygons(packing), atol=3e-6)
@@ -167,13 +160,11 @@ def test_each_cell_is_the_disk_clipped_by_its_radical_lines():
         for j in np.delete(np.arange(12), i):
             # keep |y - x_i|^2 - R_i^2 < |y - x_j|^2 - R_j^2
             normal = (x[j] - x[i]) / np.hypot(*(x[j] - x[i]))
-            foot = x[i] + normal * ((x[j] - x[i]) @ (x[j] - x[i]) + radius[i] ** 2 - radius[j] ** 2) / (
-                2 * np.hypot(*(x[j] - x[i]))
-            )
+            apart = np.hypot(*(x[j] - x[i]))
+            foot = x[i] + normal * (apart**2 + radius[i] ** 2 - radius[j] ** 2) / (2 * apart)
             along = 10 * np.array([-normal[1], normal[0]])
-            shape = shape.intersection(
-                shapely.Polygon([foot - along, foot + along, foot + along - 10 * normal, foot - along - 10 * normal])
-            )
+            corners = [foot - along, foot + along, foot + along - 10 * normal, foot - along - 10 * normal]
+            shape = shape.intersection(shapely.Polygon(corners))
         np.testing.assert_allclose([cells.area[i], cells.perimeter[i]], [shape.area, shape.length], atol=1e-5)
 
 
@@ -203,9 +194,8 @@ def test_free_arcs_join_into_closed_loops(packing):
     start, end = places(cells.arc_start[cut]), places((cells.arc_start + cells.arc_angle)[cut])
     apart = start[None] - end[:, None]
     apart = np.abs(apart - np.rint(apart)).max(axis=2)
-    follows = (cells.chord_j[cells.arc_to[cut]][:, None] == cells.arc_i[cut]) & (
-        cells.arc_i[cut][:, None] == cells.chord_j[cells.arc_from[cut]]
-    )
+    own, to, come = cells.arc_i[cut], cells.chord_j[cells.arc_to[cut]], cells.chord_j[cells.arc_from[cut]]
+    follows = (to[:, None] == own) & (own[:, None] == come)
     assert (np.count_nonzero(follows & (apart < 1e-7), axis=1) >= 1).all()
     assert (cells.arc_i[cut] == cells.chord_i[cells.arc_from[cut]]).all()
     assert (cells.arc_i[cut] == cells.chord_i[cells.arc_to[cut]]).all()
@@ -217,9 +207,6 @@ def test_both_sides_of_a_chord_have_the_same_length(packing):
     matrix = np.zeros((packing.n, packing.n))
     np.add.at(matrix, (cells.chord_i, cells.chord_j), cells.chord_length)
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-9)
-
-
-# invariance -----------------------------------------------------------------------------------------------------------
 
 
 @given(scenes(), st.integers(0, 2**32 - 1))
@@ -236,3 +223,93 @@ def test_areas_do_not_depend_on_origin_image_order_or_lattice_vectors(packing, s
     ]
     for other, index in others:
         np.testing.assert_allclose(disk_cells(other).area, cells.area[index], atol=1e-12)
+
+
+def test_hexagonal_and_square_lattice():
+    crystal, lattice = tessellation(disks([0.2, 0.1], 0.9, HEXAGONAL)), tessellation(disks([0.3, 0.9], 0.9, np.eye(2)))
+    assert (crystal.sides.tolist(), lattice.sides.tolist()) == ([6], [4])
+    np.testing.assert_allclose(crystal.wall_length, np.full(3, np.sqrt(1 / 3)), rtol=1e-12)
+    np.testing.assert_allclose(lattice.wall_length, np.ones(2), rtol=1e-12)
+    np.testing.assert_allclose([crystal.area[0], lattice.area[0]], [np.sqrt(0.75), 1.0], rtol=1e-12)
+    local = local_packing_fraction(disks([0.2, 0.1], 0.9, HEXAGONAL))
+    np.testing.assert_allclose(local, np.pi * 0.45**2 / np.sqrt(0.75), rtol=1e-12)
+
+
+def test_wall_between_unequal_disks_lies_on_the_radical_line():
+    """In a row: h = (r^2 + R_i^2 - R_j^2)/(2 r) from either neighbour."""
+    packing = disks([[0.5, 0.5], [2.0, 0.5]], [1.6, 0.8], [[3.0, 0.0], [0.0, 1.0]])
+    h = (1.5**2 + 0.8**2 - 0.4**2) / 3.0
+    cells = tessellation(packing)
+    np.testing.assert_allclose(cells.area, [2 * h, 3 - 2 * h], rtol=1e-12)
+    x = np.unique(np.round(cells.lines[np.abs(np.ptp(cells.lines[:, :, 0], axis=1)) < 1e-9][:, 0, 0], 9))
+    np.testing.assert_allclose(np.unique(np.round(np.mod(x, 3), 9)), np.sort(np.mod([0.5 + h, 0.5 - h], 3)), rtol=1e-8)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_cells_fill_the_box_and_obey_euler(seed):
+    packing = random_disks(seed)
+    cells = tessellation(packing)
+    np.testing.assert_allclose(cells.area.sum(), packing.area, rtol=1e-9)
+    lone = (cells.area > 0).sum()
+    np.testing.assert_allclose(cells.sides.sum(), 6 * lone)
+    np.testing.assert_allclose(np.hypot(*np.diff(cells.lines, axis=1)[:, 0].T).sum(), cells.wall_length.sum())
+    local = local_packing_fraction(packing)
+    assert np.array_equal(np.isnan(local), cells.area == 0) and np.nanmax(local) <= 1 + 1e-9
+    np.testing.assert_allclose(np.nansum(local * cells.area) / packing.area, packing_fraction(packing), rtol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_cells_do_not_depend_on_origin_image_or_lattice_vectors(seed):
+    packing, rng = random_disks(seed), np.random.default_rng(seed)
+    cells = tessellation(packing)
+    other = packing.with_state(
+        positions=packing.positions + rng.normal(size=2) + rng.integers(-3, 4, (packing.n, 2)) @ packing.box,
+        box=packing.box + np.outer([0, 1], [rng.integers(-3, 4), 0]),
+    )
+    np.testing.assert_allclose(tessellation(other).area, cells.area, atol=1e-9)
+    np.testing.assert_array_equal(tessellation(other).sides, cells.sides)
+
+
+def test_areas_by_sampling():
+    packing = random_disks(11)
+    x = np.random.default_rng(0).random((40_000, 2)) @ packing.box
+    moves = np.stack(np.meshgrid(*[np.arange(-4, 5)] * 2), axis=-1).reshape(-1, 2) @ packing.box
+    power = np.full((len(x), packing.n), np.inf)
+    for move in moves:
+        d = x[:, None] - packing.positions - move
+        power = np.minimum(power, (d**2).sum(axis=2) - packing.diameters**2 / 4)
+    share = np.bincount(power.argmin(axis=1), minlength=packing.n) / len(x)
+    np.testing.assert_allclose(tessellation(packing).area / packing.area, share, atol=0.01)
+
+
+def test_disk_inside_another_may_have_no_cell():
+    packing = disks([[0.5, 0.5], [0.5, 0.5]], [0.6, 0.2], np.eye(2))
+    assert tessellation(packing).area.tolist() == pytest.approx([1.0, 0.0])
+    assert np.isnan(local_packing_fraction(packing)).tolist() == [False, True]
+    assert disk_cells(packing).area[1] == 0
+
+
+def test_set_voronoi_cells_follow_outlines_not_centres():
+    """Two rectangles of widths 1 and 3 in a row, 0.2 apart: the walls lie in the middle of the gaps."""
+    box = np.array([[4.4, 0.0], [0.0, 1.2]])
+    low = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    packing = droplets([low + 0.1, low * [3.0, 1.0] + [1.3, 0.1]], 0.1, box)
+    for spacing, error in ((0.1, 2e-3), (0.02, 1e-4)):
+        cells = tessellation(packing, spacing)
+        np.testing.assert_allclose(cells.area, [1.2 * 1.2, 3.2 * 1.2], rtol=error)
+    covered = packing.polygon_areas + 0.05 * packing.perimeters + np.pi * 0.0025
+    np.testing.assert_allclose(local_packing_fraction(packing), covered / cells.area, rtol=2e-3)
+
+
+def test_cells_of_jammed_droplets(dp_dense):
+    coarse, fine = tessellation(dp_dense), tessellation(dp_dense, 0.0125)
+    np.testing.assert_allclose(coarse.area, fine.area, rtol=2e-3)
+    np.testing.assert_allclose(fine.area.sum(), dp_dense.area, rtol=1e-9)
+    assert coarse.sides.sum() == 6 * dp_dense.n
+    assert 0.8 < local_packing_fraction(dp_dense).min() < local_packing_fraction(dp_dense).max() < 1.001
+
+
+@pytest.mark.parametrize("spacing", [0.0, -1.0, np.nan])
+def test_spacing_is_checked(spacing):
+    with pytest.raises(InputError, match="spacing is"):
+        tessellation(droplets([regular_polygon(5, 1.0)], 0.1, 3 * np.eye(2)), spacing)

@@ -1,12 +1,20 @@
-"""Outlines of polygons with rims: Steiner's formula, notches, overlaps of any order against unions of capsules."""
+"""Outlines of polygons with rims, and the voids they leave: closed forms, notches, unions of capsules."""
 
 import numpy as np
 import pytest
+import random_packings
 import shapely
+from hypothesis import example, given
 from packings_by_hand import ANGLE, SQUARE, capsule_unions
 from packings_by_hand import droplets as polygons
 
+import jamlab
+from jamlab.errors import BoundaryError
+from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.rims import rim_overlaps, rims, shared_areas
+from jamlab.geometry.voids.voids import voids
 from jamlab.packing.free_droplet import regular_polygon
 
 
@@ -23,45 +31,56 @@ def dense_packing(seed, noise=0.03, dent=0.0, delta=0.25, side=4):
     return polygons(rings, delta, box)
 
 
-def extrapolate(measure):
-    """Arcs of 64 and 128 steps a quarter err as 1/steps^2."""
-    return (4 * measure(128) - measure(64)) / 3
-
-
-@pytest.mark.parametrize("delta", [1e-6, 0.1, 1.0, 20.0])
-def test_convex_outline_obeys_steiner(delta):
-    packing = polygons([SQUARE, regular_polygon(3, 1.0), regular_polygon(17, 2.0) + 3], delta)
-    grown, w = rims(packing), delta / 2
-    np.testing.assert_allclose(grown.area, packing.polygon_areas + packing.perimeters * w + np.pi * w**2, rtol=1e-13)
-    np.testing.assert_allclose(grown.perimeter, packing.perimeters + 2 * np.pi * w, rtol=1e-13)
-
-
-@pytest.mark.parametrize("w", [0.01, 0.2, 0.6])
-def test_notch_of_a_right_angle(w):
-    """Both rims cover a square of side w in the notch: the strips overlap by w^2 beyond Steiner's quarter disk."""
-    packing = polygons([ANGLE], 2 * w)
+def by_rims(packing):
+    """Area and perimeter of the outlines with their rims."""
     grown = rims(packing)
-    np.testing.assert_allclose(grown.area, 3 + 8 * w + np.pi * w**2 - w**2 * (1 - np.pi / 4), rtol=1e-13)
-    np.testing.assert_allclose(grown.perimeter, 8 + 2 * np.pi * w - 2 * w * (1 - np.pi / 4), rtol=1e-13)
+    return grown.area.sum(), grown.perimeter.sum()
+
+
+def by_voids(packing):
+    """The same of what voids leave of the cell."""
+    found = voids(packing)
+    return packing.area - found.area.sum(), found.perimeter.sum()
+
+
+WAYS = pytest.mark.parametrize("measure", [by_rims, by_voids])
+
+
+@WAYS
+@pytest.mark.parametrize("ring", [SQUARE, regular_polygon(3, 1.0), regular_polygon(17, 2.0, 0.3)])
+@pytest.mark.parametrize("w", [1e-6, 0.05, 0.5, 4.0])
+def test_convex_outlines_obey_steiner(measure, ring, w):
+    packing = polygons([ring + 8], 2 * w)
+    a, p = packing.polygon_areas[0], packing.perimeters[0]
+    np.testing.assert_allclose(measure(packing), [a + p * w + np.pi * w**2, p + 2 * np.pi * w], rtol=1e-11)
+
+
+@WAYS
+@pytest.mark.parametrize("w", [0.01, 0.2, 0.6])
+def test_notch_of_a_right_angle(measure, w):
+    """Both rims cover a square of side w in the notch: the strips overlap by w^2 beyond Steiner's quarter disk."""
+    lost = 1 - np.pi / 4
+    wanted = [3 + 8 * w + np.pi * w**2 - w**2 * lost, 8 + 2 * np.pi * w - 2 * w * lost]
+    np.testing.assert_allclose(measure(polygons([ANGLE + 5], 2 * w)), wanted, rtol=1e-12)
+
+
+@WAYS
+@pytest.mark.parametrize("length", [0.0, 1e-13, 1e-9, 1e-5, 1e-3])
+@pytest.mark.parametrize("direction", [0.3, 2.0, 5.5])
+def test_edge_that_has_shrunk_to_a_point(measure, length, direction):
+    step = length * np.array([np.cos(direction), np.sin(direction)])
+    ring = np.insert(SQUARE, 2, SQUARE[1] + step, axis=0)
+    box = 1.19 * np.eye(2) if measure is by_voids else 5 * np.eye(2)
+    one, other = (measure(polygons([points], 0.2, box)) for points in (ring, SQUARE))
+    np.testing.assert_allclose(one[0], other[0], atol=3 * max(length, 1e-8))
 
 
 @pytest.mark.parametrize(("noise", "dent", "delta"), [(0.03, 0.0, 0.25), (0.0, 0.3, 0.25), (0.02, 0.4, 0.6)])
 def test_dented_outlines(noise, dent, delta):
     packing = dense_packing(1, noise, dent, delta, side=3)
-    grown = rims(packing)
-    np.testing.assert_allclose(grown.area, extrapolate(lambda s: shapely.area(capsule_unions(packing, s))), atol=4e-6)
-    np.testing.assert_allclose(
-        grown.perimeter, extrapolate(lambda s: shapely.length(capsule_unions(packing, s))), atol=4e-5
-    )
-
-
-@pytest.mark.parametrize("length", [0.0, 1e-13, 1e-9, 1e-5])
-@pytest.mark.parametrize("direction", [0.3, 2.0, 5.5])
-def test_edge_that_has_shrunk_to_a_point(length, direction):
-    step = length * np.array([np.cos(direction), np.sin(direction)])
-    ring = np.insert(SQUARE, 2, SQUARE[1] + step, axis=0)
-    grown = rims(polygons([ring], 0.2))
-    np.testing.assert_allclose(grown.area, 1 + 4 * 0.1 + np.pi * 0.01, atol=3e-5 if length == 1e-5 else 1e-8)
+    grown, (coarse, fine) = rims(packing), (capsule_unions(packing, steps) for steps in (64, 128))
+    for found, size, error in ((grown.area, shapely.area, 4e-6), (grown.perimeter, shapely.length, 4e-5)):
+        np.testing.assert_allclose(found, (4 * size(fine) - size(coarse)) / 3, atol=error)  # arcs err as 1/steps^2
 
 
 def test_ring_that_closes_keeps_its_hole():
@@ -112,3 +131,118 @@ def test_shares_do_not_depend_on_origin_image_order_or_lattice_vectors():
     moved = [ring + rng.integers(-2, 3, 2) @ packing.box + [0.3, 0.7] for ring in rings]
     other = polygons([moved[k] for k in order], 0.25, packing.box + np.outer([0, 3], packing.box[0]))
     np.testing.assert_allclose(shared_areas(other), shares[order], rtol=1e-10)
+
+
+@pytest.mark.parametrize(("gap", "w"), [(0.19, 0.1), (0.16, 0.1), (0.3, 0.2)])
+@pytest.mark.parametrize("repeat", [1, 2])
+def test_lattice_of_squares(gap, w, repeat):
+    """Four rounded corners leave a star; flat rims overlap in strips that end in half lenses."""
+    side = 1 + gap
+    corners = np.stack(np.meshgrid(np.arange(repeat), np.arange(repeat)), axis=-1).reshape(-1, 2) * side
+    packing = polygons([SQUARE + c + 0.3 for c in corners], 2 * w, repeat * side * np.eye(2))
+    alpha = np.arccos(0.5 * gap / w)
+    strip = (2 * w - gap) + 2 * w**2 * alpha - 0.5 * gap * np.sqrt(4 * w**2 - gap**2)
+    assert alpha < np.pi / 4  # else the stars close
+    found = voids(packing)
+    np.testing.assert_array_equal(found.sides, np.full(repeat**2, 4))
+    np.testing.assert_allclose(found.area, side**2 - (1 + 4 * w + np.pi * w**2 - 2 * strip), rtol=1e-10)
+    np.testing.assert_allclose(found.perimeter, 4 * w * (np.pi / 2 - 2 * alpha), rtol=1e-11)
+    centres = np.mod(corners + 1.3 + gap / 2, repeat * side)
+    one, other = (x[np.lexsort(np.round(x, 6).T)] for x in (found.centroid, centres))
+    np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_squares_whose_rims_close_every_gap():
+    assert len(voids(polygons([SQUARE], 0.3, 1.1 * np.eye(2))).area) == 0
+
+
+def test_droplet_in_a_ring_of_polygons_is_an_island():
+    turn = np.linspace(0.05, 2 * np.pi - 0.05, 60)
+    arc = np.column_stack([np.cos(turn), np.sin(turn)])
+    packing = polygons([np.concatenate([2 * arc, arc[::-1]]) + 5, 0.2 * SQUARE + 4.9], 0.4)
+    found = voids(packing)
+    inner = found.percolating == 0
+    assert [v[inner].tolist() for v in (found.sides, found.islands)] == [[1], [1]]
+    island = 0.04 + 0.8 * 0.2 + np.pi * 0.04
+    np.testing.assert_allclose(found.area[inner], np.pi * 0.8**2 - island, rtol=0.02)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_voids_do_not_depend_on_origin_image_order_or_lattice_vectors(random_polygons, seed):
+    packing, rng = random_polygons(0.2, seed=seed), np.random.default_rng(seed)
+    rings = np.split(packing.positions, packing.offsets[1:-1])
+    order = rng.permutation(packing.n)
+    moved = [ring + rng.integers(-2, 3, 2) @ packing.box + [0.3, 0.7] for ring in rings]
+    rolled = [np.roll(moved[k], 3, axis=0) for k in order]
+    box = packing.box + np.outer([0, rng.integers(-2, 3)], packing.box[0])
+    found, other = voids(packing), voids(polygons(rolled, packing.params["delta"], box))
+    for name in ("sides", "area", "perimeter", "islands", "percolating"):
+        np.testing.assert_allclose(np.sort(getattr(other, name)), np.sort(getattr(found, name)), rtol=1e-8, atol=1e-12)
+
+
+def test_compressed_droplets(dp_onset, dp_dense):
+    for packing in (dp_onset, dp_dense):
+        found = voids(packing)
+        np.testing.assert_allclose(1 - found.area.sum() / packing.area, packing_fraction(packing), rtol=1e-14)
+        np.testing.assert_allclose(particle_areas(packing).sum() / packing.area, packing_fraction(packing), atol=5e-7)
+        assert (found.shape > 1).all()
+    assert (voids(dp_dense).sides <= 6).all()
+    # every void has a corner less of its own than faces of the contact network would need: Euler on the torus
+    network, found = jamlab.contacts(dp_dense), voids(without_rattlers(dp_dense))
+    assert len(found.area) == network.count - network.backbone
+    assert found.sides.sum() == 2 * network.count
+
+
+def test_outlines_that_cross_or_hold_another_are_refused():
+    with pytest.raises(BoundaryError, match="polygons 0 and 1 cross"):
+        voids(polygons([SQUARE + 3, SQUARE + 3.5], 0.1))
+    packing = polygons([4 * SQUARE, SQUARE + 1.5], 0.1)
+    with pytest.raises(BoundaryError, match="particle 1 lies inside particle 0"):
+        voids(packing)
+    np.testing.assert_allclose(packing_fraction(packing), (16 + 16 * 0.05 + np.pi * 0.0025) / 400, rtol=1e-2)
+
+
+IMAGES = np.array([(a, b) for a in range(-3, 4) for b in range(-2, 3)])
+
+
+def images(packing):
+    """The polygons without rim, with all their copies around the cell that reach into it."""
+    rings = [shapely.linearrings(ring) for ring in np.split(packing.positions, packing.offsets[1:-1])]
+    outlines = shapely.polygons(rings)
+    moved = [shapely.transform(outlines, lambda x, move=move: x + move) for move in IMAGES @ packing.box]
+    copies = np.concatenate(moved)
+    return copies[shapely.distance(copies, cell(packing)) < packing.params["delta"]]
+
+
+def cell(packing):
+    return shapely.Polygon([[0, 0], packing.box[0], packing.box.sum(axis=0), packing.box[1]])
+
+
+def covered(packing, steps):
+    """Area that outlines with their rims cover in the cell; shapely draws a quarter of an arc in so many steps."""
+    grown = shapely.buffer(images(packing), 0.5 * packing.params["delta"], quad_segs=steps)
+    return shapely.intersection(shapely.union_all(grown), cell(packing)).area
+
+
+@given(random_packings.polygons())
+def test_rho_is_the_area_of_the_union_of_outlines(packing):
+    """Chords of arcs lose area as 1/steps^2: two drawings extrapolate, to a tenth of what they differ by."""
+    coarse, fine = covered(packing, 8), covered(packing, 16)
+    drawn, error = (4 * fine - coarse) / 3, 0.1 * (fine - coarse) + 1e-9
+    assert jamlab.packing_fraction(packing) * packing.area == pytest.approx(drawn, abs=error)
+
+
+def resting_on_its_own_image():
+    """A triangle whose tip lies in the rim of its own image's base: an edge hides the neighbour of its own image."""
+    corners = [[0.72, 0.85], [0.14, 0.3], [0.82, 0.39], [1.54, 0.92], [1.19, 0.26], [1.71, 0.27]]
+    law = {"gamma": 1.0, "ka": 500.0, "eps": 1.0, "delta": 0.375, "eta": 0.0, "contact": "outline", "a0": [0.3, 1.0]}
+    return jamlab.Packing("dp", [[2.0, 0.0], [0.0, 1.0]], corners, law, offsets=[0, 3, 6])
+
+
+@example(resting_on_its_own_image())
+@given(random_packings.polygons())
+def test_rho_shared_among_particles_and_left_to_voids(packing):
+    rho = jamlab.packing_fraction(packing)
+    assert jamlab.exact_method(packing) == "boundary"
+    assert jamlab.particle_areas(packing).sum() / packing.area == pytest.approx(rho, abs=3e-7)
+    assert 1 - jamlab.voids(packing).area.sum() / packing.area == pytest.approx(rho, abs=1e-12)

@@ -5,21 +5,13 @@ from functools import partial
 import numpy as np
 import pytest
 from hypothesis import given
+from packings_by_hand import SQUARE, droplets
 from random_packings import polygons
 
 import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.law_parameters import CONTACT_FORMS
-from jamlab.packing.packing import Packing
-
-SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-
-
-def droplets(rings, delta, box=((20.0, 0.0), (0.0, 20.0)), contact="segment/smooth"):
-    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": contact}
-    law["a0"] = np.ones(len(rings))
-    return Packing("dp", np.asarray(box), np.concatenate(rings), law, offsets=np.cumsum([0, *map(len, rings)]))
 
 
 def images_within(packing):
@@ -114,9 +106,16 @@ def test_repeated_vertices_collinear_and_endless_edges(form):
 
 
 def test_what_touches_exactly_at_delta_does_not_meet():
-    packing = droplets([SQUARE, np.add(SQUARE, [1.25, 0.0])], 0.25)
+    packing = droplets([SQUARE, np.add(SQUARE, [1.25, 0.0])], 0.25, contact="segment/smooth")
     assert len(vertex_contacts(packing).vertex) == 0
-    assert len(vertex_contacts(droplets([SQUARE, np.add(SQUARE, [1.25, 0.0])], np.nextafter(0.25, 1))).vertex) > 0
+    assert (
+        len(
+            vertex_contacts(
+                droplets([SQUARE, np.add(SQUARE, [1.25, 0.0])], np.nextafter(0.25, 1), contact="segment/smooth")
+            ).vertex
+        )
+        > 0
+    )
 
 
 @pytest.mark.parametrize("form", CONTACT_FORMS)
@@ -129,18 +128,13 @@ def test_crossing_outlines_are_named(form):
 
 
 def test_edges_over_too_many_images_are_refused():
-    packing = droplets([SQUARE * [200.0, 1.0]], 0.1, 0.04 * np.eye(2))
+    packing = droplets([SQUARE * [200.0, 1.0]], 0.1, 0.04 * np.eye(2), "segment/smooth")
     with pytest.raises(InputError, match="too many periodic images of box"):
         vertex_contacts(packing)
 
 
 def _rectangle(width, height, centre):
     return np.array([[-width, -height], [width, -height], [width, height], [-width, height]]) / 2 + centre
-
-
-def _two(one, other, box=9.0, **changes):
-    law = {"gamma": 0.4, "ka": 30.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "segment", "a0": [4.0, 4.0]}
-    return jamlab.Packing("dp", box * np.eye(2), np.vstack([one, other]), law | changes, "eps", offsets=[0, 4, 8])
 
 
 @pytest.mark.parametrize("contact", ["segment", "outline", "segment/smooth"])
@@ -150,7 +144,8 @@ def _two(one, other, box=9.0, **changes):
 )
 def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
     """No vertex comes near an edge of the other; images are outlines too."""
-    packing = _two(_rectangle(4.0, 1.0 if other[1, 1] > 5 else 2.0, 4.0), other + far, contact=contact)
+    one = _rectangle(4.0, 1.0 if other[1, 1] > 5 else 2.0, 4.0)
+    packing = droplets([one, other + far], 0.25, 9 * np.eye(2), contact, rest_area=4.0)
     energy = partial(jamlab.measure, quantities="energy")
     for look in (jamlab.contacts, jamlab.hessian, energy, jamlab.evaluate, partial(jamlab.shear, rate=0.1, strain=0.1)):
         with pytest.raises(jamlab.InputError, match="outlines of polygons 0 and 1 cross"):
@@ -159,7 +154,8 @@ def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
 
 def test_long_edges_that_only_touch_or_lie_apart_are_none_that_cross():
     for gap in (0.0, 0.1, 0.3):
-        packing = _two(_rectangle(4.0, 1.0, [4.0, 3.0]), _rectangle(3.0, 1.0, [4.0, 4.0 + gap]))
+        rings = _rectangle(4.0, 1.0, [4.0, 3.0]), _rectangle(3.0, 1.0, [4.0, 4.0 + gap])
+        packing = droplets(rings, 0.25, 9 * np.eye(2), "segment")
         assert len(jamlab.contacts(packing).pairs) == (gap < 0.25)
 
 
@@ -167,7 +163,7 @@ def test_bars_that_cross_a_few_widths_from_their_corners_are_refused():
     """Of corners within delta of the other bar there is none."""
     bar = (SQUARE - 0.5) * [1.0, 0.3]
     with pytest.raises(InputError, match="outlines of polygons 0 and 1 cross"):
-        vertex_contacts(droplets([bar + 5, bar[:, ::-1][::-1] + 5], 0.06))
+        vertex_contacts(droplets([bar + 5, bar[:, ::-1][::-1] + 5], 0.06, contact="segment/smooth"))
 
 
 def test_a_polygon_in_the_middle_of_another_one_is_refused_though_edges_are_short():
@@ -175,4 +171,4 @@ def test_a_polygon_in_the_middle_of_another_one_is_refused_though_edges_are_shor
     outer = np.column_stack([np.cos(angle), np.sin(angle)])
     inner = 0.2 * outer[::4]
     with pytest.raises(InputError, match="outlines of polygons 0 and 1 cross"):
-        vertex_contacts(droplets([outer + 5, inner + 5], 0.06))
+        vertex_contacts(droplets([outer + 5, inner + 5], 0.06, contact="segment/smooth"))

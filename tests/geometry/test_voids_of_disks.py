@@ -1,4 +1,4 @@
-"""Voids between disks: closed forms, the torus, degenerate input; a raster and an integral know nothing of loops."""
+"""Voids between disks: closed forms, the torus, degenerate input, a raster of pixels; graphs on a torus."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,9 @@ from packings_by_hand import HEXAGONAL, disks, random_disks
 from scipy import ndimage
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.voids.void_rays import find_components
 from jamlab.geometry.voids.void_statistics import size_distribution, void_statistics
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, voids
 
@@ -36,9 +37,6 @@ def check_sum(packing, found, tolerance=1e-12):
     for values in (found.area, found.perimeter, found.shape, found.centroid[found.percolating == 0]):
         assert np.isfinite(values).all()
     assert (found.area > 0).all() and (found.shape >= 1 - 1e-9)[found.percolating == 0].all()
-
-
-# closed forms ---------------------------------------------------------------------------------------------------------
 
 
 def test_three_touching_disks_enclose_a_plateau_border():
@@ -89,9 +87,6 @@ def test_covered_cell_has_no_voids(radius):
     """sqrt(1/2): four disks meet in one point."""
     found = voids(disks([0.3, 0.9], 2 * radius, np.eye(2)))
     assert [len(a) for a in (found.sides, found.area, found.shape, found.centroid)] == [0, 0, 0, 0]
-
-
-# the torus ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
@@ -149,9 +144,6 @@ def test_clusters_with_voids_inside_float_in_a_void():
     check_sum(packing, found)
 
 
-# degenerate input -----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("offset", [0.0, 1e-16, 1e-12, 1e-8])
 def test_coincident_disks_count_once(offset):
     box = np.eye(2)
@@ -187,56 +179,10 @@ def test_lattice_points_with_all_degeneracies_at_once():
         check_sum(packing, voids(packing))
 
 
-# independent checks ---------------------------------------------------------------------------------------------------
-
-
 @given(st.integers(0, 2**32 - 1))
 def test_voids_and_disks_fill_the_cell(seed):
     packing = random_disks(seed)
     check_sum(packing, voids(packing))
-
-
-def uncovered_by_lines(packing):
-    """Uncovered area of a square cell, line by line: exact along x, Gauss-Legendre between all heights where it kinks.
-
-    Between the tops, bottoms and crossings of circles the uncovered length is smooth but for square roots at the ends,
-    which y = middle + half sin(t) takes away.
-    """
-    side, radius = packing.box[0, 0], np.tile(0.5 * packing.diameters, 25)
-    moves = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2) * side
-    x = (np.mod(packing.positions, side)[None] + moves[:, None]).reshape(-1, 2)
-    near = (np.abs(x - side / 2) < side / 2 + 2 * radius.max()).all(axis=1)
-    x, radius = x[near], radius[near]
-    i, j = np.triu_indices(len(x), 1)
-    r = x[j] - x[i]
-    d = np.hypot(*r.T)
-    h = (d**2 + radius[i] ** 2 - radius[j] ** 2) / (2 * d)
-    k = np.flatnonzero(np.abs(h) < radius[i])
-    half = np.sqrt(radius[i] ** 2 - h**2, where=np.abs(h) < radius[i], out=np.zeros_like(h))[k]
-    foot, across = (x[i, 1] + h * r[:, 1] / d)[k], half * r[k, 0] / d[k]
-    kinks = np.concatenate([[0, side], x[:, 1] - radius, x[:, 1] + radius, foot - across, foot + across])
-    kinks = np.unique(kinks[(kinks >= 0) & (kinks <= side)])
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    middle, length = 0.5 * (kinks[1:] + kinks[:-1]), 0.5 * np.diff(kinks)
-    y = (middle[:, None] + length[:, None] * np.sin(nodes * np.pi / 2)).ravel()
-    w = (length[:, None] * weights * np.pi / 2 * np.cos(nodes * np.pi / 2)).ravel()
-    square = radius**2 - (y[:, None] - x[:, 1]) ** 2
-    reach = np.sqrt(np.maximum(square, 0))
-    low = np.where(square > 0, np.clip(x[:, 0] - reach, 0, side), 0)
-    high = np.where(square > 0, np.clip(x[:, 0] + reach, 0, side), 0)
-    order = np.argsort(low, axis=1)
-    low, high = np.take_along_axis(low, order, 1), np.take_along_axis(high, order, 1)
-    reached = np.maximum.accumulate(np.column_stack([np.zeros(len(y)), high]), axis=1)
-    gaps = np.maximum(np.column_stack([low, np.full(len(y), side)]) - reached, 0).sum(axis=1)
-    return gaps @ w
-
-
-@pytest.mark.parametrize("phi", [0.84, 0.95, 1.05, 1.15, 1.3])
-def test_rho_and_voids_against_an_integral_over_lines(phi):
-    packing = jammed(int(100 * phi), 16, phi)
-    expected = uncovered_by_lines(packing) / packing.area
-    np.testing.assert_allclose(voids(packing).area.sum() / packing.area, expected, atol=1e-10)
-    np.testing.assert_allclose(1 - packing_fraction(packing), expected, atol=1e-10)
 
 
 @pytest.mark.parametrize(("n", "phi"), [(20, 0.4), (30, 0.9), (40, 1.2), (50, 1.5)])
@@ -265,9 +211,6 @@ def test_voids_against_a_raster(n, phi):
     areas, found = np.sort(areas[areas > 30 * pixel]), voids(packing)  # single pixels come off in sharp corners
     assert len(counts) == 1 and len(areas) == len(found.area) > 0
     np.testing.assert_allclose(np.sort(found.area), areas, rtol=1e-3, atol=10 * pixel)
-
-
-# invariance -----------------------------------------------------------------------------------------------------------
 
 
 def table(found):
@@ -303,9 +246,6 @@ def test_rotation(angle):
     np.testing.assert_allclose(table(other), table(one), atol=1e-10)
 
 
-# statistics -----------------------------------------------------------------------------------------------------------
-
-
 def test_probabilities_add_up_and_open_voids_are_counted_apart():
     crystal = voids(disks([0.2, 0.1], 1.02, HEXAGONAL))
     lattice = voids(disks([0.3, 0.9], 1.02, np.eye(2)))
@@ -316,9 +256,6 @@ def test_probabilities_add_up_and_open_voids_are_counted_apart():
     np.testing.assert_allclose(total.area, [crystal.area.mean(), lattice.area[0]], rtol=1e-12)
     np.testing.assert_allclose(total.plateau, crystal.shape[0] / PLATEAU_BORDER, rtol=1e-12)
     assert np.isnan(void_statistics(lattice).plateau)
-
-
-def test_touching_crystal_is_all_plateau_borders():
     assert void_statistics(voids(disks([0.2, 0.1], 1.0, HEXAGONAL))).plateau == pytest.approx(1.0, rel=1e-10)
 
 
@@ -336,8 +273,75 @@ def test_size_distribution_integrates_to_one():
 
 def test_isostatic_network_has_its_faces(sp_jammed):
     """Without rattlers, Euler on the torus: N' - N_c + faces = 0, so that the mean number of sides is 2 N_c/faces."""
-    from jamlab.geometry.contact_network import contacts
-
     network, found = contacts(sp_jammed), voids(without_rattlers(sp_jammed))
     assert len(found.area) == network.count - network.backbone
     assert found.sides.sum() == 2 * network.count and not found.islands.any()
+
+
+COPIES = 6  # divisible by 2 and 3: tells the windings of a few links apart
+
+
+@st.composite
+def graphs(draw):
+    """n, tail, head, shift; links may run to a node's own images and stand twice."""
+    n = draw(st.integers(1, 6))
+    node, step = st.integers(0, n - 1), st.integers(-2, 2)
+    links = draw(st.lists(st.tuples(node, node, step, step), max_size=9))
+    rows = np.array(links, dtype=np.int64).reshape(-1, 4)
+    return n, rows[:, 0], rows[:, 1], rows[:, 2:]
+
+
+def joined(count, pairs):
+    """Representative of each of so many nodes, by joining sets."""
+    parent = list(range(count))
+
+    def root(a):
+        while parent[a] != a:
+            a = parent[a]
+        return a
+
+    for a, b in pairs:
+        parent[root(a)] = root(b)
+    return [root(a) for a in range(count)]
+
+
+def laid_out(n, tail, head, shift):
+    """Pairs of nodes on COPIES x COPIES cells, with periodic ends."""
+    for a, b, (u, v) in zip(tail.tolist(), head.tolist(), shift.tolist(), strict=True):
+        for x, y in np.ndindex(COPIES, COPIES):
+            there = (x + u) % COPIES * COPIES + (y + v) % COPIES
+            yield a * COPIES**2 + x * COPIES + y, b * COPIES**2 + there
+
+
+def reached(windings):
+    """How many cells of COPIES x COPIES the windings lead to."""
+    cells, new = {(0, 0)}, [(0, 0)]
+    while new:
+        x, y = new.pop()
+        for u, v in windings.tolist():
+            cell = (x + u) % COPIES, (y + v) % COPIES
+            if cell not in cells:
+                cells.add(cell)
+                new.append(cell)
+    return len(cells)
+
+
+@given(graphs())
+def test_components_images_and_windings(graph):
+    n, tail, head, shift = graph
+    found = find_components(n, tail, head, shift)
+    alone = joined(n, zip(tail.tolist(), head.tolist(), strict=True))
+    assert found.count == len(set(alone)) == len(set(found.label.tolist()))
+    assert len(set(zip(alone, found.label.tolist(), strict=True))) == found.count
+    assert np.array_equal(found.winding, found.image[tail] + shift - found.image[head])
+    copies = joined(n * COPIES**2, laid_out(n, tail, head, shift))
+    for label in range(found.count):
+        nodes = np.flatnonzero(found.label == label)
+        pieces = len({copies[a * COPIES**2 + k] for a in nodes for k in range(COPIES**2)})
+        windings = found.winding[found.label[tail] == label]
+        assert pieces == COPIES**2 // reached(windings)
+        # images lead along links: every node lies, in its own cell moved so, in the piece of the first
+        first = copies[nodes[0] * COPIES**2]
+        for a in nodes:
+            x, y = (found.image[a] - found.image[nodes[0]]) % COPIES
+            assert copies[a * COPIES**2 + x * COPIES + y] == first

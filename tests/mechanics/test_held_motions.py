@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from packings_by_hand import SQUARE, droplets
 from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
@@ -17,14 +18,11 @@ STATES = Path(__file__).parents[1] / "protocols" / "states"
 
 def squares(*rows, delta=0.1):
     """Squares of side 1 in a wide box: centre and angle of each."""
-    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     places = []
     for x, y, angle in rows:
         turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        places.append(corners @ turn + [x, y])
-    law = {"gamma": 0.1, "ka": 10.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline"}
-    law["a0"] = np.ones(len(rows))
-    return jamlab.Packing("dp", 20 * np.eye(2), np.concatenate(places), law, offsets=4 * np.arange(len(rows) + 1))
+        places.append((SQUARE - 0.5) @ turn + [x, y])
+    return droplets(places, delta)
 
 
 @pytest.mark.parametrize(("n", "seed"), [(16, 1), (16, 2), (32, 8)])
@@ -48,11 +46,9 @@ def test_squares_flat_on_flat_share_two_contacts():
 def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
     """Three squares around a fourth: a corner on its left, corner to corner on its upper right, flat below."""
     tip = np.sqrt(0.5)
-    shapes = [(5, 5, 0.0), (5 - 0.5 - tip - 0.05, 5.0, np.pi / 4)]
     near = 0.5 + tip * 0.5**0.5 + 0.05 * 0.5**0.5
-    shapes.append((5 + near, 5 + near, 0.0))
-    shapes.append((5.2, 5 - 1.05, 0.0))
-    packing = squares(*shapes)
+    others = (5 - 0.5 - tip - 0.05, 5.0, np.pi / 4), (5 + near, 5 + near, 0.0), (5.2, 5 - 1.05, 0.0)
+    packing = squares((5, 5, 0.0), *others)
     assert len(jamlab.contacts(packing).pairs) == 3
     rows = conditions(packing, vertex_contacts(packing))  # but for the fourth all are loose, so nothing is counted
     assert rows.shape == (1 + 1 + 2, 12)
@@ -60,10 +56,8 @@ def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
 
 def test_a_flat_that_leans_by_a_dent_holds_no_more_than_an_even_one():
     """By 1e-3 the couple that stops a square from turning is left to rounding of shapes; by 1e-2 it is not."""
-    leaning = [(6.05, 5.3), (6.05, 6.35, 0.0), (5, 6.05, 0.0)]
-    found = [
-        jamlab.held_motions(squares((5, 5, 0.0), (*leaning[0], angle), *leaning[1:])) for angle in (0.0, 1e-3, 1e-2)
-    ]
+    rest = (5, 5, 0.0), (6.05, 6.35, 0.0), (5, 6.05, 0.0)
+    found = [jamlab.held_motions(squares(*rest, (6.05, 5.3, angle))) for angle in (0.0, 1e-3, 1e-2)]
     assert [each.free for each in found] == [2, 2, 1]
     assert all(each.contacts - each.self_stresses == 3 * 4 - 2 - each.free for each in found)
 
@@ -74,13 +68,10 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
     A diamond that leans on one of them from the side has nothing to bear against.
     """
     tip = np.sqrt(0.5)
-    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     diamond = tip * np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
     height = 2 * (0.5 + tip + 0.05)
-    law = {"gamma": 0.1, "ka": 10.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": 1.2 * np.ones(3)}
-    corners = [(square, 3.0, 1.0), (diamond, 3.1, 1 + 0.5 * height), (diamond, 3.0 + 0.5 + tip + 0.05, 1.0)]
-    places = np.concatenate([shape + np.array(centre) for shape, *centre in corners])
-    packing = jamlab.Packing("dp", np.diag([6.0, height]), places, law, offsets=[0, 4, 8, 12])
+    corners = [(SQUARE - 0.5, 3.0, 1.0), (diamond, 3.1, 1 + 0.5 * height), (diamond, 3.0 + 0.5 + tip + 0.05, 1.0)]
+    packing = droplets([shape + np.array(centre) for shape, *centre in corners], 0.1, np.diag([6.0, height]))
     network = jamlab.contacts(packing)
     assert network.rattlers.all() and set(packing.particle[network.meetings.vertex]) == {1, 2}
     assert _without_load(packing, network).tolist() == [False, False, True]

@@ -1,4 +1,4 @@
-"""Factorisations of positive definite matrices: both libraries against dense numpy, and what they refuse."""
+"""Sparse matrices: sums of blocks against plain loops, factorisations by both libraries against dense numpy."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ from scipy import sparse
 
 import jamlab
 from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.stiffness import assemble
 
 
 @pytest.fixture(params=["cholmod", "scipy"])
@@ -59,3 +60,22 @@ def test_unsorted_columns_are_the_same_matrix(solver):
     turned = sparse.csc_array((matrix.data[order], matrix.indices[order], matrix.indptr), shape=matrix.shape)
     solver.factorise(turned)
     assert solver.solve(np.ones(150)) == pytest.approx(np.linalg.solve(matrix.toarray(), np.ones(150)), rel=1e-12)
+
+
+def test_blocks_sum_as_in_plain_loops():
+    """Groups of different width, a site twice in one term, terms between the same sites, sites without any term."""
+    rng = np.random.default_rng(5)
+    size = 9
+    sites = [rng.integers(0, size - 1, (6, m)) for m in (2, 3, 5)]
+    blocks = [rng.normal(size=(6, s.shape[1], 2, s.shape[1], 2)) for s in sites]
+    blocks = [block + block.transpose(0, 3, 4, 1, 2) for block in blocks]
+    dense = np.zeros((2 * size, 2 * size))
+    for group, block in zip(sites, blocks, strict=True):
+        for own, values in zip(group, block, strict=True):
+            for a, i in enumerate(own):
+                for b, j in enumerate(own):
+                    dense[2 * i : 2 * i + 2, 2 * j : 2 * j + 2] += values[a, :, b]
+    found = assemble(sites, blocks, size)
+    assert found.has_canonical_format
+    np.testing.assert_allclose(found.toarray(), dense, rtol=1e-13, atol=1e-14)
+    assert not found.toarray()[-2:].any()

@@ -1,5 +1,7 @@
 """Pressures and forces by shape: analytic outlines, rendered droplets with known forces, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from commands import call
@@ -82,10 +84,12 @@ def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense, seen):
     assert np.nanmedian(forces.residual) < 0.2
 
 
-def test_small_droplets_and_labels_are_refused(dp_dense):
+def test_small_droplets_small_voids_and_labels_are_refused(dp_dense, seen):
     small = jamlab.micrograph(jamlab.synthetic_micrograph(dp_dense, 120, film=1.0), periodic=True, contrast="bright")
     with pytest.raises(InputError, match="forces need 30"):
         _ = small.forces
+    with pytest.raises(InputError, match=r"radius times 1 - rho is 1\.[0-9] pixels, 2 or more are needed"):
+        _ = replace(seen[1], rho=0.97).pressures
     y, x = np.mgrid[:100, :100]
     with pytest.raises(InputError, match="no forces of droplets by labels"):
         _ = jamlab.micrograph(labels=(np.hypot(x % 50 - 25, y % 50 - 25) < 20).astype(int)).pressures

@@ -59,7 +59,7 @@ def test_count_and_area_of_rings_have_intervals_and_their_walls_are_not_known(ri
     # hands draw the edge of the light between the steepest rise, a standard deviation off the line, and the line
     for value, number in ((25, numbers["count"]), (np.pi * (RADIUS - 1.0) ** 2, numbers["area"])):
         low, high = number.interval
-        assert low < value < high and high - low < 0.5 * value
+        assert low < value < high and high - low < 0.6 * value  # voids of the lattice might be droplets
     assert rings.quality == max(numbers["count"].quality, numbers["area"].quality, key=("good", "doubtful").index)
     same = jamlab.micrograph(labels=np.maximum(rings.labels, 0))
     assert same.numbers["count"].quality == "good" and not any("rings" in reason for reason in same.reasons)

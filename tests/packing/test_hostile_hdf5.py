@@ -68,19 +68,8 @@ def box(width, tilt, height):
     return replace(BOX, np.array([[[width, 0, 0], [tilt, height, 0], [0, 0, 1]]], dtype=float))
 
 
-def scaled(factor):
-    def edit(file):
-        file[POSITIONS][...] *= factor
-
-    return edit
-
-
 def as_type(name, kind):
-    def edit(file):
-        values = file[name][()]
-        replace(name, values.astype(kind))(file)
-
-    return edit
+    return lambda file: replace(name, file[name][()].astype(kind))(file)
 
 
 HOSTILE = {
@@ -100,7 +89,7 @@ HOSTILE = {
     "bool positions": (as_type(POSITIONS, bool), "position/value holds values of type bool"),
     "complex positions": (as_type(POSITIONS, complex), "position/value holds values of type complex"),
     "flat positions": (replace(POSITIONS, np.zeros(6)), "position/value has shape"),
-    "far positions": (scaled(1e300), "boxes away|NaN|inf"),
+    "far positions": (lambda file: replace(POSITIONS, 1e300 * file[POSITIONS][()])(file), "boxes away|NaN|inf"),
     "wide box": (box(1e300, 0, 1e300), "lengths must lie between"),
     "tiny box": (box(1e-300, 0, 1e-300), "lengths must lie between"),
     "tilted box": (box(3, 1e300, 3), "more tilted than"),
@@ -143,11 +132,8 @@ def test_offsets_that_lead_nowhere(tmp_path, offsets):
 
 
 def test_observables_of_another_kind(path):
-    for edit in (
-        as_type("observables/g/value", "S"),
-        declare("observables/g/value", 10**12),
-        replace("observables", 3),
-    ):
+    value = "observables/g/value"
+    for edit in (as_type(value, "S"), declare(value, 10**12), replace("observables", 3)):
         with edited(path) as file:
             edit(file)
         with pytest.raises(StorageError, match=r"run\.h5"):

@@ -6,13 +6,8 @@ import time
 import pytest
 
 FLAGS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--no-first-run",
+    *("--headless=new", "--no-sandbox", "--no-first-run"),
+    *(f"--disable-{what}" for what in ("gpu", "background-networking", "component-update", "sync")),
 )
 PATIENCE = 5.0  # s until a page must show what is waited for
 

@@ -46,9 +46,6 @@ def sheared_once():
         return before, session.packing(), found
 
 
-# the minimum ----------------------------------------------------------------------------------------------------------
-
-
 def test_box_shear_relaxes_the_shear_stress_at_constant_area(sheared_once):
     """Energy falls, work against pressure is none: the area is the same to rounding; the box is no square any more."""
     before, after, found = sheared_once
@@ -89,9 +86,6 @@ def test_shear_stress_is_the_largest_over_directions(sheared_once):
     turn = np.linspace(0, np.pi, 2001)
     a, b = np.column_stack([np.cos(turn), np.sin(turn)]), np.column_stack([-np.sin(turn), np.cos(turn)])
     assert shear_stress(state) == pytest.approx(np.abs(np.einsum("ni,ij,nj->n", a, state.stress, b)).max(), rel=1e-5)
-
-
-# packings -------------------------------------------------------------------------------------------------------------
 
 
 def test_packings_in_a_fixed_box_may_have_negative_g_and_their_twins_have_not(twins):
@@ -140,20 +134,11 @@ def test_unjammed_packing_is_left_alone(random_disks):
         assert session.packing().box == pytest.approx(loose.box, rel=1e-14)
 
 
-# refused --------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "make", [lambda e: jamlab.jam("sp", 8, ensemble=e), lambda e: jamlab.pack(8, 1e-3, ensemble=e)]
-)
-def test_unknown_ensemble_is_refused(make):
-    """Named, with the ones there are."""
-    with pytest.raises(jamlab.InputError, match=r"'npt'.*fixed-box, shear-stabilized"):
-        make("npt")
-
-
-def test_paper_search_has_a_fixed_box():
-    """The paper knows no other."""
+def test_other_ensembles_are_refused():
+    """With the ones there are; the search of the paper knows the fixed box alone."""
+    for make in (lambda e: jamlab.jam("sp", 8, ensemble=e), lambda e: jamlab.pack(8, 1e-3, ensemble=e)):
+        with pytest.raises(jamlab.InputError, match=r"'npt'.*fixed-box, shear-stabilized"):
+            make("npt")
     with pytest.raises(jamlab.InputError, match=r"'shear-stabilized'.*fixed box"):
         jamlab.jam("sp", 8, search="paper", ensemble="shear-stabilized")
 

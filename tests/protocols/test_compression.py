@@ -1,10 +1,14 @@
-"""Sweeps: which packing fractions they visit, how they follow a basin, and what is refused."""
+"""Sweeps: which packing fractions they visit, how they follow a basin, the place where z reaches 6, what is refused."""
 
 import numpy as np
 import pytest
 
 import jamlab
-from jamlab.protocols.compression import grid
+from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.states import make_states
+from jamlab.campaign.tasks import batches
+from jamlab.errors import InputError
+from jamlab.protocols.compression import bisect_confluence, grid
 
 
 @pytest.fixture(scope="module")
@@ -13,20 +17,11 @@ def start():
     return jamlab.pack(32, 1e-3, seed=3)
 
 
-@pytest.fixture(scope="module")
-def stabilized():
-    """16 disks without residual shear stress."""
-    return jamlab.pack(16, 1e-3, seed=1, ensemble="shear-stabilized")
-
-
 def unlike(one, two):
     """Largest distance of a disk in two states, boxes brought to one size, common shift and rattlers left out."""
     held = ~jamlab.contacts(one).rattlers
     move = (two.positions @ np.linalg.inv(two.box) - one.positions @ np.linalg.inv(one.box))[held]
     return np.abs(move - move.mean(axis=0)).max()
-
-
-# grid -----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("to", [0.95, 0.73])
@@ -53,20 +48,41 @@ def test_grid_is_log_spaced_and_then_linear(to, step, nearest):
     assert distances[-1] == pytest.approx(0.16, rel=1e-14)
 
 
-@pytest.mark.parametrize(("to", "step", "nearest"), [(0.845, 0.02, None), (0.845, 0.02, 0.01), (0.835, 0.005, 0.005)])
-def test_grid_of_a_short_way_is_its_end(to, step, nearest):
-    """No state beyond `to`, none twice."""
-    assert grid(0.84, to, step, nearest).tolist() == [to]
-
-
 def test_grid_ends_exactly():
-    """A whole number of steps but for rounding gives no sliver at the end."""
+    """No state beyond `to`, none twice; a whole number of steps but for rounding gives no sliver at the end."""
+    for to, step, nearest in ((0.845, 0.02, None), (0.845, 0.02, 0.01), (0.835, 0.005, 0.005)):
+        assert grid(0.84, to, step, nearest).tolist() == [to]
     points = grid(0.84, 0.90, 0.01)
     assert len(points) == 6 and points[-1] == 0.90
     assert np.diff(points) == pytest.approx(0.01, rel=1e-9)
 
 
-# sweeps ---------------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("by", ["rho", "phi"])
+def test_compression_of_disks_hits_its_targets(by):
+    """Each state is a minimum; the last one lies at `to` within 1e-6, those before within 1 % of a step."""
+    start = jamlab.jam(model="sp", n=32, seed=1)
+    reached = jamlab.packing_fraction if by == "rho" else lambda p: p.phi
+    states = list(jamlab.compress(start, to=0.95, step=0.04, by=by))
+    assert len(states) == np.ceil((0.95 - reached(start)) / 0.04)
+    wanted = [*(reached(start) + 0.04 * np.arange(1, len(states))), 0.95]
+    assert [reached(p) for p in states] == pytest.approx(wanted, abs=4e-4)
+    assert reached(states[-1]) == pytest.approx(0.95, abs=1e-6)
+    pressure = [jamlab.evaluate(p).pressure for p in [start, *states]]
+    assert np.all(np.diff(pressure) > 0)
+    for p in states:
+        assert p.converged is True and jamlab.evaluate(p).max_force <= 1e-12
+        assert p.onset == start.onset and np.array_equal(p.diameters, start.diameters)
+
+
+def test_compression_of_droplets_hits_its_targets(dp_onset, dp_dense):
+    """In rho with rims; droplets deform and keep their area nearly."""
+    assert jamlab.packing_fraction(dp_dense) == pytest.approx(0.92, abs=1e-6)
+    assert dp_dense.converged is True
+    e = jamlab.evaluate(dp_dense)
+    assert e.max_force <= 1e-10 and e.pressure > 1e-3
+    assert dp_dense.onset == dp_onset.onset
+    assert np.all(jamlab.shape_factors(dp_dense) > jamlab.shape_factors(dp_onset))
+    assert dp_dense.polygon_areas == pytest.approx(dp_onset.polygon_areas, rel=0.02)
 
 
 def test_states_near_onset_are_log_spaced():
@@ -100,9 +116,8 @@ def test_followed_basin_is_that_of_small_steps(start):
 
 def test_step_error_is_bounded_or_the_basin_ended(start):
     """A tighter bound is met by shorter steps; the state is the same."""
-    rough, fine = (
-        next(jamlab.compress(start, start.phi + 2e-3, 2e-3, by="phi", error=error)) for error in (3e-2, 1e-3)
-    )
+    how = {"to": start.phi + 2e-3, "step": 2e-3, "by": "phi"}
+    rough, fine = (next(jamlab.compress(start, **how, error=error)) for error in (3e-2, 1e-3))
     assert fine.provenance["step_error"] <= 1e-3 < rough.provenance["step_error"] <= 3e-2
     assert unlike(rough, fine) < 1e-9
 
@@ -138,9 +153,8 @@ def test_small_excursion_comes_back(start, by):
         assert abs(shift) < 1e-5  # targets are met to 1 % of a step, the last to 1e-6
         e, other = jamlab.evaluate(one), jamlab.evaluate(two)
         # dU = p A dln(phi): the energy at the phi of the other state
-        assert other.energy == pytest.approx(
-            e.energy + 0.5 * (e.pressure + other.pressure) * one.area * shift / one.phi, rel=1e-6
-        )
+        moved = e.energy + 0.5 * (e.pressure + other.pressure) * one.area * shift / one.phi
+        assert other.energy == pytest.approx(moved, rel=1e-6)
         assert unlike(one, two) < 1e-4
 
 
@@ -153,8 +167,9 @@ def test_decompression_loses_the_last_contact(start):
 
 
 @pytest.mark.parametrize("error", [None, 3e-2])
-def test_ensemble_is_kept(start, stabilized, error):
+def test_ensemble_is_kept(start, error):
     """Up and down; the box goes on shearing, or stays square."""
+    stabilized = jamlab.pack(16, 1e-3, seed=1, ensemble="shear-stabilized")
     for p, name in ((start, "fixed-box"), (stabilized, "shear-stabilized")):
         for sign in (1, -1):
             for q in jamlab.compress(p, p.phi + sign * 1e-3, 5e-4, by="phi", error=error):
@@ -169,15 +184,11 @@ def test_ensemble_is_kept(start, stabilized, error):
 def test_progress_is_told(start):
     """Once for every state."""
     calls = []
-    states = list(
-        jamlab.compress(start, start.phi + 2e-3, 1e-3, by="phi", error=1e-2, progress=lambda *told: calls.append(told))
-    )
+    how = {"by": "phi", "error": 1e-2, "progress": lambda *told: calls.append(told)}
+    states = list(jamlab.compress(start, start.phi + 2e-3, 1e-3, **how))
     assert [text for _, text in calls] == [f"compress {p.phi:.4f}" for p in states]
     shares = [share for share, _ in calls]
     assert shares == sorted(shares) and shares[0] == pytest.approx(np.sqrt(0.5), abs=0.02) and shares[-1] == 1
-
-
-# refused --------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -195,10 +206,17 @@ def test_progress_is_told(start):
         ({"error": True}, "error = True: "),
         ({"step": 2.0}, "step = 2.0: must be a number above 0 and at most 1"),
         ({"to": "dense"}, "to = 'dense': "),
+        ({"to": 0.0}, "to = 0.0: must be a number above 0 and at most 1"),
+        ({"to": 1.01}, "to = 1.01: must be a number above 0 and at most 1"),
+        ({"to": float("nan")}, "to = nan: "),
+        ({"to": 2.5, "by": "phi"}, "to = 2.5: must be a number above 0 and at most 2"),
+        ({"step": 0.0}, "step = 0.0: must be a number above 0"),
+        ({"step": -0.01}, "step = -0.01: must be a number above 0"),
+        ({"by": "pressure"}, "by = 'pressure': compress by 'rho' or 'phi'"),
     ],
 )
 def test_bad_values_are_refused_by_name(start, arguments, message):
-    """When `compress` is called."""
+    """When `compress` is called, not when the first state is asked for."""
     with pytest.raises(jamlab.InputError, match=message.removesuffix(": ")):
         jamlab.compress(start, **{"to": 0.9, "step": 0.01} | arguments)
 
@@ -208,3 +226,43 @@ def test_droplets_end_in_minima(seed, to):
     """Two states that ended on saddles: forces below 1e-10, and a mode of stiffness -4e-4 and -3e-3."""
     *_, p = jamlab.compress(jamlab.jam("dp", n=8, seed=seed), to=to, step=0.02)
     assert p.converged and jamlab.shear_modulus(p) > 0
+
+
+SWEEP = {"name": "s", "model": "sp", "n": 16, "seeds": [3], "compress": {"to": 1.24, "by": "phi", "step": 0.05}}
+
+
+def task(**compress):
+    table = CampaignTable.model_validate({"name": "c", "sweep": [SWEEP | {"compress": SWEEP["compress"] | compress}]})
+    (batch,) = batches(table)
+    (found,) = batch.tasks()
+    return found
+
+
+@pytest.fixture(scope="module")
+def states():
+    """States of a sweep with the place bisected where z reaches 6, and the same without."""
+    return [make_states(task(**more).parameters).packings for more in ({"confluence": 1e-3}, {})]
+
+
+def test_the_last_contact_is_found_to_the_error_asked_for(states):
+    found, plain = states
+    phi, z = np.array([(p.phi, jamlab.contacts(p).z) for p in found]).T
+    assert (np.diff(phi) > 0).all() and all(p.converged and p.on_target for p in found)
+    full = int(np.argmax(z >= 6))
+    assert 0 < phi[full] - phi[full - 1] <= 1e-3
+    # six halvings of 0.05; the states of the plain sweep are among them
+    assert len(found) == len(plain) + 6
+    assert {p.phi for p in plain} <= set(phi)
+
+
+def test_other_sweeps_keep_the_names_of_their_tasks():
+    """Finished campaigns are found again: the key enters a name only where it is given."""
+    assert "confluence" not in task().parameters.record()["compress"]
+    assert task(confluence=1e-3).name != task().name
+
+
+def test_states_that_do_not_enclose_confluence_are_refused(states):
+    plain = states[1]
+    for pair in [(plain[0], plain[1]), (plain[-1], plain[0]), (plain[-1], plain[-1])]:
+        with pytest.raises(InputError, match="between which z reaches 6"):
+            list(bisect_confluence(*pair, 1e-3, by="phi"))

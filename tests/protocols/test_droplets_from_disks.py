@@ -1,9 +1,10 @@
-"""From disks to droplets: areas, no crossed outlines, continuity across the hand-over, refusals."""
+"""Droplets from disks and packings from pictures: areas, no crossed outlines, continuity across the hand-over."""
 
 import numpy as np
 import pytest
 
 import jamlab
+from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.free_droplet import free_area
 from jamlab.protocols.droplets_from_disks import inscribe
@@ -11,8 +12,7 @@ from jamlab.protocols.droplets_from_disks import inscribe
 
 @pytest.fixture(scope="module")
 def disks():
-    onset = jamlab.jam("sp", 12, 1)
-    *_, last = jamlab.compress(onset, 0.88, 0.02)
+    *_, last = jamlab.compress(jamlab.jam("sp", 12, 1), 0.88, 0.02)
     return last
 
 
@@ -71,9 +71,54 @@ def test_number_of_vertices_and_units(sp_jammed):
 def test_refusals(disks, droplets):
     with pytest.raises(jamlab.InputError, match="disks"):
         jamlab.to_polygons(droplets)
-    with pytest.raises(jamlab.InputError, match="delta"):
-        jamlab.to_polygons(disks, delta=3.0)
-    with pytest.raises(jamlab.InputError, match="no parameter 'weight'"):
-        jamlab.to_polygons(disks, weight=1.0)
-    with pytest.raises(jamlab.InputError, match="ka"):
-        jamlab.to_polygons(disks, gamma=10.0, ka=1.0)
+    for law, message in (
+        ({"delta": 3.0}, "delta"),
+        ({"weight": 1.0}, "no parameter 'weight'"),
+        ({"gamma": 10.0, "ka": 1.0}, "ka"),
+    ):
+        with pytest.raises(jamlab.InputError, match=message):
+            jamlab.to_polygons(disks, **law)
+
+
+pytest.importorskip("skimage")
+
+
+@pytest.fixture(scope="module")
+def seen(dp_dense):
+    return jamlab.micrograph(jamlab.synthetic_micrograph(dp_dense, 240), periodic=True, contrast="bright")
+
+
+@pytest.fixture(scope="module")
+def disks_seen(seen):
+    return seen.packing("sp")
+
+
+def test_disks_keep_sizes_and_packing_fraction(seen, disks_seen):
+    assert disks_seen.converged and jamlab.packing_fraction(disks_seen) == pytest.approx(seen.rho, abs=2e-4)
+    ratio = np.pi / 4 * disks_seen.diameters**2 / seen.areas
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+
+
+def test_droplets_come_back_as_the_packing_that_was_rendered(seen, dp_dense):
+    droplets = seen.packing("dp")
+    assert droplets.n == dp_dense.n and droplets.converged
+    assert jamlab.packing_fraction(droplets) == pytest.approx(seen.rho, abs=2e-4)
+    assert jamlab.contacts(droplets).z == pytest.approx(jamlab.contacts(dp_dense).z, abs=0.6)
+
+
+def test_mirror_image_has_the_same_energy(disks_seen, dp_dense):
+    """The patch does not prefer a corner: a picture turned upside down gives the disks_seen turned upside down."""
+    picture = jamlab.synthetic_micrograph(dp_dense, 240)[::-1, ::-1]
+    turned = jamlab.micrograph(picture, periodic=True, contrast="bright").packing("sp")
+    assert jamlab.evaluate(turned).energy == pytest.approx(jamlab.evaluate(disks_seen).energy, rel=0.05)
+
+
+def test_what_no_picture_can_be(seen):
+    with pytest.raises(InputError, match="model"):
+        seen.packing("foam")
+    with pytest.raises(InputError, match="no parameter 'gamma'"):
+        seen.packing("sp", gamma=0.2)
+    y, x = np.mgrid[:60, :60]
+    few = jamlab.micrograph(labels=(np.hypot(x % 30 - 15, y % 30 - 15) < 10).astype(int))
+    with pytest.raises(InputError, match="4 droplets are whole"):
+        few.packing()

@@ -1,15 +1,18 @@
-"""Distributions of disk sizes: moments, packings of many sizes against plain loops, and what no packing can have."""
+"""Disks and droplets of any sizes: distributions, packings against plain loops, what no packing can have."""
 
 from itertools import combinations, product
 
 import numpy as np
 import pytest
+from campaigns import read_campaign_file, written
 from scipy.integrate import quad
 
 import jamlab
+from jamlab.campaign.states import make_states
+from jamlab.campaign.tasks import Parameters, batches
 from jamlab.estimates.flow_errors import Flow, read_errors
 from jamlab.packing import lammps_files
-from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.random_start import droplet_params, random_disks
 from jamlab.protocols.size_distributions import SizeDistribution, sizes_record
 from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
 from tests.support.reference import evaluate as plain_sums
@@ -34,9 +37,8 @@ ONE_TO_TEN = np.geomspace(0.2, 2.0, 80)
 def test_three_moments_of_64_drawn_disks_are_those_of_the_distribution(text):
     law = SizeDistribution.of(text)
     points = [*np.linspace(0, 1, 9)[1:-1].tolist(), 0.99, 0.999]
-    mean, square, cube = (
-        quad(lambda u, k=k: law.quantiles(np.array([u]))[0] ** k, 0, 1, limit=400, points=points)[0] for k in (1, 2, 3)
-    )
+    powers = (lambda u, k=k: law.quantiles(np.array([u]))[0] ** k for k in (1, 2, 3))
+    mean, square, cube = (quad(power, 0, 1, limit=400, points=points)[0] for power in powers)
     drawn = law.draw(64, seed=1)
     assert drawn.mean() == pytest.approx(1.0, abs=1e-12)
     assert mean == pytest.approx(1.0, abs=1e-6)
@@ -79,6 +81,23 @@ def test_random_draws_follow_the_law_and_the_seed():
     assert SizeDistribution.of(law.text) == law
 
 
+def assert_same_sums(found, expected):
+    assert found.energy == pytest.approx(expected.energy, rel=1e-12)
+    assert np.abs(found.forces - expected.forces).max() < 1e-12
+    assert np.abs(found.stress - expected.stress).max() < 1e-12
+
+
+def assert_doubling_changes_nothing(one):
+    """What four cells side by side have in common with one; the four."""
+    four = tiled(one, 2)
+    first, second = jamlab.evaluate(one), jamlab.evaluate(four)
+    assert second.energy == pytest.approx(4 * first.energy, rel=1e-10)
+    assert np.abs(second.stress - first.stress).max() < 1e-10
+    assert jamlab.contacts(four).z == pytest.approx(jamlab.contacts(one).z, rel=1e-10)
+    assert jamlab.packing_fraction(four) == pytest.approx(jamlab.packing_fraction(one), rel=1e-10)
+    return four
+
+
 def test_short_forms_and_names_give_the_same_two_sizes_bit_by_bit():
     short, named = (random_disks(16, 3, phi=0.5, **how) for how in ({"ratio": 1.7}, {"sizes": "bidisperse:1.7,0.5"}))
     assert (short.diameters == named.diameters).all() and (short.positions == named.positions).all()
@@ -107,10 +126,7 @@ def covered(packing):
 
 def test_a_packing_of_80_sizes_is_that_of_plain_loops(many):
     assert many.converged and (many.diameters == ONE_TO_TEN).all()
-    found, expected = jamlab.evaluate(many), plain_sums(many)
-    assert found.energy == pytest.approx(expected.energy, rel=1e-12)
-    assert np.abs(found.forces - expected.forces).max() < 1e-12
-    assert np.abs(found.stress - expected.stress).max() < 1e-12
+    assert_same_sums(found := jamlab.evaluate(many), plain_sums(many))
     assert found.pressure == pytest.approx(1e-2, rel=1e-6)
     assert jamlab.packing_fraction(many) == pytest.approx(covered(many), rel=1e-12)
     voids = jamlab.voids(many)
@@ -124,14 +140,9 @@ def test_a_packing_of_80_sizes_is_that_of_plain_loops(many):
 
 
 def test_doubling_the_cell_changes_nothing(many):
-    one, four = many, tiled(many, 2)
-    first, second = jamlab.evaluate(one), jamlab.evaluate(four)
-    assert second.energy == pytest.approx(4 * first.energy, rel=1e-10)
-    assert np.abs(second.stress - first.stress).max() < 1e-10
-    assert jamlab.contacts(four).z == pytest.approx(jamlab.contacts(one).z, rel=1e-10)
-    assert jamlab.packing_fraction(four) == pytest.approx(jamlab.packing_fraction(one), rel=1e-10)
+    four = assert_doubling_changes_nothing(many)
     # without prestress, since of four cells it makes longer modes unstable
-    moduli = [jamlab.complex_modulus(p, [0.1], prestress=False) for p in (one, four)]
+    moduli = [jamlab.complex_modulus(p, [0.1], prestress=False) for p in (many, four)]
     assert moduli[1].storage[0] == pytest.approx(moduli[0].storage[0], rel=1e-10)
     assert moduli[1].loss[0] == pytest.approx(moduli[0].loss[0], rel=1e-10)
 
@@ -146,9 +157,7 @@ def test_diameters_by_disk_and_by_type_are_one_law(monkeypatch, units, exponent)
     classes, found = lammps_files.types(packing), jamlab.evaluate(packing)
     assert not by_type.classes and by_type.ntypes == 41
     assert classes.classes and classes.ntypes <= lammps_files.CLASSES
-    assert found.energy == pytest.approx(expected.energy, rel=1e-12)
-    assert np.abs(found.forces - expected.forces).max() < 1e-12
-    assert np.abs(found.stress - expected.stress).max() < 1e-12
+    assert_same_sums(found, expected)
 
 
 @pytest.mark.parametrize("exponent", [2.0, 2.5])
@@ -179,8 +188,7 @@ def test_few_disks_jam(n):
 
 def test_disks_of_one_to_twenty_pack_and_are_handed_over():
     packing = jamlab.pack(n=40, pressure=1e-2, seed=1, sizes="power-law:-2,1,20")
-    found, expected = jamlab.evaluate(packing), plain_sums(packing)
-    assert np.abs(found.forces - expected.forces).max() < 1e-12
+    assert_same_sums(jamlab.evaluate(packing), plain_sums(packing))
     droplets = jamlab.to_polygons(jamlab.pack(n=9, pressure=1e-3, seed=1, sizes="uniform:0.2"))
     assert droplets.n == 9 and droplets.converged
 
@@ -233,9 +241,8 @@ def test_sizes_that_no_packing_has_are_one_line(n, sizes, message):
 def test_sizes_replace_the_short_forms_and_are_of_disks():
     with pytest.raises(jamlab.InputError, match=r"ratio = 1\.4 and sizes = 'monodisperse': give one of them"):
         jamlab.pack(n=8, pressure=1e-3, ratio=1.4, sizes="monodisperse")
-    with pytest.raises(
-        jamlab.InputError, match=r"ratio = 2\.0: droplets have the ratio of their vertices, .* or sizes"
-    ):
+    message = r"ratio = 2\.0: droplets have the ratio of their vertices, .* or sizes"
+    with pytest.raises(jamlab.InputError, match=message):
         jamlab.jam(model="dp", n=8, ratio=2.0)
 
 
@@ -244,9 +251,8 @@ def test_tables_of_errors_promise_nothing_of_sizes_that_they_have_not_seen():
         lambda: jamlab.scene(0.87, n=16, tolerance={"z": 0.5}, sizes="lognormal:0.3"),
         lambda: jamlab.estimate("z", rho=0.9, error=0.1, sizes="lognormal:0.3"),
     ):
-        with pytest.raises(
-            jamlab.InputError, match=r"sizes = 'lognormal:0\.3': errors were measured of two sizes alone"
-        ):
+        message = r"sizes = 'lognormal:0\.3': errors were measured of two sizes alone"
+        with pytest.raises(jamlab.InputError, match=message):
             call()
     flow, two, few = Flow("oscillation", 1.0, 1.0, 0.1), {"ratio": 1.4}, {"large": 0.25}
     named = [
@@ -255,3 +261,94 @@ def test_tables_of_errors_promise_nothing_of_sizes_that_they_have_not_seen():
     ]
     width, ratio = "width of the diameters", "large over small diameter"
     assert [[name for name in one if name in (width, ratio)] for one in named] == [[], [width], [ratio, width]]
+
+
+TEN_SIZES = np.geomspace(0.2, 2.0, 10)
+
+
+@pytest.fixture(scope="module")
+def droplets():
+    onset = jamlab.jam(model="dp", n=10, seed=1, sizes=TEN_SIZES)
+    *_, pressed = jamlab.compress(onset, onset.phi + 0.02, 0.02, by="phi")
+    return pressed
+
+
+def test_droplets_of_one_to_ten_are_those_of_plain_loops(droplets):
+    own = TEN_SIZES / TEN_SIZES.mean()
+    assert droplets.converged and droplets.params["a0"] == pytest.approx(own**2, rel=1e-12)
+    assert np.diff(droplets.offsets).tolist() == np.maximum(3, np.rint(14.5 * own)).tolist()
+    assert_same_sums(found := jamlab.evaluate(droplets), plain_sums(droplets))
+    assert found.pressure > 1e-4
+    assert_doubling_changes_nothing(droplets)
+    voids, rho = jamlab.voids(droplets), jamlab.packing_fraction(droplets)
+    assert voids.area.sum() == pytest.approx((1 - rho) * droplets.area, rel=1e-9)
+    assert jamlab.tessellation(droplets).area.sum() == pytest.approx(droplets.area, rel=1e-9)
+
+
+@pytest.mark.parametrize("vertices", [9, [8, 9, 20]])
+def test_vertices_are_given_for_all_or_for_each(vertices):
+    p = jamlab.jam(model="dp", n=3, seed=2, sizes=[3.0, 4.0, 5.0], vertices=vertices)
+    assert np.diff(p.offsets).tolist() == np.broadcast_to(vertices, 3).tolist()
+    assert np.sqrt(p.params["a0"]) == pytest.approx([0.75, 1.0, 1.25], rel=1e-12)
+    assert p.converged and p.provenance["sizes"]["width"] == pytest.approx(np.std([0.75, 1, 1.25]), rel=1e-12)
+
+
+def test_sizes_of_the_decks_are_the_default():
+    nv, params = droplet_params(4)
+    again, same = droplet_params(4, 0.5, np.array([12.0, 12, 17, 17]))
+    assert nv.tolist() == again.tolist() == [12, 12, 17, 17]
+    assert params["a0"] == pytest.approx(same["a0"], rel=1e-15)
+
+
+def test_disks_of_one_to_ten_are_handed_over():
+    disks = jamlab.pack(n=10, pressure=1e-2, seed=1, sizes=TEN_SIZES)
+    made = jamlab.to_polygons(disks, delta=0.1)
+    assert made.converged and made.n == 10
+    assert jamlab.packing_fraction(made) == pytest.approx(jamlab.packing_fraction(disks), abs=2e-6)
+    assert np.diff(jamlab.to_polygons(disks, delta=0.1, vertices=12).offsets).tolist() == [12] * 10
+
+
+def test_outlines_make_the_droplets_that_they_came_from(droplets):
+    """In another unit, wrapped into the box, and some of them clockwise."""
+    shapes = np.split(3.0 * droplets.positions, droplets.offsets[1:-1])
+    box = 3.0 * droplets.box
+    shapes = [shape - np.floor(shape @ np.linalg.inv(box)) @ box for shape in shapes]
+    shapes = [shape[::-1] if m % 2 else shape for m, shape in enumerate(shapes)]
+    law = {name: value for name, value in droplets.params.items() if name != "a0"}
+    p = jamlab.from_outlines(shapes, box, rest_areas=9.0 * droplets.params["a0"], **law)
+    assert p.params["a0"] == pytest.approx(droplets.params["a0"], rel=1e-12)
+    assert p.polygon_areas == pytest.approx(droplets.polygon_areas, rel=1e-10)
+    assert jamlab.evaluate(p).energy == pytest.approx(jamlab.evaluate(droplets).energy, rel=1e-9)
+    assert jamlab.from_outlines(shapes, box, **law).params["a0"].shape == (10,)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: jamlab.jam("dp", 3, sizes="lognormal:0.3", vertices=[8, 9]), r"vertices hold 2 numbers for n = 3"),
+        (lambda: jamlab.jam("dp", 3, sizes="lognormal:0.3", vertices=2), r"cannot have 2 vertices: vertices are whole"),
+        (lambda: jamlab.jam("dp", 3, sizes="lognormal:0.3", vertices=8.5), r"cannot have 8\.5 vertices"),
+        (lambda: jamlab.jam("dp", 3, sizes=[1.0, 1.0]), r"sizes hold 2 diameters for n = 3"),
+        (lambda: jamlab.jam("dp", 2, sizes=[1.0, 40.0]), r"line tension shrinks a free droplet to a point"),
+        (lambda: jamlab.from_outlines([], [4.0, 4.0]), r"outlines: give one or more"),
+        (lambda: jamlab.from_outlines([[[0, 0], [1, 0]]], [4.0, 4.0]), r"each of three vertices or more"),
+        (lambda: jamlab.from_outlines([[[0, 0], [1, np.nan], [1, 1]]], [4.0, 4.0]), r"outlines\[0\]\[1, 1\] is nan"),
+        (lambda: jamlab.from_outlines([[[0, 0], [1, 0], [2, 0]]], [9.0, 9.0]), r"rest_areas\[0\] is 0"),
+        (lambda: jamlab.from_outlines([np.eye(3, 2)], [9.0, 9.0], weight=1.0), r"no parameter 'weight'"),
+    ],
+)
+def test_what_is_no_droplet_is_one_line(call, message):
+    with pytest.raises(jamlab.InputError, match=message) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_campaign_of_droplets_of_any_sizes(tmp_path):
+    file = written(tmp_path / "c.toml", model="dp", n=3, seeds=1, compress=None, onset=True, sizes=[1.0, 1.5, 2.0])
+    (batch,) = batches(read_campaign_file(file))
+    (packing,) = make_states(Parameters.from_record(batch.parameters.record())).packings
+    assert np.sqrt(packing.params["a0"]) == pytest.approx([2 / 3, 1.0, 4 / 3], rel=1e-12)
+    assert packing.phi == jamlab.jam("dp", 3, 1, sizes=[1.0, 1.5, 2.0]).phi
+    written(file, model="dp", n=3, seeds=1, compress=None, onset=True, force_law={"vertices": 12})
+    with pytest.raises(jamlab.InputError, match=r"vertices are those of one packing: give nv_small and nv_large"):
+        jamlab.open_campaign(file)

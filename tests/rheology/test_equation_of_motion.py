@@ -31,16 +31,10 @@ def network(request, sp_deep, dp_dense):
     return sp_deep if request.param == "sp" else without_rattlers(dp_dense)
 
 
-def shifted(p, u, strain):
-    """Box and positions sheared, then displaced by u."""
-    q = sheared(p, strain)
-    return q.with_state(positions=q.positions + u)
-
-
 def gradient(p, u, strain):
-    """dU/du and dU/dgamma from LAMMPS forces and stress, site by site, then gamma."""
-    q = shifted(p, u, strain)
-    e = jamlab.evaluate(q)
+    """dU/du and dU/dgamma from LAMMPS forces and stress, site by site, then gamma; sheared, then displaced by u."""
+    q = sheared(p, strain)
+    e = jamlab.evaluate(q.with_state(positions=q.positions + u))
     return np.append(-e.forces.ravel(), -p.area * e.stress[0, 1])  # stress is -(1/A) dU/dE
 
 
@@ -132,14 +126,11 @@ def dissipation(contacts, p, law, rates):
     u, flow = rates[: 2 * sites].reshape(-1, 2), rates[-1]
     if isinstance(law, StokesDrag):
         share = 1.0 if p.model == "sp" else 1 / np.repeat(np.diff(p.offsets), np.diff(p.offsets))
-        return law.tau / 2 * drag(p) * np.sum(share * np.sum(u**2, axis=1)) + law.eta_f / 2 * flow**2 * p.area
+        drag = p.params["k"] if p.units == "k" else p.params["eps"]
+        return law.tau / 2 * drag * np.sum(share * np.sum(u**2, axis=1)) + law.eta_f / 2 * flow**2 * p.area
     if p.model == "sp":
         return disk_dissipation(contacts, p, law, u, rates[2 * sites : -1], flow)
     return polygon_dissipation(p, law, u, flow)
-
-
-def drag(p):
-    return p.params["k"] if p.units == "k" else p.params["eps"]
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)

@@ -99,12 +99,8 @@ def test_labels_change_nothing(packing, original):
     else:
         rings = np.split(packing.positions, packing.offsets[1:-1])
         rings = [np.roll(rings[m], rng.integers(len(rings[m])), axis=0) for m in order]
-        other = dataclasses.replace(
-            packing,
-            positions=np.concatenate(rings),
-            offsets=np.cumsum([0, *map(len, rings)]),
-            params=packing.params | {"a0": packing.params["a0"][order]},
-        )
+        params, offsets = packing.params | {"a0": packing.params["a0"][order]}, np.cumsum([0, *map(len, rings)])
+        other = dataclasses.replace(packing, positions=np.concatenate(rings), offsets=offsets, params=params)
     compare(other, original)
 
 
@@ -120,14 +116,8 @@ def test_lengths_scale(packing, original):
     scale = 1e3
     # powers of length in the parameters: energies, eps, stay
     powers = {"gamma": -1, "ka": -4, "delta": 1, "eta": 1, "a0": 2}
-    params = {
-        name: value * scale ** powers[name] if name in powers else value for name, value in packing.params.items()
-    }
-    scaled = dataclasses.replace(
-        packing,
-        box=scale * packing.box,
-        positions=scale * packing.positions,
-        diameters=None if packing.diameters is None else scale * packing.diameters,
-        params=params,
-    )
+    params = {name: value * scale ** powers.get(name, 0) for name, value in packing.params.items() if name != "contact"}
+    params = packing.params | params
+    names = ("box", "positions", "diameters") if packing.model == "sp" else ("box", "positions")
+    scaled = dataclasses.replace(packing, **{name: scale * getattr(packing, name) for name in names}, params=params)
     compare(scaled, original, unit=1.0 if packing.units == "k" else scale**-2)

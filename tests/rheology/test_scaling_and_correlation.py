@@ -13,13 +13,12 @@ from jamlab.rheology.displacement_correlation import (
     displacement_correlations,
 )
 
+OMEGA = np.logspace(-8, 3, 12)
+
 
 @pytest.fixture(scope="module")
 def packing():
     return jamlab.pack(n=64, pressure=1e-4, seed=1)
-
-
-# slow shear -----------------------------------------------------------------------------------------------------------
 
 
 def test_slow_shear_carries_the_modulus_and_the_viscosity(packing):
@@ -46,9 +45,6 @@ def test_sliding_grows_and_approach_fades_towards_onset():
     assert near.median_normal < 0.6 * far.median_normal
     assert near.median_tangential > 1.7 * far.median_tangential
     assert near.median_nonaffine > 1.7 * far.median_nonaffine
-
-
-# correlation ----------------------------------------------------------------------------------------------------------
 
 
 def test_correlation_against_a_loop_over_pairs():
@@ -138,11 +134,6 @@ def test_impossible_correlations_are_refused(packing):
         _ = flat.length
 
 
-# non-linear drag ------------------------------------------------------------------------------------------------------
-
-OMEGA = np.logspace(-8, 3, 12)
-
-
 @pytest.mark.parametrize("alpha", [0.5, 2 / 3, 1.0, 1.5])
 def test_equivalent_drag_dissipates_as_much_in_a_cycle(alpha):
     """Eq 25 from its definition: int |v|^(1 + alpha) dt = tau int v^2 dt over a cycle of amplitude u_0, eq 24."""
@@ -180,9 +171,6 @@ def test_impossible_drag_is_refused(packing):
     for arguments, message in (((1.0, 1e-3, 0.0), "alpha = 0"), ((1.0, 0.0, 0.5), "force = 0"), ((-1, 1, 1), "omega")):
         with pytest.raises(jamlab.InputError, match=message):
             jamlab.equivalent_time(*arguments)
-
-
-# collapse -------------------------------------------------------------------------------------------------------------
 
 
 def made_up(p, mu, lam, noise):

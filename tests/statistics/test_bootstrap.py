@@ -1,10 +1,18 @@
-"""Intervals over packings: do they hold the truth as often as they say, and would single states do."""
+"""Intervals over packings, errors of means of series, and the one confidence behind all of them."""
+
+import inspect
+import re
+from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.statistics.block_average import block_average
 from jamlab.statistics.bootstrap import SEED, bootstrap
+from jamlab.statistics.confidence import CONFIDENCE, STANDARD_ERRORS, room
 from jamlab.statistics.power_laws import power_law
 
 X = np.geomspace(1e-3, 0.1, 12)
@@ -47,6 +55,8 @@ def test_the_smallest_group_says_how_far_an_interval_is_stretched():
 
 
 def test_too_few_packings_make_no_interval_where_more_are_asked_for():
+    one = bootstrap([[3.0]], lambda g: g[0].mean())
+    assert one.value == 3 and np.isnan(one.low) and np.isnan(one.high)
     four = np.arange(4.0)
     assert np.isfinite(bootstrap([four], lambda g: g[0].mean()).low)
     assert np.isnan(bootstrap([four], lambda g: g[0].mean(), least=5).low)
@@ -79,18 +89,6 @@ def test_groups_are_drawn_apart_and_results_may_be_arrays():
     assert found[1].value == 2
 
 
-def test_packings_that_shift_together_shift_the_interval():
-    values = np.random.default_rng(4).normal(size=30)
-    a = bootstrap([values], lambda g: g[0].mean())
-    b = bootstrap([values + 5], lambda g: g[0].mean())
-    assert b.low - a.low == pytest.approx(5) and b.high - a.high == pytest.approx(5)
-
-
-def test_one_packing_has_no_interval():
-    found = bootstrap([[3.0]], lambda g: g[0].mean())
-    assert found.value == 3 and np.isnan(found.low) and np.isnan(found.high)
-
-
 def test_ensembles_without_a_value_take_no_part_unless_they_are_most():
     def few(groups):
         if groups[0].max() < 4:  # the largest was not drawn
@@ -105,24 +103,23 @@ def test_ensembles_without_a_value_take_no_part_unless_they_are_most():
         bootstrap([np.zeros(5)], few)
 
 
-@pytest.mark.parametrize(
-    ("groups", "options", "message"),
-    [
+def test_impossible_samples_are_refused():
+    for groups, options, message in (
         ([], {}, "empty"),
         ([[]], {}, "empty"),
         ([[1.0]], {"resamples": 0}, "resamples"),
         ([[1.0]], {"level": 1}, "level"),
-    ],
-)
-def test_impossible_samples_are_refused(groups, options, message):
-    with pytest.raises(InputError, match=message):
-        bootstrap(groups, lambda g: 0.0, **options)
+    ):
+        with pytest.raises(InputError, match=message):
+            bootstrap(groups, lambda g: 0.0, **options)
 
 
 def test_the_same_seed_is_used_everywhere_unless_another_is_given():
     values = np.random.default_rng(5).normal(size=12)
     first, again, other = (bootstrap([values], lambda g: g[0].mean(), **seed) for seed in ({}, {}, {"seed": SEED + 1}))
     assert (first.low, first.high) == (again.low, again.high) != (other.low, other.high)
+    shifted = bootstrap([values + 5], lambda g: g[0].mean())
+    assert shifted.low - first.low == pytest.approx(5) and shifted.high - first.high == pytest.approx(5)
 
 
 def test_what_depends_on_a_single_packing_has_no_interval():
@@ -132,3 +129,55 @@ def test_what_depends_on_a_single_packing_has_no_interval():
     found = bootstrap(groups, lambda g: [g[0].mean() - g[1].mean(), g[0].mean(), g[1].mean()])
     assert np.isnan(found.low[:2]).all() and np.isnan(found.high[:2]).all() and np.isfinite(found.value).all()
     assert found.low[2] < found.value[2] < found.high[2]
+
+
+def test_the_error_of_a_series_that_swings_is_that_of_its_single_values():
+    """Blocks of two and more have equal means: their spread, 0, would say that the mean is exact."""
+    found = block_average(np.tile([1.0, 3.0], 32))
+    assert found.error == pytest.approx(np.std(np.tile([1.0, 3.0], 32), ddof=1) / 8)
+
+
+def test_the_error_of_a_slow_series_is_that_of_its_blocks():
+    """Sixteen values alike in a row are one: the error is that of eight."""
+    values = np.repeat([1.0, -1.0, 2.0, -2.0, -1.0, 1.0, -2.0, 2.0], 16)
+    assert block_average(values).error == pytest.approx(values[::16].std(ddof=1) / np.sqrt(8))
+
+
+def test_the_drift_of_what_does_not_drift_is_one_standard_error():
+    """Difference of two halves of independent values, over its own error: of many series, one in the root mean."""
+    rng = np.random.default_rng(1)
+    drifts = [block_average(rng.normal(size=512)).drift for _ in range(300)]
+    assert 0.6 < np.sqrt(np.mean(np.square(drifts))) < 1.1
+    steps = np.repeat([0.0, 1.0], 256) + rng.normal(size=512)
+    assert block_average(steps).drift > 4 and not block_average(steps).steady
+    assert block_average(-steps).drift == -block_average(steps).drift
+
+
+def test_values_that_fill_no_block_are_those_of_the_start():
+    """What is left over stands nearest to start-up: an outlier there widens single values only."""
+    calm = np.repeat([1.0, -1.0, 2.0, -2.0, -1.0, 1.0, -2.0, 2.0], 16)
+    blocks = block_average(calm).error
+    assert block_average(np.concatenate([[4.0], calm])).error == pytest.approx(blocks)
+    assert block_average(np.concatenate([calm, [4.0]])).error != pytest.approx(blocks, rel=1e-3)
+
+
+def test_standard_errors_hold_a_normal_variable_so_often():
+    assert stats.norm.cdf(STANDARD_ERRORS) - stats.norm.cdf(-STANDARD_ERRORS) == pytest.approx(CONFIDENCE)
+    assert inspect.signature(bootstrap).parameters["level"].default == CONFIDENCE
+
+
+def test_no_module_has_a_confidence_of_its_own():
+    """Were it another constant, or 2 in its place, changing the first would leave some intervals as they were."""
+    own = re.compile(
+        r"\b1\.96\b|(level|confidence)\w*(: float)? = 0\.95|two standard errors"
+        r"|\b2(\.0)? \* [\w(]*(scatter|standard_error|stderr)"
+        r"|(ppf|ndtri|stdtrit|quantile)\([^\n]*\b0\.(95|05|975|025)\b",
+        re.IGNORECASE,
+    )
+    found = [p.name for p in Path(str(resources.files("jamlab"))).rglob("*.py") if own.search(p.read_text("utf-8"))]
+    assert found == ["confidence.py"]
+
+
+def test_bias_and_scatter_fill_an_error():
+    assert room(0.2, 0.12) == pytest.approx(0.16) and room(0.2, 0.0) == 0.2
+    assert room(0.1, 0.4) == room(0.4, 0.4) == 0.2

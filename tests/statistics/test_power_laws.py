@@ -1,9 +1,10 @@
-"""Power laws, windows and finite-size limits against data of known exponents; what must be refused."""
+"""Power laws, windows, finite-size limits and flow curves against data of known exponents; what must be refused."""
 
 import numpy as np
 import pytest
 
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.statistics.herschel_bulkley import herschel_bulkley
 from jamlab.statistics.power_laws import finite_size, power_law, widest_window
 
 X = np.geomspace(1e-4, 0.3, 25)
@@ -26,11 +27,7 @@ def test_the_two_terms_of_table_1_are_recovered():
     assert one_free.exponents[1] == pytest.approx(1.0, rel=1e-5)
     both_free = power_law(X, y, (None, None))
     assert sorted(both_free.exponents) == pytest.approx([0.5, 1.0], rel=1e-3)
-
-
-def test_a_single_power_of_two_terms_lies_between_them():
-    y = 3.3 * X**0.5 + 7.1 * X
-    assert 0.5 < power_law(X, y, low=1e-2).exponents[0] < 1.0
+    assert 0.5 < power_law(X, y, low=1e-2).exponents[0] < 1.0  # a single one lies between them
 
 
 def test_units_change_coefficients_only():
@@ -85,24 +82,19 @@ def test_no_window_is_found_in_noise():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("fit", "y", "options", "message"),
     [
-        (((X, X[:-1]), {}), "shapes"),
-        (((X, X), {"exponents": ()}), "exponent"),
-        (((X, X), {"low": 0.29}), "widen"),
-        (((X, -X), {}), "widen"),
+        (power_law, X[:-1], {}, "shapes"),
+        (power_law, X, {"exponents": ()}, "exponent"),
+        (power_law, X, {"low": 0.29}, "widen"),
+        (power_law, -X, {}, "widen"),
+        (widest_window, X, {"tolerance": 0.0}, "tolerance"),
+        (lambda x, y: widest_window(x[:3], y[:3]), X, {}, "needs 5"),
     ],
 )
-def test_impossible_fits_are_refused(arguments, message):
+def test_impossible_fits_are_refused(fit, y, options, message):
     with pytest.raises(InputError, match=message):
-        power_law(*arguments[0], **arguments[1])
-
-
-def test_bad_windows_are_refused():
-    with pytest.raises(InputError, match="tolerance"):
-        widest_window(X, X, tolerance=0.0)
-    with pytest.raises(InputError, match="needs 5"):
-        widest_window(X[:3], X[:3])
+        fit(X, y, **options)
 
 
 def test_the_large_system_limit_is_recovered():
@@ -177,3 +169,43 @@ def test_the_widest_window_spans_decades_not_points():
     y = np.concatenate([low**1.5, 0.1 * high**0.5])
     fit = widest_window(np.concatenate([low, high]), y, tolerance=0.01)
     assert fit.exponents == pytest.approx([0.5]) and (fit.low, fit.high) == pytest.approx((4.0, 400.0))
+
+
+RATES = np.geomspace(1e-4, 1.0, 9)
+LAW = 2e-3 + 0.05 * RATES**0.5
+
+
+def test_points_that_scatter_by_more_than_their_errors_make_the_errors_of_the_law_larger():
+    """By so much that they follow from the scatter, whatever errors the points came with."""
+    stress = LAW * (1 + 0.05 * np.array([1, -1, 1, -1, 0, 1, -1, 1, -1]))
+    one, other = (herschel_bulkley(RATES, stress, part * LAW) for part in (1e-3, 1e-2))
+    assert one.misfit == pytest.approx(10 * other.misfit, rel=1e-4) and other.misfit > 1
+    for name in ("yield_stress_error", "consistency_error", "exponent_error"):
+        assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-3)
+
+
+def test_points_that_scatter_by_less_keep_theirs():
+    one, other = (herschel_bulkley(RATES, LAW, part * LAW) for part in (1e-3, 1e-2))
+    assert other.exponent_error == pytest.approx(10 * one.exponent_error, rel=1e-3)
+
+
+@pytest.mark.parametrize("shift", [2.1e-3, 0.2])
+def test_stresses_may_be_zero_or_negative(shift):
+    """As those of a packing whose residual stress was not taken off."""
+    found = herschel_bulkley(RATES, LAW - shift, 1e-3 * LAW)
+    assert found.yield_stress == pytest.approx(2e-3 - shift, rel=1e-3) and found.exponent == pytest.approx(0.5)
+
+
+def test_curves_that_hold_no_exponent_are_refused():
+    with pytest.raises(InputError, match=r"stress is 0\.3 at every rate"):
+        herschel_bulkley(RATES, 0.3 + 0 * RATES, 1e-3 * LAW)
+    with pytest.raises(ConvergenceError, match=r"stress is 0\.3 at every rate, within its errors"):
+        herschel_bulkley(RATES, 0.3 + 1e-12 * RATES, 1e-3 * LAW)
+    with pytest.raises(ConvergenceError, match="end of its range"):
+        herschel_bulkley(RATES, 0.3 + 0.05 * RATES**3, 1e-3 * LAW)
+
+
+def test_the_misfit_is_the_root_of_chi_squared_per_degree_of_freedom():
+    stress, error = LAW * (1 + 0.01 * np.array([1, -1, 1, -1, 0, 1, -1, 1, -1])), 0.02 * LAW
+    found = herschel_bulkley(RATES, stress, error)
+    assert found.misfit == pytest.approx(np.sqrt(np.sum(((found(RATES) - stress) / error) ** 2) / (9 - 3)), rel=1e-6)

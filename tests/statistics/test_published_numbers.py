@@ -1,9 +1,21 @@
-"""Fits of the paper's tables: one formula for numbers and arrays, margins from the digits printed."""
+"""Numbers of the papers: fits of their tables, margins from the digits printed, points read from CSV."""
 
 import numpy as np
 import pytest
 
-from jamlab.statistics.published_numbers import TABLE_1, TABLE_2, table_contacts, table_entry, table_law, table_modulus
+from jamlab.errors import StorageError
+from jamlab.statistics import published_numbers
+from jamlab.statistics.published_numbers import (
+    TABLE_1,
+    TABLE_2,
+    Published,
+    printed,
+    read_points,
+    table_contacts,
+    table_entry,
+    table_law,
+    table_modulus,
+)
 
 
 @pytest.mark.parametrize("series", list(TABLE_1))
@@ -17,7 +29,59 @@ def test_fits_of_the_tables(series):
     assert [table_law((g_0, g_1), float(x)) for x in d] == table_modulus(series, d).tolist()
 
 
+@pytest.mark.parametrize(
+    ("text", "more", "margin"),
+    [
+        ("0.55", {}, 0.005),
+        ("0.5", {}, 0.05),
+        ("1/2", {}, 0.05),
+        ("-1/4", {}, 0.005),
+        ("2/3", {}, 0.005),
+        ("1", {}, 0.05),
+        ("1", {"decimals": 2}, 0.005),
+        ("0.842", {"decimals": 2}, 0.0005),
+        ("0.28", {"error": 0.02}, 0.02),
+    ],
+)
+def test_one_rule_for_margins(text, more, margin):
+    """The error that is stated, else half a unit of the last decimal; of a bound none."""
+    assert printed(text, "sec 3", **more).margin == pytest.approx(margin)
+    assert printed(text, "sec 3", ">", **more)[1:] == (0.0, ">", "sec 3")
+
+
+def test_every_number_of_the_papers_has_its_margin_by_the_rule():
+    """What is no bound is printed with one, two or three decimals, or has an error that the paper states."""
+    numbers = [
+        v for v in vars(published_numbers).values() if isinstance(v, Published) and v.where[:3] in ("[B]", "[T]")
+    ]
+    odd = {n.where: n.margin for n in numbers if n.relation == "=" and n.margin not in (0.05, 0.005, 0.0005)}
+    assert len(numbers) > 60 and set(odd.values()) == {published_numbers.EXACT}
+
+
 @pytest.mark.parametrize(("value", "margin"), [(3.7, 0.05), (0.42, 0.005), (1.7, 0.05), (0.07, 0.005)])
 def test_margins_are_half_a_unit_of_the_last_digit(value, margin):
     found = table_entry(value)
     assert (found.value, found.margin, found.relation) == (value, pytest.approx(margin), "=")
+
+
+def test_published_points(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("# read off by eye\nrho, z\n0.84,4.0\n\n0.9,\n")
+    points = read_points(path, ("rho", "z"))
+    np.testing.assert_array_equal(points["rho"], [0.84, 0.9])
+    np.testing.assert_array_equal(points["z"], [4.0, np.nan])
+
+
+def test_bad_points_are_named(tmp_path):
+    path = tmp_path / "points.csv"
+    with pytest.raises(StorageError, match=r"points\.csv cannot be read"):
+        read_points(path)
+    for text, message in {
+        "": "is empty",
+        "rho,a\n1,2": "has columns rho, a: needs rho, z",
+        "rho,z\n1,2,3": "line 2: 3 fields, needs 2",
+        "rho,z\n0.8,4\n0.9,four": "line 3: 'four' in column z",
+    }.items():
+        path.write_text(text)
+        with pytest.raises(StorageError, match=message):
+            read_points(path, ("rho", "z"))

@@ -17,6 +17,7 @@ from jamlab.rheology.reduced_model import SETTINGS
 from jamlab.studies.cost import minimisers, packings
 from jamlab.studies.cost.chart import (
     COLUMNS,
+    PAGE,
     Point,
     Trial,
     curve_figure,
@@ -24,13 +25,13 @@ from jamlab.studies.cost.chart import (
     dominated,
     points_of,
     price,
-    write_charts,
 )
 from jamlab.studies.cost.measurements import covered
 from jamlab.studies.cost.packings import limit_of_size
 from jamlab.studies.other_codes.compare import jolted_minimum
 from jamlab.studies.other_codes.peers import Lammps
 from jamlab.studies.registry import CHARTS, studies
+from jamlab.studies.study import draw_tables
 
 
 def point(method, seconds, error, panel="a", floor=0.0, **rest):
@@ -150,7 +151,7 @@ def test_figure_breaks_its_axis_for_what_is_exact():
 
 @pytest.mark.parametrize("name", ["other-codes", "disk-minimisers", "flow-in-time"])
 def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
-    figure = curve_figure("title", "error", CHARTS[name].points())
+    figure = curve_figure("title", "error", CHARTS[name].average(CHARTS[name].table().rows))
     FigureCanvasAgg(figure).draw()
     for axes in figure.axes:
         boxes = [text.get_window_extent() for text in axes.texts]
@@ -170,7 +171,7 @@ def test_what_ships(name):
     assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
     took = table.rows.groupby("task")["took"].first().sum()
     assert table.tasks == set(chart.tasks()) and chart.plan(Path("none")).seconds == pytest.approx(took)
-    points = chart.points()
+    points = chart.average(table.rows)
     fewer = {"N = 1024": 5, "N = 8192": 3}  # in other codes, as the caption says
     assert all(p.packings + p.failed >= fewer.get(p.panel, 15) for p in points)
     assert all(p.packings and np.isfinite(p.error) for p in points if p.default)
@@ -236,9 +237,11 @@ def test_measuring_goes_on_where_it_stopped(tmp_path):
     replace(chart, seeds=[2]).run(tmp_path)
     assert chart.plan(tmp_path).left == 2 and done == [2, 2]  # the first one twice, to load libraries
     told = []
-    found = write_charts(
-        tmp_path, {"spectrum": chart}, measure=True, progress=lambda share, text: told.append((round(share, 2), text))
-    )["spectrum"]
+
+    def tell(share, text):
+        told.append((round(share, 2), text))
+
+    found = chart.average(draw_tables(tmp_path, {"spectrum": chart}, PAGE, measure=True, progress=tell)["spectrum"])
     assert told == [(0.0, "spectrum: packing 1 of 3"), (0.67, "spectrum: packing 3 of 3"), (0.0, "spectrum")]
     assert done[2:] == [1, 1, 3]
     assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]

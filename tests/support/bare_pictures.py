@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 
 import jamlab
@@ -24,6 +25,14 @@ def artists(parent, kind):
     """All artists of a kind inside another, but ticks and their labels: `findobj` makes hundreds of them to look."""
     children = [child for child in parent.get_children() if not isinstance(child, Axis)]
     return [found for child in children for found in [child] * isinstance(child, kind) + artists(child, kind)]
+
+
+def covers_points(figure):
+    """Whether a legend lies over a point of a line."""
+    figure.draw_without_rendering()
+    legends = [legend.get_window_extent() for legend in artists(figure, Legend)]
+    places = [line.get_transform().transform(line.get_xydata()) for axes in figure.axes for line in axes.lines]
+    return any(legend.count_contains(points) for legend in legends for points in places)
 
 
 def bare(figure, columns=1):

@@ -56,9 +56,8 @@ force_law = { gamma = 0.12 }
 def written(path, name="c", **changes):
     """A campaign file of one sweep; None takes a key out."""
     sweep = {key: value for key, value in (SWEEP | changes).items() if value is not None}
-    path.write_text(
-        f'name = "{name}"\n[[sweep]]\n' + "".join(f"{key} = {toml(value)}\n" for key, value in sweep.items())
-    )
+    lines = [f'name = "{name}"', "[[sweep]]", *(f"{key} = {toml(value)}" for key, value in sweep.items())]
+    path.write_text("\n".join(lines) + "\n")
     return path
 
 

@@ -13,12 +13,15 @@ from jamlab.kernels.installed_files import installed
 LMP = Path(sys.executable).parent / "lmp"
 
 
-def run(deck: str, folder: Path, code: int = 0, inputs: Path | None = None, ranks: int = 1, **variables: object) -> str:
-    """What a deck prints; it runs in `folder`, where none of its parts are, and must end with the exit code."""
+def run(deck, folder, code=0, inputs=None, ranks=1, words=(), **variables) -> str:
+    """What a deck prints; it runs in `folder`, where none of its parts are, and must end with the exit code.
+
+    `inputs`: folder of the deck, as installed by default; `words`: more arguments of lmp.
+    """
     decks = inputs or installed("lammps_inputs")
     settings = [word for name, value in {"dir": decks, **variables}.items() for word in ("-var", name, str(value))]
     several = [str(LMP.parent / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
-    command = [*several, str(LMP), "-in", str(decks / deck), *settings, "-log", "none"]
+    command = [*several, str(LMP), "-in", str(decks / deck), *settings, "-log", "none", *words]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == code, done.stdout[-2000:]
     assert (code == 0) == ("Total wall time" in done.stdout)

@@ -16,7 +16,7 @@ from mixtures import FORMS, coefficients, evaluate, mixture, write
 import jamlab
 from jamlab.studies.failure.plain_physics import plain_stress
 
-STEP, STEPS = 0.01, 4  # as LAMMPS' testers: pair and bond styles run four steps, fixes eight, with a restart file halfway
+STEP, STEPS = 0.01, 4  # as LAMMPS' testers: four steps, or of fixes eight, with a restart file halfway
 GAMMA, ETA, KA, A0 = (0.13, 0.2), (0.0, 0.05), 20.0, 0.45
 STRENGTH, DIAMETERS = {(1, 1): 0.7, (1, 2): 1.1, (2, 2): 0.9}, (1.0, 1.4)
 RATE, BETA, FLOWN = 0.05, 0.4, 5e-5  # the fix stops there, within its eight steps
@@ -94,9 +94,19 @@ def velocities(v: np.ndarray) -> str:
     return "Velocities\n\n" + "".join(f"{k} {x:.17g} {y:.17g} 0\n" for k, (x, y) in enumerate(v, 1))
 
 
-def head(input_file: str, styles: list[str], post: list[str], epsilon: float) -> str:
+def in_box(start: np.ndarray, end: np.ndarray, box: np.ndarray, box_end: np.ndarray) -> np.ndarray:
+    """Positions after a motion of atoms that lie in the box where it starts: LAMMPS' testers see no image flags."""
+    images = np.floor(start @ np.linalg.inv(box))
+    places = end - images @ box_end
+    scaled = places @ np.linalg.inv(box_end)
+    assert np.all((0.0 < scaled) & (scaled < 1.0)), "an atom leaves the box: a restart file would hold another image"
+    return places
+
+
+def head(input_file: str, styles: list[str], post: list[str], epsilon: float, skip: str = "") -> str:
+    """`skip`: tests that do not apply: `single` takes place in three dimensions."""
     text = "---\nlammps_version: 22 Jul 2025\ndate_generated: by plain loops\n" + field("epsilon", epsilon)
-    text += "skip_tests:\n" + block("prerequisites", styles) + 'pre_commands: ! ""\n'
+    text += f"skip_tests: {skip}".rstrip() + "\n" + block("prerequisites", styles) + 'pre_commands: ! ""\n'
     return text + block("post_commands", post) + field("input_file", input_file)
 
 
@@ -191,7 +201,7 @@ class Mixture:
             text += block("extract", ["delta 2", "eps 2"])
             name = form.replace("/", "_")
             found[f"mol-pair-circuloline-{name}"] = text + forces_of(self.contacts(form), self.state, "vdwl")
-        text = head("in.outlines", ["atom bond", "bond line/tension"], ["pair_coeff * *"], 2e-11)
+        text = head("in.outlines", ["atom bond", "bond line/tension"], ["pair_coeff * *"], 2e-11, "single")
         text += field("bond_style", "line/tension")
         text += block("bond_coeff", [f"{k + 1} {GAMMA[k]} {ETA[k]}" for k in (0, 1)])
         text += field("equilibrium", "2 0 0") + block("extract", ["gamma 1", "eta 1"])
@@ -201,7 +211,8 @@ class Mixture:
         energy, _, virial = self.areas(end.x)
         text = head("in.outlines", ["atom bond", "fix polygon/area"], post, 2e-11) + of_a_fix("outlines")
         text += field("natoms", len(end.x)) + tensor("run_stress", virial) + field("global_scalar", f"{energy:.16g}")
-        text += vectors("run_pos", end.x) + vectors("run_vel", end.v) + "...\n"
+        places = in_box(self.state.x, end.x, self.box, self.box)
+        text += vectors("run_pos", places) + vectors("run_vel", end.v) + "...\n"
         return found | {"fix-timestep-polygon_area": text}
 
 
@@ -259,9 +270,8 @@ class Disks:
 
     def files(self) -> dict[str, str]:
         pairs = {(a, b): 0.5 * (DIAMETERS[a - 1] + DIAMETERS[b - 1]) for a, b in STRENGTH}
-        text = head("in.disks", ["atom atomic", "pair disk/drag"], [""], 2e-11) + field(
-            "pair_style", "disk/drag 1.0 0.4"
-        )
+        text = head("in.disks", ["atom atomic", "pair disk/drag"], [""], 2e-11, "single")
+        text += field("pair_style", "disk/drag 1.0 0.4")
         text += block("pair_coeff", [f"{a} {b} {STRENGTH[a, b]} {s}" for (a, b), s in pairs.items()])
         text += block("extract", ["k 2", "cut 2"])
         found = {"atomic-pair-disk_drag": text + forces_of(self.law, self.state, "vdwl")}
@@ -270,7 +280,9 @@ class Disks:
             ("overdamped", f"rate {RATE}", (*self.flow(), RATE * FLOWN)),
             ("overdamped-stress", f"stress {STRESS}", self.creep()),
         ):
-            found[f"fix-timestep-{name}"] = flow("disks", "atom atomic", [], f"{drive} {how}", FLOWN, *result)
+            found[f"fix-timestep-{name}"] = flow(
+                "disks", "atom atomic", [], f"{drive} {how}", FLOWN, self.packing(), result
+            )
         return found
 
 
@@ -312,20 +324,22 @@ class Droplets:
             longest = DROPLETS_FLOWN / 4e-5  # the first step is a millionth of it, others 1.5 times the one before
             drive = f"rate {RATE} tolerance 0.1 solver 1e-13 longest {longest} {drag} background {background}"
             result = (*self.flow(beta, background), RATE * DROPLETS_FLOWN)
-            text = flow("droplets", "atom molecular", post, drive, DROPLETS_FLOWN, *result)
+            text = flow("droplets", "atom molecular", post, drive, DROPLETS_FLOWN, self.packing, result)
             found[f"fix-timestep-overdamped-droplets_{name}"] = text
         return found
 
 
-def flow(
-    name: str, style: str, post: list[str], drive: str, time: float, x: np.ndarray, tension: np.ndarray, strain: float
-) -> str:
+def flow(name: str, style: str, post: list[str], drive: str, time: float, packing: jamlab.Packing, end: tuple) -> str:
     """A test of fix overdamped: where the particles come to, without velocities of LAMMPS' own; strain, shear stress,
     pressure and first normal stress difference there, which fix ave/time hands on."""
     lines = [f"fix flow all overdamped {drive} stop {time}", f"fix test all ave/time 1 1 1 {STRESSES}"]
+    x, tension, strain = end
     values = strain, tension[0, 1], -0.5 * np.trace(tension), tension[0, 0] - tension[1, 1]
     text = head(f"in.{name}", [style, "fix overdamped"], [*post, *lines], 1e-11) + of_a_fix(name)
-    text += field("natoms", len(x)) + vectors("run_pos", x) + vectors("run_vel", np.zeros_like(x))
+    box = packing.box + np.array([[0.0, 0.0], [strain * packing.box[1, 1], 0.0]])
+    places = in_box(packing.positions, x, packing.box, box)
+    text += field("tags", "no_respa") + field("natoms", len(x))
+    text += vectors("run_pos", places) + vectors("run_vel", np.zeros_like(x))
     return text + field("global_vector", f"{len(values)} " + " ".join(f"{v:.16g}" for v in values)) + "...\n"
 
 

@@ -46,6 +46,12 @@ def commands(lmp, text):
         lmp.command(line)
 
 
+def start(lmp, folder, state, more=""):
+    """Read a state, set its laws, and go on with more commands."""
+    (folder / "data").write_text(data(state))
+    commands(lmp, deck("data") + more)
+
+
 @dataclass
 class Outline:
     """Vertices in order, of a ring, a chain or one disk; `a0`: rest area of a ring."""

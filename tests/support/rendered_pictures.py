@@ -187,7 +187,7 @@ def ring_errors(found: Micrograph, areas: Array, light: float) -> dict[str, Any]
             round(off / number.half_width, 3),
             number.quality,
         )
-        row["right"] &= number.quality == "doubtful" or abs(off) <= limit * unit
+        row["right"] &= number.quality == "doubtful" or bool(abs(off) <= limit * unit)
     others = {found.numbers[name].quality for name in ("rho", "z", "shape_rim", "voids")}
     return row | {"others": sorted(others), "reasons": "; ".join(found.reasons)}
 
@@ -199,8 +199,8 @@ def print_ring_errors(rows: Sequence[Mapping[str, Any]]) -> None:
         off, over, inside, quality = (np.array(column) for column in zip(*(row[name] for row in rows), strict=True))
         good = quality == "good"
         print(
-            f"{name}: median error {np.median(abs(off)):.4f}; {good.sum()} good, {(abs(over[good]) > 1).sum()} of them wrong; "
-            f"{(abs(inside) <= 1).mean():.0%} within their interval"
+            f"{name}: median error {np.median(abs(off)):.4f}; {good.sum()} good, "
+            f"{(abs(over[good]) > 1).sum()} of them wrong; {(abs(inside) <= 1).mean():.0%} within their interval"
         )
 
 

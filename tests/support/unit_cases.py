@@ -71,8 +71,18 @@ class Case:
     models: tuple[str, ...] = ("sp", "dp")
 
 
-def numbers(**found):
-    return found
+def _fields(function, **powers):
+    """Fields of what a function of (packing, s, k) gives, and their powers."""
+
+    def call(*given):
+        found = function(*given)
+        return {name: (getattr(found, name), unit) for name, unit in powers.items()}
+
+    return call
+
+
+def _one(function, powers=NUMBER):
+    return lambda packing, s, k: {"value": (function(packing), powers)}
 
 
 def _measured(packing, s, k):
@@ -84,10 +94,8 @@ def _at_minimum(packing):
     """What says whether a minimum is the same: not the positions of rattlers."""
     quantities = ("rho", "z", "pressure", "energy", "g", "b")
     found = jamlab.measure(packing, quantities)
-    return {name: (value, COLUMNS.get(name, NUMBER)) for name, value in found.items()} | {
-        "converged": (packing.converged, NUMBER),
-        "box": (packing.box, LENGTH),
-    }
+    more = {"converged": (packing.converged, NUMBER), "box": (packing.box, LENGTH)}
+    return {name: (value, COLUMNS.get(name, NUMBER)) for name, value in found.items()} | more
 
 
 def _displaced(packing, s):
@@ -103,83 +111,16 @@ def _moduli(function, **more):
     return call
 
 
-def _voids(packing):
-    found = jamlab.voids(packing)
-    return numbers(sides=(found.sides, NUMBER), area=(found.area, AREA), perimeter=(found.perimeter, LENGTH))
-
-
 def _spectrum(packing, s, k):
     found = jamlab.complex_modulus(packing, np.logspace(-4, 3, 8))
     fluid = jamlab.complex_modulus(packing, np.logspace(-4, 3, 8), jamlab.StokesDrag())
     losses = {"loss": (found.loss, STRESS), "loss in a fluid": (fluid.loss, STRESS)}
-    return numbers(storage=(found.storage, STRESS), g0=(found.g0, STRESS)) | losses
+    return dict(storage=(found.storage, STRESS), g0=(found.g0, STRESS)) | losses
 
 
 def _matrices(packing, s, k):
     stiffness, drag = (m.toarray()[: 2 * packing.n, : 2 * packing.n] for m in jamlab.dynamical_matrices(packing))
-    return numbers(stiffness=(stiffness, STRESS), drag=(drag, STRESS))
-
-
-def _nonlinear(packing, s, k):
-    found = jamlab.nonlinear_modulus(packing, [1e-2, 1.0], 0.5, 1e-2 * k)
-    return numbers(storage=(found.storage, STRESS), loss=(found.loss, STRESS))
-
-
-def _displacements(packing, s, k):
-    _, found = jamlab.oscillating_displacements(packing, 1e-2)
-    return numbers(real=(found.real, (-1, 3)), imaginary=(found.imag, (-1, 3)))
-
-
-def _correlation(packing, s, k):
-    found = jamlab.displacement_correlation(packing, 1e-2, lane=1.0 * s, width=0.5 * s)
-    return numbers(delta=(found.delta, LENGTH), correlation=(found.correlation, NUMBER))
-
-
-def _shear(rate):
-    def call(packing, s, k):
-        how = {"strain": 0.02, "rows": 4} if rate else {"strain": 4e-3, "step": 1e-3}
-        found = jamlab.shear(packing, rate, **how)
-        return numbers(stress=(found.stress, STRESS), pressure=(found.pressure, STRESS))
-
-    return call
-
-
-def _all_shear(packing, s, k):
-    return _shear(0.1)(packing, s, k)
-
-
-def _flow_curve(packing, s, k):
-    found = jamlab.flow_curve(packing, [1.0], strain=1.2, discard=0.1)
-    return numbers(stress=(found.stress, STRESS))
-
-
-def _oscillate(packing, s, k):
-    found = jamlab.oscillate(packing, 1.0, 1e-4, cycles=2)
-    return numbers(storage=(found.storage, STRESS), loss=(found.loss, STRESS))
-
-
-def _creep(packing, s, k):
-    found = jamlab.creep(packing, 1e-5 * k, 2.0)
-    return numbers(strain=(found.strain[-1], NUMBER))
-
-
-def _relax_stress(packing, s, k):
-    found = jamlab.relax_stress(packing, 1e-4, 1.0)
-    return numbers(modulus=(found.modulus[-1], STRESS))
-
-
-def _contacts(packing, s, k):
-    found = jamlab.contacts(packing)
-    return numbers(pairs=(found.pairs, NUMBER), r=(found.r, LENGTH), z=(found.z, NUMBER))
-
-
-def _evaluate(packing, s, k):
-    e = jamlab.evaluate(_displaced(packing, s))
-    return numbers(energy=(e.energy, ENERGY), forces=(e.forces, FORCE), stress=(e.stress, STRESS))
-
-
-def _flow_choice(packing, s, k):
-    return numbers(way=(_coded(jamlab.choose_flow(packing, omega=1.0, amplitude=0.01).way), NUMBER))
+    return dict(stiffness=(stiffness, STRESS), drag=(drag, STRESS))
 
 
 def _coded(text):
@@ -192,35 +133,9 @@ def _compress(packing, s, k):
     return _at_minimum(last)
 
 
-def _slow_shear(packing, s, k):
-    found = jamlab.slow_shear(packing)
-    fields = ("normal", "tangential", "nonaffine")
-    return {name: (getattr(found, name), LENGTH) for name in fields}
-
-
-def _picture(packing, s, k):
-    return numbers(light=(jamlab.synthetic_micrograph(packing, 64), NUMBER))
-
-
-def _tessellation(packing, s, k):
-    found = jamlab.tessellation(packing)
-    return numbers(area=(found.area, AREA), wall_length=(found.wall_length, LENGTH), sides=(found.sides, NUMBER))
-
-
-def _order(packing, s, k):
+def _order(packing):
     found = jamlab.orientational_order(packing)
-    return numbers(local=(np.abs(found.local), NUMBER), neighbors=(found.neighbors, NUMBER))
-
-
-def _held(packing, s, k):
-    found = jamlab.held_motions(packing)
-    names = ("particles", "pairs", "contacts", "self_stresses", "free")
-    return {name: (getattr(found, name), NUMBER) for name in names}
-
-
-def _tensor(packing, s, k):
-    found = jamlab.elastic_tensor(packing)
-    return numbers(affine=(found.affine, STRESS), relaxed=(found.relaxed, STRESS))
+    return np.concatenate([np.abs(found.local), found.neighbors])
 
 
 def _motion(packing, s, k):
@@ -229,7 +144,7 @@ def _motion(packing, s, k):
     kept = found.rates < 1e3
     names = ("translation", "rotation", "along", "across", "sliding")
     shares = {name: (np.vdot(getattr(found, name)[kept], found.strengths[kept]), STRESS) for name in names}
-    return numbers(rates=(found.rates[kept], NUMBER), **shares)
+    return dict(rates=(found.rates[kept], NUMBER), **shares)
 
 
 def _droplets(packing, s, k):
@@ -243,49 +158,67 @@ def _fractions(packing, s, k):
     return {method: (jamlab.packing_fraction(packing, method), NUMBER) for method in methods}
 
 
-def _one(function, powers=NUMBER):
-    return lambda packing, s, k: {"value": (function(packing), powers)}
-
-
+HELD = dict.fromkeys(("particles", "pairs", "contacts", "self_stresses", "free"), NUMBER)
 CASES = {
     "area_ratios": Case(_one(jamlab.area_ratios)),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM),
-    "choose_flow": Case(_flow_choice, models=("dp",)),
+    "choose_flow": Case(_one(lambda p: _coded(jamlab.choose_flow(p, omega=1.0, amplitude=0.01).way)), models=("dp",)),
     "complex_modulus": Case(_spectrum),
     "compress": Case(_compress, MINIMUM),
     "contact_lengths": Case(_one(lambda p: jamlab.contact_lengths(p).length, LENGTH), models=("dp",)),
-    "contacts": Case(_contacts),
-    "creep": Case(_creep, FLOW),
-    "displacement_correlation": Case(_correlation),
+    "contacts": Case(_fields(lambda p, s, k: jamlab.contacts(p), pairs=NUMBER, r=LENGTH, z=NUMBER)),
+    "creep": Case(lambda p, s, k: {"strain": (jamlab.creep(p, 1e-5 * k, 2.0).strain[-1], NUMBER)}, FLOW),
+    "displacement_correlation": Case(
+        _fields(
+            lambda p, s, k: jamlab.displacement_correlation(p, 1e-2, lane=1.0 * s, width=0.5 * s),
+            delta=LENGTH,
+            correlation=NUMBER,
+        )
+    ),
     "dynamical_matrices": Case(_matrices),
     "edge_lengths": Case(_one(jamlab.edge_lengths, LENGTH), models=("dp",)),
-    "elastic_tensor": Case(_tensor),
-    "evaluate": Case(_evaluate),
+    "elastic_tensor": Case(_fields(lambda p, s, k: jamlab.elastic_tensor(p), affine=STRESS, relaxed=STRESS)),
+    "evaluate": Case(
+        _fields(lambda p, s, k: jamlab.evaluate(_displaced(p, s)), energy=ENERGY, forces=FORCE, stress=STRESS)
+    ),
     "exact_method": Case(_one(lambda p: _coded(jamlab.exact_method(p)))),
-    "flow_curve": Case(_flow_curve, FLOW, models=("sp",)),
-    "held_motions": Case(_held),
+    "flow_curve": Case(
+        _one(lambda p: jamlab.flow_curve(p, [1.0], strain=1.2, discard=0.1).stress, STRESS), FLOW, models=("sp",)
+    ),
+    "held_motions": Case(_fields(lambda p, s, k: jamlab.held_motions(p), **HELD)),
     "hessian": Case(_one(lambda p: jamlab.hessian(p).toarray(), STRESS)),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction)),
     "lowest_modes": Case(_one(lambda p: jamlab.lowest_modes(p).eigenvalues, STRESS)),
     "measure": Case(_measured),
     "measure_all": Case(_one(lambda p: jamlab.measure_all([p, p], ["pressure"])["pressure"], STRESS)),
     "mode_motion": Case(_motion, models=("dp",)),
-    "nonlinear_modulus": Case(_nonlinear),
-    "orientational_order": Case(_order),
-    "oscillate": Case(_oscillate, FLOW),
-    "oscillating_displacements": Case(_displacements),
+    "nonlinear_modulus": Case(
+        _fields(lambda p, s, k: jamlab.nonlinear_modulus(p, [1e-2, 1.0], 0.5, 1e-2 * k), storage=STRESS, loss=STRESS)
+    ),
+    "orientational_order": Case(_one(_order)),
+    "oscillate": Case(
+        _fields(lambda p, s, k: jamlab.oscillate(p, 1.0, 1e-4, cycles=2), storage=STRESS, loss=STRESS), FLOW
+    ),
+    "oscillating_displacements": Case(
+        _fields(lambda p, s, k: jamlab.oscillating_displacements(p, 1e-2)[1], real=(-1, 3), imag=(-1, 3))
+    ),
     "packing_fraction": Case(_fractions),
     "particle_areas": Case(_one(jamlab.particle_areas, AREA)),
-    "relax_stress": Case(_relax_stress, FLOW),
+    "relax_stress": Case(_one(lambda p: jamlab.relax_stress(p, 1e-4, 1.0).modulus[-1], STRESS), FLOW),
     "relaxed": Case(lambda p, s, k: _at_minimum(jamlab.relaxed(_displaced(p, s))), MINIMUM),
     "shape_factors": Case(_one(jamlab.shape_factors)),
-    "shear": Case(_all_shear, FLOW),
+    "shear": Case(
+        _fields(lambda p, s, k: jamlab.shear(p, 0.1, strain=0.02, rows=4), stress=STRESS, pressure=STRESS), FLOW
+    ),
     "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM),
-    "slow_shear": Case(_slow_shear, models=("sp",)),
-    "synthetic_micrograph": Case(_picture, models=("square",)),
-    "tessellation": Case(_tessellation),
+    "slow_shear": Case(
+        _fields(lambda p, s, k: jamlab.slow_shear(p), normal=LENGTH, tangential=LENGTH, nonaffine=LENGTH),
+        models=("sp",),
+    ),
+    "synthetic_micrograph": Case(_one(lambda p: jamlab.synthetic_micrograph(p, 64)), models=("square",)),
+    "tessellation": Case(_fields(lambda p, s, k: jamlab.tessellation(p), area=AREA, wall_length=LENGTH, sides=NUMBER)),
     "to_polygons": Case(_droplets, MINIMUM, models=("dense",)),
-    "voids": Case(lambda p, s, k: _voids(p)),
+    "voids": Case(_fields(lambda p, s, k: jamlab.voids(p), sides=NUMBER, area=AREA, perimeter=LENGTH)),
     "without_rattlers": Case(_one(lambda p: jamlab.without_rattlers(p).positions, LENGTH)),
     "zero_modes": Case(_one(jamlab.zero_modes)),
 }

@@ -11,16 +11,8 @@ def disks(seed, tilt, units="eps", n=12):
     box = np.array([[10 / 3, 0.0], [tilt, 29 / 9.9]])
     positions = rng.uniform(-2, 3, (n, 2)) @ box
     sizes = rng.choice([0.7, 1.0, 1.4], n) / 3
-    return Packing(
-        "sp",
-        box,
-        positions,
-        {units: rng.uniform(0.1, 2)},
-        units,
-        sizes,
-        onset=0.8 + rng.random() / 9,
-        max_force=1 / 3e9,
-    )
+    law, more = {units: rng.uniform(0.1, 2)}, {"onset": 0.8 + rng.random() / 9, "max_force": 1 / 3e9}
+    return Packing("sp", box, positions, law, units, sizes, **more)
 
 
 def polygons(seed, tilt):
@@ -36,9 +28,8 @@ def polygons(seed, tilt):
         rings.append(centre + reach[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
     law = dict(zip(("gamma", "ka", "eps", "delta", "eta"), rng.uniform(0.1, 0.3, 5).tolist(), strict=True))
     params = law | {"ka": 300 * law["ka"], "contact": CONTACT_FORMS[seed % 3], "a0": rng.choice([1 / 3, 0.5], 5)}
-    return Packing(
-        "dp", box, np.concatenate(rings), params, offsets=np.cumsum([0, *counts]), ensemble="shear-stabilized"
-    )
+    more = {"offsets": np.cumsum([0, *counts]), "ensemble": "shear-stabilized"}
+    return Packing("dp", box, np.concatenate(rings), params, **more)
 
 
 def assert_same(read, written, digits):

@@ -97,13 +97,8 @@ def test_six_digits_are_known_to_be_six(run, name):
 def test_mdanalysis_reads_the_same(run):
     folder, _, radii = run
     exact = jamlab.read_all(folder / "exact.lammpstrj", radii=radii)
-    u = MDAnalysis.Universe(
-        str(folder / "end.data"),
-        str(folder / "exact.lammpstrj"),
-        topology_format="DATA",
-        format="LAMMPSDUMP",
-        atom_style="id type x y z",
-    )
+    files, style = [str(folder / name) for name in ("end.data", "exact.lammpstrj")], "id type x y z"
+    u = MDAnalysis.Universe(*files, topology_format="DATA", format="LAMMPSDUMP", atom_style=style)
     read = jamlab.from_universe(u, radii)
     for one, other in zip(read, exact, strict=True):
         assert apart(one, other) < one.rounding

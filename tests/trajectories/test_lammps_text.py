@@ -203,14 +203,10 @@ def test_wrapped_droplets_become_whole(tmp_path):
     packing = polygons(4, 1 / 3)
     inside, image = wrap(packing)
     assert len(np.unique(image, axis=0)) > 4
-    rows = [
-        f"{i + 1} {m + 1} {x:.17g} {y:.17g}" for i, (m, (x, y)) in enumerate(zip(packing.particle, inside, strict=True))
-    ]
-    box = packing.box
-    text = DUMP.replace("\n3\n", f"\n{len(rows)}\n").replace(
-        "2 6.5{xy}", f"0 {box[0, 0] + box[1, 0]:.17g} {box[1, 0]:.17g}"
-    )
-    text = text.replace("-1 3", f"0 {box[1, 1]:.17g}")
+    places, box = zip(packing.particle, inside, strict=True), packing.box
+    rows = [f"{i + 1} {m + 1} {x:.17g} {y:.17g}" for i, (m, (x, y)) in enumerate(places)]
+    text = DUMP.replace("\n3\n", f"\n{len(rows)}\n").replace("-1 3", f"0 {box[1, 1]:.17g}")
+    text = text.replace("2 6.5{xy}", f"0 {box[0, 0] + box[1, 0]:.17g} {box[1, 0]:.17g}")
     fields = {"step": 0, "columns": "id mol x y", "tilt": " xy xz yz", "zero": " 0", "rows": "\n".join(rows[::-1])}
     (tmp_path / "p.dump").write_text(text.format(**fields))
     read = jamlab.read(tmp_path / "p.dump", params=packing.params)
@@ -237,9 +233,8 @@ def test_damaged_files_raise_errors_of_jamlab_only(tmp_path, make, suffix):
         elif turn % 3 == 1:
             damaged = whole[:at] + bytes([int(rng.integers(256))]) + whole[at + 1 :]
         else:
-            damaged = (
-                whole[:at] + rng.choice([b"nan", b"\n", b" 1e400 ", b"-", b"#", b"99999999999999999999"]) + whole[at:]
-            )
+            more = rng.choice([b"nan", b"\n", b" 1e400 ", b"-", b"#", b"99999999999999999999"])
+            damaged = whole[:at] + more + whole[at:]
         path.write_bytes(damaged)
         try:
             jamlab.read(path)
@@ -296,25 +291,15 @@ def test_an_empty_file_is_refused(tmp_path, suffix):
             act(path)
 
 
-@pytest.mark.parametrize("line", ["-inf 1.0 xlo xhi", "0.0 nan ylo yhi", "inf 0.0 0.0 xy xz yz"])
-def test_a_box_that_is_not_finite_is_refused(tmp_path, line):
-    path = tmp_path / "p.data"
-    jamlab.write_data(path, disks(1, 0.3))
-    words = line.split()[-2:]
-    lines = [line if row.split()[-2:] == words else row for row in path.read_text().splitlines()]
-    assert line in lines
-    path.write_text("\n".join(lines))
-    with pytest.raises(jamlab.StorageError, match=r"p\.data.*not finite"):
-        jamlab.read(path)
-
-
 @pytest.mark.parametrize("bound", ["-inf", "inf", "nan"])
-def test_a_dump_with_bounds_that_are_not_finite_is_refused(tmp_path, bound):
-    path = tmp_path / "p.dump"
-    jamlab.write_dump(path, [polygons(1, 0.3)])
-    lines = path.read_text().splitlines(keepends=True)
-    at = next(k for k, line in enumerate(lines) if line.startswith("ITEM: BOX BOUNDS")) + 1
-    lines[at] = " ".join([bound, *lines[at].split()[1:]]) + "\n"
-    path.write_text("".join(lines))
-    with pytest.raises(jamlab.StorageError, match=r"p\.dump.*not finite"):
+@pytest.mark.parametrize("line", ["xlo xhi", "ylo yhi", "xy xz yz", "BOX BOUNDS"])
+def test_a_box_that_is_not_finite_is_refused(tmp_path, line, bound):
+    """A line of a data file by its last words; the line after one of a dump."""
+    path = tmp_path / ("p.dump" if "BOX" in line else "p.data")
+    jamlab.write_dump(path, [polygons(1, 0.3)]) if "BOX" in line else jamlab.write_data(path, disks(1, 0.3))
+    lines = path.read_text().splitlines()
+    at = next(k for k, row in enumerate(lines) if line in row) + ("BOX" in line)
+    lines[at] = " ".join([bound, *lines[at].split()[1:]])
+    path.write_text("\n".join(lines))
+    with pytest.raises(jamlab.StorageError, match=rf"{path.name}.*not finite"):
         jamlab.read_all(path)

@@ -86,9 +86,8 @@ def write_xyz(path, packing):
     law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items())
     lattice = " ".join(f"{value:.17g}" for value in cell.ravel())
     head = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1 pbc="T T F" units={packing.units} {law}'
-    rows = [
-        f"A {x:.17g} {y:.17g} 0 {d / 2:.17g}" for (x, y), d in zip(packing.positions, packing.diameters, strict=True)
-    ]
+    places = zip(packing.positions, packing.diameters, strict=True)
+    rows = [f"A {x:.17g} {y:.17g} 0 {d / 2:.17g}" for (x, y), d in places]
     path.write_text("\n".join([str(packing.n), head, *rows]) + "\n")
 
 
@@ -169,10 +168,7 @@ def test_few_equal_disks_land_where_the_catalogue_has_a_maximum(n, seed):
         protocol = {name: float(value) for name, value in defaults("onset").items()}
         search = OnsetSearch(session, protocol, relax, 1e-12, OnsetWork("sp", None), SOLVERS)
         onset = search.by_bisection(loose, protocol["step"]).packing
-    landed = [
-        known
-        for known in MAXIMA
-        if known["n"] == n and 0.5 / onset.box[0, 0] == pytest.approx(known["radius"], rel=1e-6)
-    ]
+    radius = pytest.approx(0.5 / onset.box[0, 0], rel=1e-6)
+    landed = [known for known in MAXIMA if known["n"] == n and known["radius"] == radius]
     assert len(landed) == 1
     assert len(jamlab.contacts(onset).pairs) == sum(count for *_, count in landed[0]["contacts"])

@@ -1,4 +1,4 @@
-"""Packings as a Universe of MDAnalysis and back, and Universes that others made."""
+"""Packings as a Universe of MDAnalysis and back, Universes that others made, and PackingAnalysis against `measure`."""
 
 import pickle
 
@@ -11,6 +11,7 @@ from wandering_packings import assert_same, disks, polygons
 
 import jamlab
 from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.measure import QUANTITIES
 from jamlab.packing.lammps_files import types, wrap
 
 TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
@@ -85,9 +86,8 @@ def test_a_part_of_a_universe():
 
 
 def test_frames_go_as_in_a_slice():
-    u = jamlab.universe(
-        [disks(1, tilt).with_state(positions=disks(1, 0.0).positions + k) for k, tilt in enumerate(TILTS)]
-    )
+    written = [disks(1, tilt).with_state(positions=disks(1, 0.0).positions + k) for k, tilt in enumerate(TILTS)]
+    u = jamlab.universe(written)
     assert [p.provenance["frame"] for p in jamlab.from_universe(u, start=1, step=2)] == [1, 3]
 
 
@@ -115,9 +115,7 @@ def test_wrapped_and_shuffled_droplets_become_whole(seed, tilt):
 
 
 def test_a_ring_around_the_box_is_no_droplet():
-    u = MDAnalysis.Universe.empty(3, trajectory=True)
-    u.atoms.positions = [[0, 0.5, 0], [1, 0.5, 0], [2, 0.5, 0]]
-    u.dimensions = [3, 3, 1, 90, 90, 90]
+    u = bare([[0, 0.5, 0], [1, 0.5, 0], [2, 0.5, 0]], [3, 3, 1, 90, 90, 90])
     u.add_TopologyAttr("bonds", [(0, 1), (1, 2), (2, 0)])
     with pytest.raises(InputError, match="lead around the periodic box"):
         jamlab.from_universe(u, params={"a0": 1.0})
@@ -191,19 +189,13 @@ def test_hdf5_through_the_reader_of_mdanalysis(tmp_path):
     written = [disks(1, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in TILTS[:3]]
     jamlab.write(tmp_path / "p.h5", written)
     jamlab.write_dump(tmp_path / "p.dump", written)
-    u = MDAnalysis.Universe(
-        str(tmp_path / "p.dump"),
-        str(tmp_path / "p.h5"),
-        topology_format="LAMMPSDUMP",
-        format="H5MD",
-        convert_units=False,
-    )
+    dump, h5 = str(tmp_path / "p.dump"), str(tmp_path / "p.h5")
+    u = MDAnalysis.Universe(dump, h5, topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
     for back, packing in zip(jamlab.from_universe(u, written[0].diameters / 2), written, strict=True):
         np.testing.assert_allclose(back.positions, packing.positions, atol=2e-6)
         np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
-    dump = MDAnalysis.Universe(
-        str(tmp_path / "p.dump"), topology_format="LAMMPSDUMP", format="LAMMPSDUMP", additional_columns=["radius"]
-    )
+    kinds = {"topology_format": "LAMMPSDUMP", "format": "LAMMPSDUMP", "additional_columns": ["radius"]}
+    dump = MDAnalysis.Universe(dump, **kinds)
     for back, packing in zip(jamlab.from_universe(dump), written, strict=True):
         assert (back.diameters == packing.diameters).all()
         np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
@@ -256,3 +248,71 @@ def test_gsd_that_is_none(tmp_path):
     (tmp_path / "p.gsd").write_text("no such file")
     with pytest.raises(StorageError, match=r"cannot read .*gsd"):
         jamlab.read(tmp_path / "p.gsd")
+
+
+FREE = [name for name in QUANTITIES if name not in ("g", "g_x", "b")]
+
+
+def moving_disks(count):
+    """Disks that drift apart in a box that is sheared."""
+    first = disks(1, 0.0, n=24)
+    rng = np.random.default_rng(2)
+    drift = rng.normal(0, 0.003, first.positions.shape)
+    boxes = [first.box + np.array([[0, 0], [0.01 * k, 0]]) for k in range(count)]
+    return [first.with_state(box=box, positions=first.positions + k * drift) for k, box in enumerate(boxes)]
+
+
+@pytest.fixture(scope="module")
+def long():
+    return jamlab.universe(moving_disks(60))
+
+
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
+def test_frames_are_measured_as_one_by_one(long, workers):
+    names = ("rho", "phi", "z", "rattlers", "pressure", "voids", "psi_6", "psi_6_overall")
+    found = jamlab.PackingAnalysis(long, names).run(
+        **({} if workers == 1 else {"backend": "multiprocessing", "n_workers": workers})
+    )
+    rows = [jamlab.measure(packing, names) for packing in jamlab.from_universe(long)]
+    assert len(rows) == found.n_frames == 60
+    for name in names:
+        assert found.results[name].tobytes() == np.array([row[name] for row in rows]).tobytes()
+    assert len(np.unique(found.results.rho)) == 60
+
+
+@pytest.mark.parametrize("fixture", ["random_disks", "random_polygons"])
+def test_every_quantity_is_that_of_measure(fixture, request):
+    u = jamlab.universe(request.getfixturevalue(fixture)(tilt=0.3))
+    found = jamlab.PackingAnalysis(u, FREE).run().results
+    (packing,) = jamlab.from_universe(u)
+    whole, order = jamlab.measure(packing), jamlab.orientational_order(packing)
+    wanted = whole | {"psi_6": order.mean_local, "psi_6_overall": order.overall}
+    for name in FREE:
+        np.testing.assert_array_equal(found[name], [wanted[name]])
+
+
+def test_steps_and_single_quantities(long):
+    found = jamlab.PackingAnalysis(long, "rho").run(step=15)
+    assert (found.frames.tolist(), found.results.rho.shape) == ([0, 15, 30, 45], (4,))
+    assert set(found.results) == {"rho"}
+    assert jamlab.PackingAnalysis(long).run(stop=2).results.z.shape == (2,)
+    assert jamlab.PackingAnalysis.get_supported_backends() == ("serial", "multiprocessing", "dask")
+
+
+def test_moduli_of_relaxed_frames_only(sp_jammed):
+    u = jamlab.universe([sp_jammed, sp_jammed])
+    with pytest.raises(InputError, match="g belongs to an energy minimum"):
+        jamlab.PackingAnalysis(u, ("rho", "g"))
+    with pytest.raises(InputError, match="unknown quantity 'density'"):
+        jamlab.PackingAnalysis(u, ("density",))
+    found = jamlab.PackingAnalysis(u, ("g", "z"), relaxed=True)
+    found.run(backend="multiprocessing", n_workers=2)
+    np.testing.assert_allclose(found.results.g, jamlab.shear_modulus(sp_jammed, average=True), rtol=1e-3)
+    assert (found.results.z == jamlab.contacts(sp_jammed).z).all()
+
+
+def test_a_frame_that_is_no_packing_is_named():
+    u = jamlab.universe([disks(0, 0.0), disks(0, 0.0)])
+    u.trajectory.dimensions_array[1] = 0
+    with pytest.raises(InputError, match="frame 1 has no box"):
+        jamlab.PackingAnalysis(u, ("rho",)).run()

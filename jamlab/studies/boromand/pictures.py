@@ -20,19 +20,18 @@ from jamlab.studies.panels import Drawing, drawing
 from jamlab.studies.reference_data import MODELS, example_file
 
 SHAPE_OF_ONE_DISK = 1.025  # of the disk that fig 1 marks
-COMPARED_AT, CLOSE_UP_AT = 0.92, 0.99  # rho of figs 2 and 3
-SNAPSHOTS = (0.838, 0.90, 0.98)  # rho of the voids drawn: onset, where the models part, near confluence
-STORED = "Packings of N = 32, seed 1, that jamlab ships; the paper's are of N = 64 and 128."
+COMPARED_AT, CLOSE_UP_AT, VOIDS_AT = 0.92, 0.99, 0.97  # rho of figs 2, 3 and 8
+STORED = "Seed 1, of the packings that jamlab ships."
 
 
 @cache
-def _examples(model: str) -> list[tuple[float, Packing]]:
+def _examples(model: str, n: int) -> list[tuple[float, Packing]]:
     """Read true packing fraction and packing, in the order of the sweep."""
-    return [(packing_fraction(p), p) for p in read_all(example_file(model))]
+    return [(packing_fraction(p), p) for p in read_all(example_file(model, n))]
 
 
-def _nearest(model: str, rho: float) -> tuple[float, Packing]:
-    return min(_examples(model), key=lambda state: abs(state[0] - rho))
+def _nearest(model: str, n: int, rho: float) -> tuple[float, Packing]:
+    return min(_examples(model, n), key=lambda state: abs(state[0] - rho))
 
 
 def _mark_centres(out: Drawing, axes: Any, name: str, packing: Packing) -> None:
@@ -48,7 +47,7 @@ def _mark_centres(out: Drawing, axes: Any, name: str, packing: Packing) -> None:
 def figure_1(tables: EnsembleTables) -> Drawing:
     """Disks with their overlaps at phi = 1, shared half and half."""
     out, (axes,) = drawing("boromand-1", 1, 1, 6.0, 6.2)
-    rho, packing = min(_examples("sp"), key=lambda state: abs(state[1].phi - 1))
+    rho, packing = min(_examples("sp", 32), key=lambda state: abs(state[1].phi - 1))
     shapes = shape_factors(packing)
     chosen = int(np.abs(shapes - SHAPE_OF_ONE_DISK).argmin())
     draw_overlaps(axes, packing)
@@ -67,7 +66,7 @@ def figure_2(tables: EnsembleTables) -> Drawing:
     """Packings of both models near rho = 0.92, with their contacts."""
     out, panels = drawing("boromand-2", 1, 2, 5.4, 5.6)
     for model, axes in zip(MODELS, panels, strict=True):
-        rho, packing = _nearest(model, COMPARED_AT)
+        rho, packing = _nearest(model, 64, COMPARED_AT)
         text = f"{MODEL_STYLE[model]['label']}: ρ = {rho:.3f}, mean A = {shape_factors(packing).mean():.3f}"
         draw_packing(axes, packing, text)
         _mark_centres(out, axes, model.upper(), packing)
@@ -78,7 +77,7 @@ def figure_2(tables: EnsembleTables) -> Drawing:
 def figure_3(tables: EnsembleTables) -> Drawing:
     """Close-up of droplets near confluence, with the rims of their polygons."""
     out, (whole, close) = drawing("boromand-3", 1, 2, 5.4, 5.6)
-    rho, packing = _nearest("dp", CLOSE_UP_AT)
+    rho, packing = _nearest("dp", 128, CLOSE_UP_AT)
     for axes in (whole, close):
         draw_packing(axes, packing, f"DP: ρ = {rho:.3f}, mean A = {shape_factors(packing).mean():.3f}")
         _mark_centres(out, axes, "DP", packing)
@@ -93,18 +92,17 @@ def figure_3(tables: EnsembleTables) -> Drawing:
 
 
 def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
-    """Voids of both models from onset to confluence, coloured by their number of sides."""
-    out, panels = drawing("boromand-8-voids", 2, len(SNAPSHOTS), 4.4, 4.8)
-    for row, model in enumerate(MODELS):
-        for axes, rho in zip(panels[row * len(SNAPSHOTS) :], SNAPSHOTS, strict=False):
-            reached, packing = _nearest(model, rho)
-            draw_background(axes, packing)
-            found = voids(packing)
-            found.plot(axes)
-            _mark_centres(out, axes, f"{model.upper()}, rho = {reached:.3f}", packing)
-            axes.get_legend().remove()
-            axes.set_title(f"{model.upper()}, ρ = {reached:.3f}, {len(found.area)} voids", fontsize=11)
+    """Voids of both models near confluence, coloured by their number of sides."""
+    out, panels = drawing("boromand-8-voids", 1, len(MODELS), 5.4, 5.8)
+    for axes, model in zip(panels, MODELS[::-1], strict=True):
+        reached, packing = _nearest(model, 64, VOIDS_AT)
+        draw_background(axes, packing)
+        found = voids(packing)
+        found.plot(axes)
+        _mark_centres(out, axes, f"{model.upper()}, rho = {reached:.3f}", packing)
+        axes.get_legend().remove()
+        axes.set_title(f"{model.upper()}, ρ = {reached:.3f}, {len(found.area)} voids", fontsize=11)
     handles = [Patch(facecolor=SIDE_COLOURS[side], edgecolor="black", label=f"{side} sides") for side in (3, 4, 5, 6)]
     out.figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=10)
-    out.caption = f"Voids by their number of sides, as in the snapshots of fig 8. {STORED}"
+    out.caption = f"Voids by their number of sides, N = 64 as in the snapshots of fig 8. {STORED}"
     return out

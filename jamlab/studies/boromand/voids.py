@@ -198,7 +198,8 @@ def _claim_same_at_onset(
             return [cube[:, [int(np.abs(at - rho).argmin())]] for at, cube in ((x, sp), (u, dp))]
 
         def traded(groups: list[Array]) -> float:
-            return -less(groups, 4) / less(groups)
+            rise = less(groups)
+            return -less(groups, 4) / rise if rise else float("nan")
 
         known = [cube for cube in first if cube is not None]
         apart = bootstrap(known, less) if len(known) == 2 else None

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
-from jamlab.studies.study import Page, Shown, TableStudy, draw_tables
+from jamlab.studies.study import Page, Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task
 
 SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a busy machine differ by
@@ -396,10 +395,6 @@ class Chart(TableStudy):
 
         return {str(seed): partial(rows, seed) for seed in self.seeds}
 
-    def points(self, folder: Path | None = None) -> list[Point]:
-        """Points of all curves, from a folder of results or from the table that ships."""
-        return self.average(self.table(folder).rows)
-
     def show(self, table: MeasuredTable) -> Shown:
         points = self.average(table.rows)
         beaten = dominated(points)
@@ -421,23 +416,6 @@ _LEAD = (
 OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest as good", "reason"]
 
 
-PAGE = Page("speed-accuracy", "Cost against error", lambda claims: _LEAD, columns=1)
-
-
-def write_charts(out: Path, studies: Mapping[str, Chart], page: Page = PAGE, **how: Any) -> dict[str, list[Point]]:
-    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points. `how`
-    as in `draw_tables`."""
-    found: dict[str, list[Point]] = {}
-
-    def opening(tables: Mapping[str, pd.DataFrame]) -> list[Section]:
-        found.update({name: studies[name].average(rows) for name, rows in tables.items()})
-        off = defaults_off_the_front(studies, found)
-        return [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
-
-    draw_tables(out, studies, page, opening=opening, **how)
-    return found
-
-
 def defaults_off_the_front(charts: Mapping[str, Chart], found: Mapping[str, Sequence[Point]]) -> list[list[str]]:
     """A row of `OFF_COLUMNS` for every default that costs more than 1.25 times the cheapest one as good."""
     rows = []
@@ -449,6 +427,14 @@ def defaults_off_the_front(charts: Mapping[str, Chart], found: Mapping[str, Sequ
                 numbers = [f"{point.seconds:.2g} s", _error(point), f"{paid:.1f}"]
                 rows.append([f"{name}: {point.panel}", setting, *numbers, charts[name].reason or "-"])
     return rows
+
+
+def _opening(charts: Mapping[str, Chart], tables: Mapping[str, pd.DataFrame]) -> list[Section]:
+    off = defaults_off_the_front(charts, {name: charts[name].average(rows) for name, rows in tables.items()})
+    return [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
+
+
+PAGE = Page("speed-accuracy", "Cost against error", lambda claims: _LEAD, columns=1, opening=_opening)
 
 
 def _error(point: Point) -> str:

@@ -250,7 +250,7 @@ DROPLET_SPECTRUM = replace(
 STEP = 0.02  # over the mass, in units of tau_1: 0.1 diverges
 
 
-def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: float = 1.0) -> tuple[Array, float]:
+def start_up(packing: Packing, rate: float, strains: Array, mass: float) -> tuple[Array, float]:
     """(m,) shear stress at strains (m,), and seconds of CPU; units "k" with k = tau = 1. Drag per velocity is k tau =
     meff gamma with meff = mass/2, and the friction limit is out of reach."""
     lmp = start_lammps()
@@ -271,7 +271,7 @@ def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: f
     for k, size in enumerate(sizes):
         lmp.command(f"set type {k + 1} diameter {size:.17g} mass {mass:.17g}")
     lines = [
-        f"pair_style gran/hooke 1.0 0.0 {gamma:.17g} {beta * gamma:.17g} 1e4 1",
+        f"pair_style gran/hooke 1.0 0.0 {gamma:.17g} {gamma:.17g} 1e4 1",
         *["pair_coeff * *", "neighbor 0.1 bin", "neigh_modify every 1 delay 0 check yes"],
         *["fix move all nve/sphere disc", "fix flat all enforce2d", f"timestep {dt:.17g}"],
         f"velocity all ramp vx 0 {rate * ly:.17g} y 0 {ly:.17g}",
@@ -286,12 +286,12 @@ def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: f
         lmp.command(f"run {steps - done} post no")
         seconds += time.process_time() - clock
         done = steps
-        stresses.append(_stress(lmp, packing, rate, beta))
+        stresses.append(_stress(lmp, packing, rate))
     lmp.close()
     return np.array(stresses), seconds
 
 
-def _stress(lmp: Any, packing: Packing, rate: float, beta: float) -> float:
+def _stress(lmp: Any, packing: Packing, rate: float) -> float:
     """Stress over contacts, conjugate to the strain: T_x r_y with the tension T that acts on the first disk."""
     x, v, spin = (np.array(lmp.gather_atoms(name, 1, 3)).reshape(-1, 3) for name in ("x", "v", "omega"))
     _, _, xy, *_ = lmp.extract_box()
@@ -307,7 +307,7 @@ def _stress(lmp: Any, packing: Packing, rate: float, beta: float) -> float:
         tangent = np.array([-normal[1], normal[0]])
         relative = beside[j] - beside[i] + [rate * r[1], 0.0]
         approach, slide = relative @ normal, relative @ tangent - radii @ spin[[i, j]]
-        tension = (approach - (radii.sum() - distance)) * normal + beta * slide * tangent
+        tension = (approach - (radii.sum() - distance)) * normal + slide * tangent
         total += tension[0] * r[1]
     return total / packing.area
 

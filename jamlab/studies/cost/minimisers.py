@@ -20,8 +20,8 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.other_codes.compare import PEERS, Jamlab, jolted_minimum
-from jamlab.studies.other_codes.peers import MOST_STEPS, Descent
+from jamlab.studies.other_codes.compare import jolted_minimum
+from jamlab.studies.other_codes.peers import MOST_STEPS, PEERS, Descent, Jamlab
 from jamlab.studies.table import shortest
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units

@@ -126,35 +126,18 @@ def _large(model: str, n: int, kick: float = 0.0) -> Packing:
 
 
 Run = Callable[[], object]
+Prepare = Callable[[int], tuple[Run, int]]  # function of n that gives what is timed, and the n that it has
 
 
-def _fire(n: int) -> tuple[Run, int]:
-    packing = _large("sp", n, KICK)
-
-    def run() -> None:
-        with Session(packing) as session:
-            session.minimize(0.0, style="fire", steps=FIRE_STEPS)
-
-    return run, packing.n
+def _fire(packing: Packing) -> None:
+    with Session(packing) as session:
+        session.minimize(0.0, style="fire", steps=FIRE_STEPS)
 
 
-def _pack(n: int) -> tuple[Run, int]:
-    return lambda: [pack(n, PRESSURE, seed) for seed in (1, 2, 3)], n
-
-
-def _jam(n: int) -> tuple[Run, int]:
-    return lambda: [jam(n=n, seed=seed) for seed in (1, 2, 3)], n
-
-
-def _relax_droplets(n: int) -> tuple[Run, int]:
-    packing = _large("dp", n, KICK)
-
-    def run() -> None:
-        with Session(packing) as session:
-            if not relax(session).converged:
-                raise ConvergenceError(f"n = {packing.n}: droplets were not relaxed")
-
-    return run, packing.n
+def _relax(packing: Packing) -> None:
+    with Session(packing) as session:
+        if not relax(session).converged:
+            raise ConvergenceError(f"n = {packing.n}: droplets were not relaxed")
 
 
 def _forces_of_droplets(n: int) -> tuple[Run, int]:
@@ -165,37 +148,36 @@ def _forces_of_droplets(n: int) -> tuple[Run, int]:
     return lambda: [session.forces_at(packing.positions + move) for move in moves], packing.n
 
 
-def _of_minimum(model: str, work: Callable[[Packing], object]) -> Callable[[int], tuple[Run, int]]:
-    """Work on a state at a minimum: the small packing, repeated."""
-
-    def prepare(n: int) -> tuple[Run, int]:
-        packing = _large(model, n)
-        return lambda: work(packing), packing.n
-
-    return prepare
-
-
 def _sweep(n: int) -> tuple[Run, int]:
     onset, (end, states) = jam("dp", n, 1), SWEEP
     step = (end - packing_fraction(onset)) / states
     return lambda: list(compress(onset, end, step)), n
 
 
-def _of_random(work: Callable[[Packing], object]) -> Callable[[int], tuple[Run, int]]:
-    """Work on disks at a pressure, made from a random start."""
+def _of_three(make: Callable[[int, int], Packing]) -> Prepare:
+    """Make packings of three seeds, from random starts."""
+    return lambda n: (lambda: [make(n, seed) for seed in (1, 2, 3)], n)
+
+
+def _of_minimum(model: str, work: Callable[[Packing], object], kick: float = 0.0) -> Prepare:
+    """Work on a state at a minimum: the small packing, repeated; or on one that was kicked off it."""
 
     def prepare(n: int) -> tuple[Run, int]:
-        packing = pack(n, PRESSURE, 1)
-        return lambda: work(packing), n
+        packing = _large(model, n, kick)
+        return partial(work, packing), packing.n
 
     return prepare
 
 
-# name -> function of n that gives what is timed, and the n that it has
-PARTS: dict[str, Callable[[int], tuple[Run, int]]] = {
-    f"disks: {FIRE_STEPS} FIRE steps": _fire,
-    f"disks: 3 packings at p = {PRESSURE:g}": _pack,
-    "disks: 3 onsets": _jam,
+def _of_random(work: Callable[[Packing], object]) -> Prepare:
+    """Work on disks at a pressure, made from a random start."""
+    return lambda n: (partial(work, pack(n, PRESSURE, 1)), n)
+
+
+PARTS: dict[str, Prepare] = {
+    f"disks: {FIRE_STEPS} FIRE steps": _of_minimum("sp", _fire, KICK),
+    f"disks: 3 packings at p = {PRESSURE:g}": _of_three(lambda n, seed: pack(n, PRESSURE, seed)),
+    "disks: 3 onsets": _of_three(lambda n, seed: jam(n=n, seed=seed)),
     "disks: contacts": _of_minimum("sp", contacts),
     "disks: measure": _of_minimum("sp", measure),
     "disks: elastic tensor": _of_minimum("sp", elastic_tensor),
@@ -203,7 +185,7 @@ PARTS: dict[str, Callable[[int], tuple[Run, int]]] = {
     f"disks: quasi-static shear to {STRAIN:g}": _of_random(lambda packing: quasistatic_shear(packing, STRAIN)),
     f"disks: flow at {RATE:g} to {STRAIN:g}": _of_random(lambda packing: shear(packing, RATE, STRAIN)),
     "droplets: 10 forces": _forces_of_droplets,
-    f"droplets: relax after kicks of {KICK:g}": _relax_droplets,
+    f"droplets: relax after kicks of {KICK:g}": _of_minimum("dp", _relax, KICK),
     "droplets: measure": _of_minimum("dp", measure),
     f"droplets: G* at {len(OMEGA)} frequencies": _of_minimum("dp", lambda packing: complex_modulus(packing, OMEGA)),
     f"droplets: {SWEEP[1]} states to {SWEEP[0]:g}": _sweep,

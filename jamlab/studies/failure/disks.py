@@ -32,7 +32,6 @@ from jamlab.studies.failure.plain_physics import (
 
 _JOLT = 0.02  # small diameters: meant to leave the minimum, not its basin
 _STEPS = 10_000  # after which a method counts as stalled
-_FIRE_GROWTH = 4.0  # tmax of minimize.fire: how far FIRE may raise its time step
 _LOOSE = 1e-8  # force asked of overdamped steps: they converge slowly
 _SHRUNK = 0.3  # of its diameter: such a disk finds room in the gaps
 
@@ -51,6 +50,9 @@ class Jolted:
         return np.asarray(linalg.eigvalsh(hessian(self.minimum).toarray()))
 
 
+packed = lru_cache(maxsize=64)(pack)  # a row of a map asks for its packings again and again
+
+
 @lru_cache(maxsize=16)
 def jolt_minimum(n: int, phi: float, seed: int = 1) -> Jolted:
     """Find a minimum and move its disks a little."""
@@ -66,15 +68,16 @@ def jolt(start: Packing, seed: int, length: float = _JOLT) -> Jolted:
     return Jolted(minimum.with_state(positions=minimum.positions + moves), minimum, found.evaluation.energy)
 
 
-def try_fire(jolted: Jolted, timestep: float, dmax: float) -> Trial:
-    """LAMMPS FIRE with jamlab's settings, except for the time step and the longest move."""
-    tolerance = force_tolerance("sp")
-    lines = (f"timestep {timestep}", "min_style fire", f"min_modify norm max dmax {dmax} tmax {_FIRE_GROWTH:g}")
-    ask = f"minimize 0.0 {0.5 * tolerance:g} {_STEPS} {10 * _STEPS}"
+def try_fire(jolted: Jolted, tolerance: float, timestep: float, dmax: float = 0.1) -> Trial:
+    """FIRE of plain LAMMPS decks with another time step and another longest move."""
 
     def descend(session: Session) -> Evaluation:
-        for line in (*lines, ask):
-            session.command(line)
+        session.include("minimize.fire")
+        session.command(f"timestep {timestep}")
+        session.command(f"min_modify dmax {dmax}")
+        session.command(f"minimize 0.0 {0.5 * tolerance:g} {_STEPS} {10 * _STEPS}")
+        if len(session.self_crossings()):
+            raise EngineError("a droplet folds over itself")
         return session.evaluate()
 
     return try_descent(jolted, tolerance, descend)
@@ -163,7 +166,7 @@ _MINIMISERS = (
         log_axis("time step, τ", 0.02, 20.0, 0.1),
         linear_axis(_PHI, 0.85, 1.18),
         8,
-        lambda x, phi, seed: try_fire(jolt_minimum(16, phi, seed), x, 0.1),
+        lambda x, phi, seed: try_fire(jolt_minimum(16, phi, seed), force_tolerance("sp"), x),
         "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
         "farther on it blows up.",
         _CHECK,
@@ -175,7 +178,7 @@ _MINIMISERS = (
         log_axis("longest move in a step, mean diameter", 1e-8, 1e3, 0.1),
         Axis("N", (8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96)),
         4,
-        lambda x, n, seed: try_fire(jolt_minimum(n, 0.9, seed), 0.1, x),
+        lambda x, n, seed: try_fire(jolt_minimum(n, 0.9, seed), force_tolerance("sp"), 0.1, x),
         "Short moves end before the minimum is met; long ones are cut by the time step before they do harm.",
         _CHECK,
         (lambda n, seed: way_over_steps(jolt_minimum(n, 0.9, seed)), "way to the minimum over 10 000 steps"),

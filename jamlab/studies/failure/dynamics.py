@@ -1,6 +1,6 @@
 """Maps where flow in time fails: steps, rates, drag laws, oscillation beyond the linear range, quasi-static steps."""
 
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.relaxation import force_tolerance
-from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
+from jamlab.studies.failure.disks import packed
 from jamlab.studies.failure.droplets import jammed_disks
 from jamlab.studies.failure.elastic_moduli import opening_strain
 from jamlab.studies.failure.map import Axis, Map, Trial, linear_axis, log_axis, worst_of
@@ -40,10 +40,7 @@ _SAME_BASIN = 1e-6  # of the largest energy: far above what a force within toler
 _FINEST_STEP = 5e-4  # of strain
 
 
-@lru_cache(maxsize=32)
-def packed(seed: int, pressure: float = _PRESSURE) -> Packing:
-    """A few disks at a pressure."""
-    return pack(_N, pressure, seed)
+_packed = partial(packed, _N, _PRESSURE)  # function of a seed
 
 
 @lru_cache(maxsize=32)
@@ -165,7 +162,7 @@ MAPS = (
         log_axis("tolerance of velocities in a step", 1e-8, 0.3, TOLERANCE),
         _RATES,
         2,
-        lambda tolerance, rate, seed: try_tolerance(packed(seed), rate, tolerance),
+        lambda tolerance, rate, seed: try_tolerance(_packed(seed), rate, tolerance),
         f"Another path: the last stress is more than {100 * _PARTED:g} % of the largest one from that of the finest "
         f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
         "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
@@ -179,7 +176,7 @@ MAPS = (
         log_axis("background drag, kτ₁", 1e-10, 10.0, _BACKGROUND),
         _RATES,
         3,
-        lambda background, rate, seed: try_shear(packed(seed), rate, background=background),
+        lambda background, rate, seed: try_shear(_packed(seed), rate, background=background),
         "Without background some motion costs hardly any drag; refused where it outruns every step.",
         _CHECK,
     ),
@@ -189,7 +186,7 @@ MAPS = (
         linear_axis("α", 0.34, 1.0, 1.0),
         _RATES,
         3,
-        lambda alpha, rate, seed: try_shear(packed(seed), rate, alpha=alpha),
+        lambda alpha, rate, seed: try_shear(_packed(seed), rate, alpha=alpha),
         "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
         _CHECK,
         (lambda *_: LEAST_ALPHA, "least power that is taken"),
@@ -210,11 +207,14 @@ MAPS = (
         log_axis("amplitude of the strain", 1e-7, 0.3),
         log_axis("ω, 1/τ₁", 1e-3, 300.0),
         2,
-        lambda amplitude, omega, seed: try_oscillation(packed(seed), omega, amplitude),
+        lambda amplitude, omega, seed: try_oscillation(_packed(seed), omega, amplitude),
         f"Not linear: the first harmonic is more than {100 * _NOT_LINEAR:g} % off G*, since contacts open.",
         "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
         "stress at the end.",
-        (lambda omega, seed: opening_strain(packed(seed), affine=True), "linear response opens a contact"),
+        (
+            lambda omega, seed: opening_strain(_packed(seed), affine=True),
+            "linear response opens a contact",
+        ),
         elsewhere="not linear",
     ),
     Map(
@@ -223,10 +223,10 @@ MAPS = (
         _STEPS,
         Axis("pressure, k", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
         2,
-        lambda step, pressure, seed: try_quasistatic(packed(seed, pressure), step),
+        lambda step, pressure, seed: try_quasistatic(packed(_N, pressure, seed), step),
         f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
         f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
         "Forces and elastic stress at the end, anew from the positions.",
-        (lambda pressure, seed: opening_strain(packed(seed, pressure)), "linear response opens a contact"),
+        (lambda pressure, seed: opening_strain(packed(_N, pressure, seed)), "linear response opens a contact"),
     ),
 )

@@ -1,6 +1,6 @@
 """Maps where moduli fail: finite strains, states off their minimum; G* at extreme frequencies and damping."""
 
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -13,23 +13,16 @@ from jamlab.packing.deformation import deformed, simple_shear
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.relaxation import relax
-from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.rounding_error import ROUNDING
-from jamlab.studies.failure.disks import modulus_trial
+from jamlab.studies.failure.disks import modulus_trial, packed
 from jamlab.studies.failure.map import Axis, Map, Trial, log_axis
 from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
 
 _FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot
 _NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
 _PRESSURES = (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2, 5e-2, 0.2)
-
-
-@lru_cache(maxsize=16)
-def at_pressure(pressure: float, seed: int) -> Packing:
-    """16 disks at a pressure, in a fixed box."""
-    return pack(16, pressure, seed)
 
 
 def same_contacts(packing: Packing, strain: float) -> bool:
@@ -88,17 +81,13 @@ _METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
 _N = 12
 
 
-@lru_cache(maxsize=16)
-def _packing(pressure: float, index: int) -> Packing:
-    return pack(_N, pressure, index + 1)
-
-
 _plain = cache(plain_complex_modulus)
 
 
 def try_spectrum(omega: float, beta: float, pressure: float, seed: int) -> Trial:
     """One solver at one frequency, judged by its own estimate."""
-    packing, method = _packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)]
+    index, way = divmod(seed - 1, len(_METHODS))
+    packing, method = packed(_N, pressure, index + 1), _METHODS[way]
     s = complex_modulus(packing, [omega], ContactDamping(beta=beta), method=method)
     estimate = float(s.error[0])
     if not estimate < _GOOD:
@@ -117,12 +106,12 @@ MAPS = (
         log_axis("strain to start with", 1e-9, 0.05, _START),
         Axis("pressure, k", _PRESSURES),
         2,
-        lambda strain, p, seed: try_strain(at_pressure(p, seed), strain),
+        lambda strain, p, seed: try_strain(packed(16, p, seed), strain),
         "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
         "those of rattlers that barely touch do.",
         _CHECK,
         # half of the strain goes either way
-        (lambda p, seed: 2 * opening_strain(at_pressure(p, seed)), "linear response opens a contact"),
+        (lambda p, seed: 2 * opening_strain(packed(16, p, seed)), "linear response opens a contact"),
         elsewhere="contacts change",
     ),
     Map(
@@ -131,11 +120,11 @@ MAPS = (
         log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
         Axis("pressure, k", _PRESSURES),
         6,
-        lambda distance, p, seed: try_moved(at_pressure(p, seed), seed, distance),
+        lambda distance, p, seed: try_moved(packed(16, p, seed), seed, distance),
         "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
         _CHECK,
         # where the largest force is 1 % of the pressure times the diameter: stiffness is 1
-        (lambda p, seed: LARGEST_IMBALANCE * float(at_pressure(p, seed).provenance["pressure"]), "1 % of the overlap"),
+        (lambda p, seed: LARGEST_IMBALANCE * float(packed(16, p, seed).provenance["pressure"]), "1 % of the overlap"),
     ),
     Map(
         "spectrum-frequency",

@@ -29,24 +29,17 @@ from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.studies.other_codes.peers import (
-    ASE,
     MOST_STEPS,
+    PEERS,
     Analyst,
-    Descent,
-    JaxDEM,
-    JaxMD,
-    Lammps,
+    Jamlab,
     Matscipy,
-    OpenMM,
     Peer,
-    Point,
     mean_diameters,
     plain_point,
 )
 from jamlab.studies.study import Page, Shown, TableStudy, write_page
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
-
-PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 
 _FASTER = (
     "faster here: the same minimiser that jamlab starts with, but with LAMMPS' line search on the energy, which misses "
@@ -126,27 +119,6 @@ def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS
     return rows
 
 
-class Jamlab(Peer):
-    """jamlab itself, by `relax`, which bounds its steps itself."""
-
-    name = package = "jamlab"
-    method = "relax"
-
-    def evaluate(self, packing: Packing) -> Point:
-        found = evaluate(packing)
-        return Point(found.energy, found.forces, found.stress, found.pressure)
-
-    def descent(self, packing: Packing) -> Descent:
-        session = Session(packing)
-
-        def run(force: float, steps: int) -> Array:
-            session.load(packing)
-            relax(session, force)
-            return session.positions()
-
-        return run
-
-
 def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
@@ -178,7 +150,7 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
     cold = time.process_time() - began
     warm, positions = shortest(run)
     point = plain_point(start.with_state(positions=positions))
-    left, tolerance, notes = _largest_force(point), force_tolerance("sp"), []
+    left, tolerance, notes = float(np.hypot(*point.forces.T).max()), force_tolerance("sp"), []
     row |= {
         "version": peer.version,
         "energy": abs(there.energy / here.energy - 1),
@@ -203,10 +175,6 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
 
 def _over_largest(there: Array, here: Array) -> float:
     return float(np.abs(there - here).max() / np.abs(here).max())
-
-
-def _largest_force(point: Point) -> float:
-    return float(np.hypot(*point.forces.T).max())
 
 
 def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.engine.session import Session
+from jamlab.engine.session import Session, evaluate
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.packing import Packing
+from jamlab.protocols.relaxation import relax
 from jamlab.studies.failure.plain_physics import plain_forces, plain_stress
 
 Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
@@ -88,6 +89,27 @@ def plain_point(packing: Packing) -> Point:
     energy, forces = plain_forces(packing)
     stress = plain_stress(packing)
     return Point(energy, forces, stress, 0.5 * float(np.trace(stress)))
+
+
+class Jamlab(Peer):
+    """jamlab itself, by `relax`, which bounds its steps itself."""
+
+    name = package = "jamlab"
+    method = "relax"
+
+    def evaluate(self, packing: Packing) -> Point:
+        found = evaluate(packing)
+        return Point(found.energy, found.forces, found.stress, found.pressure)
+
+    def descent(self, packing: Packing) -> Descent:
+        session = Session(packing)
+
+        def run(force: float, steps: int) -> Array:
+            session.load(packing)
+            relax(session, force)
+            return session.positions()
+
+        return run
 
 
 class Lammps(Peer):
@@ -442,3 +464,6 @@ def _disks(packing: Packing) -> tuple[Any, Any]:
         mat_table=table,
     )
     return state, system
+
+
+PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))

