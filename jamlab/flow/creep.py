@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
-
-if TYPE_CHECKING:
-    pass
 
 _RESTS, _FLOWS = 0.02, 0.9  # d ln strain/d ln time over the last half of the time, below and above
 _LEFT = 0.02  # of the stress applied that drag may bear at rest

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,6 @@ from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
-
-if TYPE_CHECKING:
-    pass
-
 
 HARMONICS = 7  # of the stress: those beyond the fifth are below 1 % of the first even where it yields
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import describe_balance, say_balance
 from jamlab.flow.oscillate import Oscillation
 from jamlab.plotting.drawable import LABEL, drawn, label_axes, merged_line
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, eq=False)

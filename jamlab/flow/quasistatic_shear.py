@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +33,6 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
-
-if TYPE_CHECKING:
-    pass
 
 _RESTS = 1e-3  # relative fall of the modulus over the last half of the time
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from jamlab.flow.flow_run import FlowRun, say_balance
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
-
-if TYPE_CHECKING:
-    pass
 
 
 class StressDrops(NamedTuple):
