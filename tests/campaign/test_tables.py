@@ -63,6 +63,8 @@ def test_spectra_hold_what_jamlab_computes(full):
     u = jamlab.slow_shear(p)
     assert slow.approach == pytest.approx(u.median_normal, rel=1e-9)
     assert slow.sliding == pytest.approx(u.median_tangential, rel=1e-9)
+    means = [np.abs(u.normal).mean(), np.hypot(*u.nonaffine.T).mean(), np.median(np.abs(u.sliding))]
+    assert slow[["mean_approach", "mean_nonaffine", "sheared"]].tolist() == pytest.approx(means, rel=1e-9)
     c = jamlab.displacement_correlation(p, 1e-2, jamlab.ContactDamping(), prestress=True)
     curve = full.table("correlation").query("law == 'contact' and prestress and target_pressure == 1e-3")
     assert (curve.delta.tolist(), curve.box.iloc[0]) == (c.delta.tolist(), p.box[0, 0])

@@ -63,6 +63,7 @@ def test_states_ship_without_what_follows_from_others():
     held = whole["n"] - whole["rattlers"]
     even = whole.assign(z=2 * (0.5 * whole["z"] * held).round() / held, shape=whole["excess"] + 1.0)
     first = even[even["state"] == 0].set_index(["model", "n", "seed"])[["z", "overlap"]]
+    even = even.drop(columns=[c for c in ("z_J", "overlap_J") if c in even])
     there = even.join(first.add_suffix("_J"), on=["model", "n", "seed"])
     even["d_z"], even["d_rho"] = there["z"] - there["z_J"], there["d_phi"] - there["overlap"] + there["overlap_J"]
     even["rho"] = even["phi"] - even["overlap"]
@@ -270,13 +271,18 @@ def test_the_readme_repeats_how_many_numbers_agree():
 
 @pytest.mark.slow
 def test_the_page_of_contradictions_has_the_numbers_of_the_figure():
-    """Where droplets reach z = 6, and the exponent of their missing contacts in 1 - rho, by N."""
+    """Where droplets reach z = 6, the exponent of their missing contacts in 1 - rho, by N, and where models part."""
     values = gallery.draw("boromand-9", reference_tables()).values
     sizes = [name.rpartition(" = ")[2] for name in values if name.startswith("1 - rho where z = 6")]
     reached = ", ".join(f"{values[f'1 - rho where z = 6, DP, N = {n}'].value:.4f}" for n in sizes)
     slopes = ", ".join(f"{values[f'exponent of z_conf - z in 1 - rho, DP, N = {n}'].value:.2f}" for n in sizes)
     page = " ".join((Path(__file__).parents[2] / "docs" / "explanation" / "against_the_papers.md").read_text().split())
     assert sizes and [numbers for numbers in (", ".join(sizes), reached, slopes) if numbers not in page] == []
+    claims = {c.quantity: c for c in gallery.draw("boromand-5", reference_tables()).claims}
+    part = claims["rho from which z of DP exceeds SP by 2 %"]
+    words = f"by 2 % from ρ = {part.value:.2f} and by 3 % from {part.family['share = 0.03']:.2f}"
+    limits = (Path(__file__).parents[2] / "docs" / "explanation" / "limits.md").read_text(encoding="utf-8")
+    assert words in " ".join(limits.split())
 
 
 @pytest.mark.slow

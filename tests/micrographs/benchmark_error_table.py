@@ -1,6 +1,8 @@
 """The table behind the figure `micrograph-errors`, made anew and held beside the one that is shipped.
 
-JAMLAB_RESULTS names a folder for the new table. Run it after a change of `jamlab/micrographs`, and ship what it writes.
+JAMLAB_RESULTS names a folder for the new table and for its rows, so that a stopped run goes on. Run it after a change
+of `jamlab/micrographs`, and ship what it writes. Its packings come from `jam`: once a seed gives another packing there,
+the table is of droplets that are no longer those.
 """
 
 import os

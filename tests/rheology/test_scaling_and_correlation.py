@@ -6,7 +6,7 @@ from scipy.integrate import quad
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
-from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.contact_network import find_meetings, without_rattlers
 from jamlab.rheology.displacement_correlation import (
     DisplacementCorrelation,
     correlation_along_x,
@@ -37,6 +37,13 @@ def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
     assert s.eta0 < np.sum(slow.normal**2 + slow.tangential**2) / packing.area
     stokes = jamlab.complex_modulus(packing, [1.0], StokesDrag(eta_f=0.0))
     assert stokes.eta0 == pytest.approx(np.sum(slow.nonaffine**2) / packing.area, rel=1e-9)
+
+
+def test_sliding_without_its_affine_part(packing):
+    """x -> x + gamma y slides a contact r by -r_y^2/|r|, counter-clockwise, whatever the disks do beside it."""
+    slow, r = jamlab.slow_shear(packing), find_meetings(packing).r
+    affine = r[:, 1] ** 2 / np.hypot(*r.T)
+    np.testing.assert_allclose(np.sort(slow.sliding - slow.tangential), np.sort(affine), rtol=1e-9)
 
 
 def test_sliding_grows_and_approach_fades_towards_onset():

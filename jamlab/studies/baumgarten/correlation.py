@@ -249,6 +249,8 @@ def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> No
     count = part.groupby("pressure")["n"].nunique()
     p = float(count.index[count == count.max()].min())
     part = part[part["pressure"] == p]
+    fastest = part[part["omega"] == part["omega"].max()]  # packings of the widest range, twelve decades as in the paper
+    part = part.merge(fastest[["n", "seed"]].drop_duplicates())
     sizes = np.sort(part["n"].unique())[-2:][::-1]
     omegas = np.sort(part.loc[part["n"] == sizes[0], "omega"].unique())
     shown = omegas[np.unique([0, len(omegas) // 2, len(omegas) - 1])]
