@@ -16,7 +16,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.flow.creep import LONGEST, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, MOST_CYCLES, oscillate
-from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
+from jamlab.flow.overdamped_session import LARGEST_BACKGROUND, LARGEST_TOLERANCE, LEAST_TOLERANCE
 from jamlab.flow.quasistatic_shear import LARGEST_STEP
 from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, shear
 from jamlab.packing.packing import Packing
@@ -31,7 +31,7 @@ _CYCLE_SECONDS = (0.3, 1.5e-3)  # at high frequencies, and over the frequency at
 _CREEP_SECONDS = 4e-4  # per unit of time
 
 Alpha = Annotated[float, Field(ge=LEAST_ALPHA, le=1)]
-Background = Annotated[float, Field(ge=0, le=1e3)]
+Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
 
 

@@ -60,14 +60,17 @@ def check_at_rest(packing: Packing) -> None:
 
 LIMIT = 0.02  # imbalance from which on a quasi-static result is doubtful; that of a flow, from its tolerance on
 LEAST_SHOWN = 1e-4
+ROUNDING = 1e-13  # of an energy that is a sum over all contacts and edges
 FINER = 0.1  # tolerance to try next, over the present one; steps go as its root, errors as steps squared
 
 
 def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
-    """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps. `work`: (m,) done
-    since the start; `lost`: (m,) energy lost since the start; `energy`: (m,) elastic."""
+    """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps, and 0 where it is no
+    more than the sum of all energies rounds off. `work`: (m,) done since the start; `lost`: (m,) energy lost since the
+    start; `energy`: (m,) elastic."""
     gap = work - lost - energy
-    return np.asarray(gap - gap[0])
+    gap = gap - gap[0]
+    return np.where(np.abs(gap) > ROUNDING * np.abs(energy).max(), gap, 0.0)
 
 
 def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:

@@ -24,6 +24,7 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
+LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
@@ -216,8 +217,10 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
     """Refuse what cannot flow in time."""
     if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
-    if not (is_number(background) and background >= 0):
-        raise InputError(f"background = {background!r}: must be a drag over k tau_1, 0 or more, such as 1e-2")
+    if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
+        raise InputError(
+            f"background = {background!r}: must be a drag over k tau_1 from 0 to {LARGEST_BACKGROUND:g}, such as 1e-2"
+        )
     if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
 

@@ -77,3 +77,11 @@ def test_droplets_that_slip_balance_energy_to_the_tolerance(rate, tolerance, str
     droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
     run = jamlab.shear(droplets, rate, strain, law, rows=50, tolerance=tolerance)
     assert run.imbalance < tolerance / 3 and run.balanced and "ENERGY" not in repr(run)
+
+
+def test_what_energy_rounds_off_is_no_imbalance():
+    """A row of disks that nothing pushes aside takes no work, but holds an energy."""
+    row = np.column_stack([np.arange(40.0), np.full(40, 0.6)])
+    strip = jamlab.Packing("sp", [[40.0, 0], [0, 1.2]], row, {"k": 1.0}, "k", np.full(40, 1.01))
+    run = jamlab.shear(strip, 1.0, 0.02, rows=2)
+    assert run.energy[0] > 1e-5 and run.imbalance == 0 and "ENERGY" not in repr(run)

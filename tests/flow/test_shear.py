@@ -175,6 +175,7 @@ def test_the_finest_steps_are_not_taken_for_a_run_that_leads_nowhere(disks, monk
         ({"frames": 0.3}, "frames = 0.3 must divide strain = 1"),
         ({"tolerance": 0.5}, "tolerance = 0.5: must lie between 1e-09 and 0.1"),
         ({"background": -1.0}, "background = -1.0: must be a drag"),
+        ({"background": 1e4}, "background = 10000.0: must be a drag over k tau_1 from 0 to 1000"),
         ({"background": 0.1, "damping": jamlab.StokesDrag()}, "Stokes drag is itself a background"),
     ],
 )

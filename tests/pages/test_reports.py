@@ -106,8 +106,12 @@ def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, pa
     height = "return document.documentElement.scrollHeight"
     folded = browser.run(height)
     assert folded < 10_000 and browser.overhang() == 0 and len(shown(browser, "section figure img")) == len(studies)
-    browser.element("summary").click()
+    browser.element("details:not(.tile) > summary").click()
     assert browser.run(height) > folded and browser.overhang() == 0
+    browser.open(page, 375, 812, touch=True)
+    assert browser.run(height) < 10_000 and browser.overhang() == 0 and shown(browser, "section figure img") == []
+    browser.element(".tile > summary").click()
+    assert len(shown(browser, "section figure img")) == 1
 
 
 @pytest.mark.slow
