@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import shapely
@@ -18,9 +18,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
-
-if TYPE_CHECKING:
-    pass
 
 _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 

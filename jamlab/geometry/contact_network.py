@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
-
-if TYPE_CHECKING:
-    pass
 
 # A particle held by fewer forces than this is not in stable equilibrium: two forces balance only on one line. Boromand
 # et al. say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts,

@@ -13,7 +13,7 @@ Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); F. M. Schaller et al., Ph
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +30,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import RED
-
-if TYPE_CHECKING:
-    pass
-
 
 SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
 CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-15, a cell left out 1/n

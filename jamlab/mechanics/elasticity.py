@@ -7,7 +7,7 @@ C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in eve
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,10 +23,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
-
-if TYPE_CHECKING:
-    pass
-
 
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3

@@ -7,7 +7,7 @@ eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, e
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +22,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE, GREEN, RED
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,10 +24,6 @@ from jamlab.rheology.reduced_model import SETTINGS, KrylovSettings, reduce
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
-
-if TYPE_CHECKING:
-    pass
-
 
 METHODS = ("auto", "dense", "direct", "reduced")
 

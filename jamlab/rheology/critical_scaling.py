@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,6 @@ from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
-
-if TYPE_CHECKING:
-    pass
-
 
 HIGHEST = (
     0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

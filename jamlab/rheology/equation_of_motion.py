@@ -168,18 +168,8 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
         if len(gears):
             kept = np.delete(np.arange(len(k_qg)), gears)
             k_qq, b_qq, k_qg, b_qg = k_qq[kept][:, kept], b_qq[kept][:, kept], k_qg[kept], b_qg[kept]
-    return EquationOfMotion(
-        k_qq=k_qq,
-        b_qq=b_qq,
-        k_qg=k_qg,
-        b_qg=b_qg,
-        k_gg=k_gg,
-        b_gg=b_gg,
-        moving=2 * sites - first,
-        drifting=drifting,
-        area=packing.area,
-        contrast=damping.contrast,
-    )
+    moving, contrast = 2 * sites - first, damping.contrast
+    return EquationOfMotion(k_qq, b_qq, k_qg, b_qg, k_gg, b_gg, moving, drifting, packing.area, contrast)
 
 
 def _cut(matrix: sparse.csc_array, free: slice) -> tuple[sparse.csc_array, Array, float]:

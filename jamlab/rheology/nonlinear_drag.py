@@ -9,7 +9,7 @@ contacts move by different amounts.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,10 +25,6 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping
-
-if TYPE_CHECKING:
-    pass
-
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
 

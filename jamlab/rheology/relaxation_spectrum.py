@@ -8,7 +8,7 @@ G'' is ever a small difference of large numbers, however low or high the frequen
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -21,10 +21,6 @@ from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_
 from jamlab.plotting.palette import BLUE
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
-
-if TYPE_CHECKING:
-    pass
-
 
 LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
 

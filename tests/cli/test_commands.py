@@ -268,7 +268,7 @@ def test_every_command_shows_an_example(tmp_path, command):
 
 def test_demo_small(tmp_path):
     """The main job on few particles: all files there, page self-contained, every state converged."""
-    done = call(tmp_path, "demo", "--n", "8", "--to", "0.86", "--json")
+    done = call(tmp_path, "demo", "--n", "8", "--to", "0.88", "--json")
     assert done.exit_code == 0, done.stderr
     assert "not converged" not in done.stderr
     out = tmp_path / "jamlab-demo"
@@ -280,7 +280,7 @@ def test_demo_small(tmp_path):
     for model in ("sp", "dp"):
         packings = jamlab.read_all(out / f"{model}.h5")
         assert packings[0].onset == printed["onset"][model]
-        assert abs(jamlab.packing_fraction(packings[-1]) - 0.86) < 1e-6
+        assert abs(jamlab.packing_fraction(packings[-1]) - 0.88) < 1e-6
         limit = 1e-12 if model == "sp" else 1e-8
         assert all(p.max_force <= limit for p in packings)
         assert list(jamlab.read_observables(out / f"{model}.h5")["rho"]) == printed[model]["rho"]

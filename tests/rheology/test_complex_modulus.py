@@ -1,5 +1,6 @@
 """Solvers of G*(omega) against each other, extended precision, limits, closed forms, causality; on random matrices."""
 
+from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 
@@ -15,7 +16,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
-from jamlab.rheology.reduced_model import reduce
+from jamlab.rheology.reduced_model import SETTINGS, reduce
 from jamlab.rheology.relaxation_spectrum import build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -159,6 +160,16 @@ def test_reduced_equals_direct(law, large):
     assert error.max() < 1e-8
     assert np.all(error < 10 * (reduced.error + direct.error))
     assert 5 < len(reduced.spectrum.rates) < 80
+
+
+def test_search_for_shifts_ends_by_what_it_expects_to_be_missing(large):
+    """Earlier than by quiet updates alone, and what is left out is less than what is said."""
+    motion = equation_of_motion(force_network(large), LAWS[0])
+    ends, loose = find_limits(motion), replace(SETTINGS, steps=4, tolerance=1e-5)
+    usual, careful = (reduce(motion, ends, OMEGA, replace(loose, safety=way)) for way in (loose.safety, np.inf))
+    assert len(usual.shifts) < len(careful.shifts)
+    off = relative(usual.spectrum.modulus(OMEGA), careful.spectrum.modulus(OMEGA))
+    assert 1e-12 < off.max() < usual.missing < loose.tolerance
 
 
 @pytest.mark.parametrize("omega", [[1e-9], [3e-3], [1e3], [1e-2, 1.0]])

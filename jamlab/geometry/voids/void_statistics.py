@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LABEL, drawn, label_axes
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

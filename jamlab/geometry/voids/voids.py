@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,10 +27,6 @@ from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
-
-if TYPE_CHECKING:
-    pass
-
 
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
 SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below EMPTY
