@@ -44,9 +44,9 @@ def campaign_page(full, tmp_path_factory):
 
 
 def shown(browser, selector):
-    """Texts of the elements that take room on the page."""
+    """Texts of the elements that can be seen on the page."""
     return browser.run(
-        "return [...document.querySelectorAll(values[0])].filter(e => e.getClientRects().length).map(e => e.innerText)",
+        "return [...document.querySelectorAll(values[0])].filter(e => e.checkVisibility()).map(e => e.innerText)",
         selector,
     )
 
