@@ -21,10 +21,6 @@ from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_magnit
 from jamlab.packing.outlines import outlines, self_crossings
 from jamlab.plotting.drawable import CELL, drawn
 
-if TYPE_CHECKING:
-    pass
-
-
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 
 
