@@ -166,7 +166,7 @@ def side_by_side(found: Iterable[Interval]) -> Interval:
 
 
 def power_over(
-    x: Sequence[float], drawn: Sequence[Array], values: Callable[[Sequence[Array]], ArrayLike]
+    x: Sequence[float] | Array, drawn: Sequence[Array], values: Callable[[Sequence[Array]], ArrayLike]
 ) -> tuple[Interval | None, dict[str, float]]:
     """Fit the exponent in x (m,) of values (m,) that groups of packings have, with its interval; and without the first
     and without the last place, as any power holds there too. None and nothing with less than two places."""

@@ -120,10 +120,13 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
     shown = {"how": f"N = {sampled}, l in boxes", "shown_by": "baumgarten-7 a"}
     over = np.sort(part["omega"].unique())
     for what, x, other in (("omega", over, 0), ("p", np.array(pressures), 1)):
-        slope, every = power_over(
-            x, cubes, lambda drawn, other=other: np.nanmean([first_zeros(whole) for whole in drawn], axis=other)
-        )
+        slope, every = power_over(x, cubes, partial(_mean_zeros, axis=other))
         out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
+
+
+def _mean_zeros(cubes: Sequence[Array], axis: int) -> Array:
+    """Average the first zeros of C over pressures (axis 0) or frequencies (axis 1)."""
+    return np.asarray(np.nanmean([first_zeros(whole) for whole in cubes], axis=axis))
 
 
 def _claim_box_alone(out: Drawing, balanced: pd.DataFrame) -> None:

@@ -105,10 +105,9 @@ def _claim_means(out: Drawing, table: pd.DataFrame) -> None:
         ("exponent of mean approach in p", "mean_approach", "", published.MEAN_APPROACH),
         ("exponent of sliding without its affine part in p", "sheared", "", published.SLOW_SHEAR["sliding"]),
     ):
-        found, every = None, {}
-        if p:
-            ratio = loose.assign(ratio=loose[over] / (loose[under] if under else 1.0))
-            found, every = _fit_motion(dict(zip(p, groups_by(ratio, "pressure", "ratio", p), strict=True)))
+        ratio = loose.assign(ratio=loose[over] / (loose[under] if under else 1.0))
+        groups = dict(zip(p, groups_by(ratio, "pressure", "ratio", p), strict=True))
+        found, every = _fit_motion(groups) if p else (None, {})
         out.claim(text, found, paper, family=every, how=how, shown_by="baumgarten-5")
 
 

@@ -82,7 +82,7 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
     how = f"N = {n}, of the fits of fig 5, {len(at_onset)} packings; table 1 names no N, and fig 6 has one z_J for all"
     out.claim(f"z_J, {series}", found[0], paper[0], kind=same, family=every, how=how, **words)
     name = f"{column}, {series}"
-    out.keep(name, list(means.values()), N=means)
+    out.keep(name, list(means.values()), N=measured)
     cause = f"small systems jam earlier: {write_by(means, '.4f')}"
     words = {"how": f"N = {n}, {len(at_onset)} packings", "cause": cause, "shown_by": "boromand-10 d"}
     out.claim(name, found[1], paper[1], kind=same, **words)
