@@ -125,11 +125,11 @@ class TableStudy(Study):
         if not left:
             return Plan(self.name, 0, 0.0)
         try:
-            took = self.table().rows.groupby("task")["took"].first()
+            table = self.table()
         except StorageError:
             return Plan(self.name, len(left), None)
-        known = took[took.index.isin(left)]
-        return Plan(self.name, len(left), float(known.sum()) if len(known) == len(left) else None)
+        took = table.rows.groupby("task")["took"].first()
+        return Plan(self.name, len(left), float(took[took.index.isin(left)].sum()) if left <= table.tasks else None)
 
     def run(self, folder: Path, progress: Progress = no_progress) -> None:
         """Measure what a folder of results does not hold, on one core, and save after every task."""

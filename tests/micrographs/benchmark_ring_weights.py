@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from benchmark_foams import FOLDER, pictures
+from drawn_foams import FOLDER, pictures
 from PIL import Image
 from rendered_pictures import RINGS_TO_FIT, lattice_distance, rendered_ring, ring_picture
 from scipy import ndimage
