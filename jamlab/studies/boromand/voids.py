@@ -1,7 +1,6 @@
 """Draw the voids in Boromand et al., fig 8."""
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -14,7 +13,7 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies.claims import Kind, vary, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
+from jamlab.studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, unmeasured, vary_bootstrap
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
 
 NEAR_ONSET = 0.845  # rho of the shares that the paper gives "near rho_J": its panel is over rho, rho_J is 0.842
@@ -136,7 +135,8 @@ def _claim_voids(out: Drawing, model: str, *, how: str, first: Array | None, x: 
     sides = float((cube[:, near, :, 0].sum(axis=0) @ np.arange(8)) / cube[:, near, :, 0].sum())
     out.keep(f"mean number of sides of voids, {big}", [sides], rho=[x[near]])
     for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
-        every = vary(partial(_share_at, side, x, cube), *({"rho": x[near] + step} for step in (-0.005, 0.005)))
+        steps = ({"rho": x[near] + step} for step in (-0.005, 0.005))
+        every = vary(lambda rho, side=side: bootstrap([cube], lambda g: _share_at(side, x, g[0], rho)), *steps)
         words = {"how": f"{how}, states in the bin of rho around {x[near]:.3f}; {sides:.2f} sides on average"}
         words |= {"cause": _neighbours(out, f"P_{side}, {big}", side, x, cube), "shown_by": "boromand-8 a"}
         out.claim(f"P_{side} near rho_J, {big}", share[k], paper, family=every, **words)
@@ -161,11 +161,9 @@ def _claim_dense_disks(out: Drawing, how: str, x: Array, cube: Array) -> None:
         out.claim(text, found, paper, family=every, how=f"{how}, rho > 0.98", shown_by="boromand-8 a and b")
 
 
-def _beyond(
-    x: Array, cube: Array, statistic: Statistic, rho: float, others: tuple[float, ...]
-) -> tuple[Interval | None, dict[str, float]]:
+def _beyond(x: Array, cube: Array, statistic: Statistic, rho: float, others: tuple[float, ...]) -> Varied:
     """Compute a statistic of all voids beyond a rho, with its interval, and beyond other rho."""
-    every = vary(lambda beyond: statistic(cube[:, x > beyond].sum(axis=(0, 1))), *({"beyond": r} for r in others))
+    every = vary(lambda beyond: _pool(cube[:, x > beyond], statistic), *({"beyond": r} for r in others))
     return _pool(cube[:, x > rho], statistic), every
 
 
@@ -186,8 +184,7 @@ def _claim_same_at_onset(
 ) -> None:
     """Claim that shares at onset are those of the other model, and that triangles of droplets come from squares."""
     apart = rise = None
-    near: dict[str, float] = {}
-    later: dict[str, float] = {}
+    near, later = {}, {}
     if len(summed) == 2:
         (x, sp), (u, dp) = (summed[model] for model in ("sp", "dp"))
 
@@ -203,9 +200,9 @@ def _claim_same_at_onset(
 
         known = [cube for cube in first if cube is not None]
         apart = bootstrap(known, less) if len(known) == 2 else None
-        near = vary(lambda rho: less(there(rho)), {"rho": NEAR_ONSET})
+        near = vary(lambda rho: bootstrap(there(rho), less), {"rho": NEAR_ONSET})
         rise = bootstrap(there(0.925), traded)
-        later = vary(lambda rho: traded(there(rho)), {"rho": 0.905}, {"rho": 0.945})
+        later = vary(lambda rho: bootstrap(there(rho), traded), {"rho": 0.905}, {"rho": 0.945})
     words = {"how": "states at onset", "cause": by_vertices, "shown_by": "boromand-8 a, beyond-droplet-voids"}
     out.claim("P_3 at onset, DP less SP", apart, published.SAME_VOIDS, family=near, **words)
     text, words = "fall of P_4 over rise of P_3, DP less SP", {"how": "bin of rho at 0.925", "shown_by": "boromand-8 a"}
@@ -214,7 +211,7 @@ def _claim_same_at_onset(
 
 def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) -> None:
     """Claim the rho from which P_3 of droplets exceeds that of disks by 0.02."""
-    found, every = None, {}
+    found, every = unmeasured()
     if len(summed) == 2:
         rho = np.intersect1d(summed["sp"][0], summed["dp"][0])
         cubes = [summed[model][1][:, np.isin(summed[model][0], rho)] for model in ("sp", "dp")]
@@ -226,8 +223,7 @@ def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) 
             ends = dp[k : k + 2] - sp[k : k + 2]
             return float(np.interp(by, ends, rho[k : k + 2])) if 0 <= k < len(rho) - 1 else float("nan")
 
-        found = bootstrap(cubes, departs)
-        every = vary(lambda by: departs(cubes, by), {"by": 0.01}, {"by": 0.03})
+        found, every = vary_bootstrap(cubes, departs, {"by": 0.01}, {"by": 0.03})
     words = {"how": "bins of 0.01 in rho, excess of 0.02", "shown_by": "boromand-8 a"}
     out.claim("rho from which P_3 of DP exceeds SP", found, published.MORE_TRIANGLES, family=every, **words)
 
@@ -249,7 +245,10 @@ def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, first: 
     shares = out.keep("P_3, DP", [_triangle_share(cube[:, k].sum(axis=0)) for k in some], rho=x[some])
     rises = ", ".join(f"{share:.3f} at {x[k]:.3f}" for k, share in zip(some, shares, strict=True))
     words = {"how": f"{how}; {rises}", "cause": f"P_3 = {rises}: some voids keep four sides"}
-    found, every = _beyond(x, cube, _triangle_share, published.TRIANGLES_FROM, (0.98,))
+    start = published.TRIANGLES_FROM
+    found, every = _beyond(x, cube, _triangle_share, start, (0.98,))
+    bins = np.flatnonzero((x > start) & (x < start + 0.01))  # the first beyond, where the sentence begins
+    every |= vary(lambda rho: _pool(cube[:, bins], _triangle_share), *({"rho": float(x[k])} for k in bins))
     text, paper = "P_3 for rho > 0.97, DP", published.DENSE_DROPLET_TRIANGLES
     out.claim(text, found, paper, family=every, shown_by="boromand-8 a", **words)
     later = (0.86, 0.9, 0.94)
