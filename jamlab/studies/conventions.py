@@ -133,15 +133,6 @@ def same_states(d_rho: float = 0.1) -> tuple[float, float, float]:
     return same, one, other
 
 
-def contradiction_of_disks(d_rho: float = 0.1) -> str:
-    """Table 1: rows SP(φ) and SP(ρ) describe the same states, joined by eq 11, and give different z."""
-    same, one, other = same_states(d_rho)
-    return (
-        f"by eq 11 drho = {d_rho:g} is dphi = {same:.3f}, where row SP(φ) of table 1 gives z - z_J = {one:.2f};"
-        f" row SP(ρ) gives {other:.2f} for the same states"
-    )
-
-
 def end_of_droplet_fit() -> float:
     """Find the rho at which row DP(ρ) of table 1 reaches z = 6, the most that contacts in the plane can be."""
     z_j, onset, z_0, z_1 = published.TABLE_1["DP(ρ)"]

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,12 @@ from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
+from jamlab.studies.claims import Kind, Verdict, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
     Ensemble,
+    Varied,
     average,
     bootstrap,
     groups_by,
@@ -68,10 +68,11 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
     column = f"{by.removeprefix('d_')}_J"
     onset = tables.onset[tables.onset["model"] == model]  # more packings than were compressed
     at_onset = onset[onset["n"] == n]
-    found = [mean_over_packings([at_onset[name].dropna().to_numpy()])[0] for name in ("z_J", column)]
     measured = [m for m in sampled_sizes(onset, model) if m in conventions.SIZES]
     each, means = (onset.groupby("n")[name].mean().loc[measured].to_dict() for name in ("z_J", column))
-    every = {f"mean over N = {write_list(each)}": float(np.mean(list(each.values())))} if each else {}
+    found = [mean_over_packings([at_onset[name].dropna().to_numpy()])[0] for name in ("z_J", column)]
+    groups = groups_by(onset, "n", "z_J", measured)
+    every = {f"mean over N = {write_list(measured)}": bootstrap(groups, lambda g: np.mean([v.mean() for v in g]))}
     if model == "sp":
         words = {"cause": f"it is {write_by(each, '.3f')}, 4 - 2/N' by counting", "shown_by": "boromand-10 f"}
     else:
@@ -158,24 +159,43 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     model, by = SERIES[series]
     paper, exponents = published.TABLE_1[series][2:], EXPONENTS[by]
     e = even_curve(states, series, n, "excess contacts")
-    fit = e.interval(lambda x, y: fit_coefficients(x, y, exponents))
     own = _mean_contacts(states, model, n)
     words = {"how": f"N = {n}, z - {SUBTRACTED} as in the paper (own z_J {own:.3f}), {_window(series)}"}
-    if series == "SP(φ)":
-        by_size = _by_size(out, "z_0, SP(φ)", states, series, lambda s: _coefficient(s, series, "excess contacts"))
-        words |= {
-            "cause": f"the paper fits N = {conventions.SIZES[-1]}, and z_0 is {by_size}",
-            "shown_by": "boromand-6 a",
-        }
-    elif model == "sp":
-        words |= {"contradiction": conventions.contradiction_of_disks(), "shown_by": "boromand-5, dashed"}
+    if model == "sp":
+        by_size = _by_size(out, f"z_0, {series}", states, series, lambda s: _coefficient(s, series, "excess contacts"))
+        words |= {"cause": f"the paper fits N = {conventions.SIZES[-1]}, and z_0 is {by_size}"}
+        words["shown_by"] = "boromand-6 a and b"
     else:
         ends = f"the fit itself makes z more than 6 from rho = {conventions.end_of_droplet_fit():.3f} on"
         words["calibrated"] = f"{conventions.TABLE_TARGET}; {ends}"
-    own_law = fit_coefficients(e.mean[0], e.mean[1] + SUBTRACTED - own, exponents)
+
+    def coefficients(x: Array, y: Array, taken: float = 0.0, **window: float) -> Array:
+        return _fit_within(x, y - taken, exponents, **window)
+
+    found, every = e.varied(coefficients, *_windows(series), {"taken": own - SUBTRACTED})
     for k in range(len(exponents)):
-        every = vary(partial(_vary_fit, e, exponents, k), *_windows(series)) | {"z_J = own": float(own_law[k])}
-        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=every, **words)
+        number, others = _part(found, every, k)
+        out.claim(f"z_{k}, {series}", number, published.table_entry(paper[k]), family=others, **words)
+    if series == "SP(ρ)":
+        _claim_contacts_on_the_way(out, states, n, e)
+
+
+def _claim_contacts_on_the_way(out: Drawing, states: pd.DataFrame, n: int, e: Ensemble) -> None:
+    """Claim z - 3.97 where row SP(ρ) of table 1 may be read without its two coefficients, which make up for another."""
+    d_rho, (_, by_phi, paper) = 0.1, conventions.same_states()
+    margins = tuple(published.table_entry(c).margin for c in published.TABLE_1["SP(ρ)"][2:])
+    margin = published.table_law(margins, d_rho)
+    drawn = published.Published(paper, margin, "=", "[B] figs 5 and 6 b, dashed-dotted")
+
+    def there(x: Array, y: Array, taken: float = 0.0) -> float:
+        return conventions.at(d_rho, x, y - taken)
+
+    found, every = e.varied(there, {"taken": _mean_contacts(states, "sp", n) - SUBTRACTED})
+    text = f"z - {SUBTRACTED} at drho = {d_rho:g}, SP(ρ)"
+    of_size = _by_size(out, text, states, "SP(ρ)", lambda s: there(*_size_curve(s, "SP(ρ)", "excess contacts").mean))
+    words = {"how": f"N = {n}, the fit of table 1 there, with the margins of both coefficients"}
+    words["cause"] = f"it is {of_size}; row SP(φ) of table 1 gives {by_phi:.2f} for the same states"
+    out.claim(text, found, drawn, family=every, **words, shown_by="boromand-5")
 
 
 def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
@@ -184,15 +204,11 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     paper, exponents = published.TABLE_2[series], EXPONENTS[by]
     e = even_curve(states, series, n, "g")
 
-    def coefficients(x: Array, y: Array) -> Array:
-        return fit_coefficients(x, y, exponents)
+    def coefficients(x: Array, y: Array, **window: float) -> Array:
+        return _fit_within(x, y, exponents, **window)
 
-    fit = e.interval(coefficients)
     x, middle = average(e.x), median(e.y)
-    every = {f"medians, {k}": value for k, value in enumerate(coefficients(x, middle))}
     sheared = _along_x(out, states, series, n)
-    if sheared is not None:
-        every |= {f"G along x, {k}": value for k, value in enumerate(coefficients(x, average(e.y) * sheared))}
     medians = out.keep(f"G, medians of packings, {series}", coefficients(x, middle), k=range(len(exponents)))
     words = {"how": f"N = {n}, {_window(series)}; medians of packings: {write_list(medians, '.3g')}"}
     if series == "DP(ρ)":
@@ -207,10 +223,13 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
             ratio = out.write(f"G along x over the mean over directions, {series}")
             words["cause"] += f", and the paper shears along x, where G is {ratio} times the mean over directions"
         words["shown_by"] = "boromand-6 d and e"
+    found, every = e.varied(coefficients, *_windows(series))
+    every["medians"] = bootstrap([e.curves], lambda g: coefficients(average(g[0][..., 0]), median(g[0][..., 1])))
+    if sheared is not None and (along := Ensemble(e.x, e.y * sheared).interval(coefficients)) is not None:
+        every["G along x"] = along
     for k in range(len(exponents)):
-        moved = vary(partial(_vary_fit, e, exponents, k), *_windows(series))
-        moved |= {name[:-3]: float(value) for name, value in every.items() if name.endswith(f", {k}")}
-        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=moved, **words)
+        number, others = _part(found, every, k)
+        out.claim(f"G_{k}, {series}", number, published.table_entry(paper[k]), family=others, **words)
 
 
 def _along_x(out: Drawing, states: pd.DataFrame, series: str, n: int) -> Array | None:
@@ -237,8 +256,14 @@ def _windows(series: str) -> tuple[dict[str, float], ...]:
     return {"low": 0.5 * conventions.HIGHEST[by]}, {"high": 0.5 * conventions.HIGHEST[by]}
 
 
-def _vary_fit(e: Ensemble, exponents: tuple[float, ...], k: int, low: float = 0.0, high: float = np.inf) -> float:
-    return float(fit_coefficients(*e.between(low, high).mean, exponents)[k])
+def _fit_within(x: Array, y: Array, exponents: tuple[float, ...], low: float = 0.0, high: float = np.inf) -> Array:
+    """Fit coefficients at distances between two."""
+    kept = (x > low) & (x < high)
+    return fit_coefficients(x[kept], y[kept], exponents)
+
+
+def _part(found: Interval | None, every: dict[str, Interval], k: int) -> Varied:
+    return None if found is None else found[k], {choice: other[k] for choice, other in every.items()}
 
 
 def _claim_ratio(out: Drawing) -> None:
@@ -261,12 +286,11 @@ def _claim_ratio(out: Drawing) -> None:
 
 def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
     """Fit the first coefficient of the mean curve of the one size in these states."""
-    x, y = even_curve(states, series, int(states["n"].iloc[0]), column).mean
-    return float(fit_coefficients(x, y, EXPONENTS[SERIES[series][1]])[0])
+    return float(fit_coefficients(*_size_curve(states, series, column).mean, EXPONENTS[SERIES[series][1]])[0])
 
 
-def _part(found: Interval | None, k: int) -> Interval | None:
-    return None if found is None else found[k]
+def _size_curve(states: pd.DataFrame, series: str, column: str) -> Ensemble:
+    return even_curve(states, series, int(states["n"].iloc[0]), column)
 
 
 def _window(series: str) -> str:
