@@ -1,8 +1,7 @@
 """A claim sets a number of a paper beside ours, and says whether the two agree, and if not, why."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
@@ -207,7 +205,7 @@ def claim(
     paper: Published,
     *,
     kind: Kind = Kind.MEASURED,
-    family: Mapping[str, ArrayLike | Interval] | None = None,
+    family: Mapping[str, ArrayLike | Interval | None] | None = None,
     **words: str,
 ) -> Claim:
     """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction,
@@ -217,6 +215,7 @@ def claim(
     kind = Kind.FIT_TARGET if words.get("calibrated") and kind is Kind.MEASURED else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation)
     every = {choice: as_interval(other) for choice, other in (family or {}).items()}
+    every = {choice: other for choice, other in every.items() if np.isfinite(other.value)}
     return Claim(figure, quantity, *number, kind=kind, family=every, **{"where": paper.where} | words)  # type: ignore[arg-type]
 
 
@@ -225,19 +224,6 @@ def as_interval(found: Any) -> Interval:
     if isinstance(found, Interval):
         return found
     return Interval(*(np.asarray(np.nan if v is None else v, dtype=np.float64) for v in (found, None, None)))
-
-
-def vary(statistic: Callable[..., Any], *choices: Mapping[str, Any]) -> dict[str, Interval]:
-    """Evaluate a statistic, with or without an interval, under other defensible choices, keywords with values such as
-    {"low": 0.02}: its systematic error. The family stands written in the code; choices without a value, or without a
-    fit, are left out."""
-    found = {}
-    for choice in choices:
-        with suppress(ConvergenceError, InputError):
-            other = as_interval(statistic(**choice))
-            if np.isfinite(other.value):
-                found[name_choice(choice)] = other
-    return found
 
 
 def name_choice(choice: Mapping[str, Any]) -> str:

@@ -76,7 +76,9 @@ def fit_exponent(x: Array, y: Array) -> float:
     kept = np.isfinite(x + y)
     if kept.sum() < 3 or (y[kept] <= 0).any():
         return float("nan")
-    return float(np.polyfit(np.log(x[kept]), np.log(y[kept]), 1)[0])
+    x, y = np.log(x[kept]), np.log(y[kept])
+    x = x - x.mean()
+    return float(x @ y / (x @ x))
 
 
 def at(place: float, x: Array, y: ArrayLike) -> float:

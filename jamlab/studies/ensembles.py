@@ -267,17 +267,17 @@ class Ensemble:
 
     def interval(self, statistic: Callable[..., ArrayLike]) -> Interval | None:
         """Compute a statistic of the mean curve, x and y (places,), with its interval; None if no law fits."""
-        try:
-            return bootstrap([self.curves], lambda drawn: statistic(*mean_curve(drawn[0])))
-        except (ConvergenceError, InputError):
-            return None
+        return self.varied(statistic)[0]
 
     def varied(self, statistic: Callable[..., ArrayLike], *choices: Mapping[str, Any]) -> Varied:
         """Compute a statistic of the mean curve, and its family of choices, keywords of it; None if no law fits."""
+        x, least = np.fmax.reduce(self.x), np.fmin.reduce(self.x)
         try:
+            if np.array_equal(x, least, equal_nan=True):  # fixed places: half as many numbers to draw
+                return vary_bootstrap([self.y], statistic, *choices, reduce=lambda drawn: (x, average(drawn[0])))
             return vary_bootstrap([self.curves], statistic, *choices, reduce=lambda drawn: mean_curve(drawn[0]))
         except (ConvergenceError, InputError):
-            return None, {}
+            return unmeasured()
 
 
 def mean_curve(curves: Array) -> tuple[Array, Array]:

@@ -346,7 +346,7 @@ def _claim_logarithm(
     wide = len(several) > 2 and reach >= _REACH
     drawn = [family[k][1] for k in several]
     choices = ({"low": 1.5 * _SHORTEST}, {"high": 0.75 * _PLATEAU}, {"high": 2 * _PLATEAU})
-    found, every = vary_bootstrap(drawn, fit, *choices) if wide else unmeasured()
+    found, every = vary_bootstrap(drawn, fit, *choices, resamples=RESAMPLES // 2) if wide else unmeasured()
     window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
         f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"

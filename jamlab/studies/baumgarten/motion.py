@@ -1,5 +1,6 @@
 """Draw motion and finite size in Baumgarten & Tighe: figs 5 and 8."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +22,7 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_law,
     select_limits,
 )
-from jamlab.studies.claims import vary, write_list
+from jamlab.studies.claims import write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     FEWEST,
@@ -238,34 +239,35 @@ class _Sizes:
 def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None:
     """Claim exponents of the collapse up to the highest pressure of the paper: eq 22 is a law of small p."""
     paper, text = published.SIZE_EXPONENT[law], f"{law}, {'with' if prestress else 'no'} pre-stress"
-    near, highest = every.up_to(published.HIGHEST_PRESSURE), max(every.pressures)
+    near = every.up_to(published.HIGHEST_PRESSURE)
     start = (2.0, -paper.value)
 
     def up_to(highest: float) -> Interval | None:
         part = every.up_to(highest)
-        if len(part.n) < 2:
-            return None
-        return bootstrap(part.drawn, lambda drawn: -part.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
+        if len(part.n) > 1:
+            with suppress(InputError):  # curves that do not overlap
+                return bootstrap(part.drawn, lambda drawn: -part.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
+        return None
 
-    moved, least, whole = {}, {}, {}
     words = {"how": f"N = {write_list(near.n)}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"}
-    if (found := up_to(published.HIGHEST_PRESSURE)) is not None:
-        least, whole = (vary(up_to, {"highest": p}) for p in (_LEAST, highest))
-        moved = least | whole
+    ends = (published.HIGHEST_PRESSURE, _LEAST, max(every.pressures))
+    found, least, whole = (up_to(p) for p in ends)
+    if found is not None:
         spreads = [near.fit(near.drawn, b=-a).spread for a in (paper.value, float(found.value))]
         theirs, ours = out.keep(f"spread in ln eta_0, {text}", spreads, a=(paper.value, float(found.value)))
         words["cause"] = f"curves lie apart by {theirs:.3f} in ln eta_0 with the paper's a, by {ours:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
+    named = [f"p <= {p:g}" for p in ends]
+    moved = dict(zip(named[1:], (least, whole), strict=True))
     out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, family=moved, **words)
     _claim_tail(out, law, prestress, near)
     if not prestress:
         _claim_crossover(out, law, near)
-    if law == "stokes" and not prestress and least:
-        (a,) = least.values()
-        moved = vary(lambda highest: found, {"highest": published.HIGHEST_PRESSURE}) | whole
-        words |= {"how": f"p <= {_LEAST:g}", "cause": "a does not fall towards 1 with p"}
+    if law == "stokes" and not prestress and least is not None:
+        moved = {named[0]: found, named[2]: whole}
+        words |= {"how": named[1], "cause": "a does not fall towards 1 with p"}
         likely = published.STOKES_AS_CONTACT
-        out.claim("a of Stokes drag, as of contact damping", a, likely, family=moved, **words)
+        out.claim("a of Stokes drag, as of contact damping", least, likely, family=moved, **words)
 
 
 def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:

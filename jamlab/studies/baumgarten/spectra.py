@@ -36,7 +36,7 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_spectra,
     select_sweep,
 )
-from jamlab.studies.claims import Kind, halves, vary, write_by
+from jamlab.studies.claims import Kind, as_interval, halves, write_by
 from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -343,9 +343,7 @@ def _claim_least_damping(out: Drawing, table: pd.DataFrame, n: int) -> None:
 
     loose, stressed = ratios(False), ratios(True)
     found, every = power_over(list(loose), list(loose.values()), stars)
-    every |= vary(
-        lambda pre_stress: power_over(list(stressed), list(stressed.values()), stars)[0], {"pre_stress": "kept"}
-    )
+    every["with pre-stress"] = as_interval(power_over(list(stressed), list(stressed.values()), stars)[0])
     words = {"how": f"{len(loose)} pressures, no pre-stress", "shown_by": "baumgarten-4 b"}
     words["cause"] = "eta_0 at beta = 0 over what sliding adds at beta = 1"
     out.claim("exponent of beta* in p", found, published.BETA_STAR, family=every, **words)

@@ -10,7 +10,7 @@ from jamlab.plotting.palette import GREEN, MODEL_STYLE
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, halves, write_by, write_interval, write_list
+from jamlab.studies.claims import Kind, as_interval, halves, write_by, write_interval, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -309,7 +309,7 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
     }
     n = min(curves, default=0)
     found, every = _vary_exponent(states, "SP(φ)", n, "g") if n else unmeasured()
-    every |= {f"N = {m}": of for m, e in curves.items() if m != n and (of := e.interval(_exponent)) is not None}
+    every |= {f"N = {m}": as_interval(e.interval(_exponent)) for m, e in curves.items() if m != n}
     words = {
         "how": f"N = {n}, window as of beta_0; the caption names no N",
         "cause": "it falls with N",
@@ -331,14 +331,15 @@ def _vary_exponent(states: pd.DataFrame, series: str, n: int, column: str) -> Va
     e = _beyond_a_hundredth(states, series, n, column)
     found, every = e.varied(_exponent, *halves(DISTANT, high))
     log = conventions.even_curve(states, series, n, column, log_places(DISTANT, high, 20))
-    more = {"even in ln d": log.interval(_exponent)}
+    every["even in ln d"] = as_interval(log.interval(_exponent))
     if column == "g":
-        more["medians"] = bootstrap([e.curves], lambda g: _exponent(average(g[0][..., 0]), median(g[0][..., 1])))
-        more["direction = x"] = _beyond_a_hundredth(conventions.along_x(states), series, n, column).interval(_exponent)
+        every["medians"] = bootstrap([e.curves], lambda g: _exponent(average(g[0][..., 0]), median(g[0][..., 1])))
+        along = _beyond_a_hundredth(conventions.along_x(states), series, n, column)
+        every["direction = x"] = as_interval(along.interval(_exponent))
     else:
         own = _own_contacts(states, model, n) - conventions.SUBTRACTED
-        more["z_J = own"] = e.interval(lambda x, y: _exponent(x, y - own))
-    return found, every | {k: v for k, v in more.items() if v is not None and np.isfinite(v.value)}
+        every["z_J = own"] = as_interval(e.interval(lambda x, y: _exponent(x, y - own)))
+    return found, every
 
 
 def _claim_proportion(out: Drawing, states: pd.DataFrame, series: str) -> None:

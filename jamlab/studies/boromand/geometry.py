@@ -13,7 +13,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
-from jamlab.studies.claims import Kind, halves, vary
+from jamlab.studies.claims import Kind, halves
 from jamlab.studies.conventions import (
     DISTANCES,
     NEAR,
@@ -162,7 +162,7 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
     out.claim("A at phi = 1, SP", found[0], published.SHAPE_AT_UNIT_PHI, how=how)
     curve = ensemble(states, "sp", n, "d_rho", "shape", DISTANCES)
     how = f"N = {n}, drho = {published.CONFLUENCE}, where the paper has confluence"
-    every = vary(lambda phi: found[1], {"phi": DENSEST})  # where rho -> 1 in the paper
+    every = {f"phi = {DENSEST}, where rho = 1": found[1]}
     there = curve.interval(partial(at, published.CONFLUENCE))
     out.claim("A near confluence, SP", there, published.SHAPE_OF_DENSE_DISKS, family=every, how=how)
     _claim_fractions(out, states, n)

@@ -13,7 +13,7 @@ from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, Verdict, write_by, write_list
+from jamlab.studies.claims import Kind, Verdict, as_interval, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
@@ -225,8 +225,8 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
         words["shown_by"] = "boromand-6 d and e"
     found, every = e.varied(coefficients, *_windows(series))
     every["medians"] = bootstrap([e.curves], lambda g: coefficients(average(g[0][..., 0]), median(g[0][..., 1])))
-    if sheared is not None and (along := Ensemble(e.x, e.y * sheared).interval(coefficients)) is not None:
-        every["G along x"] = along
+    if sheared is not None:
+        every["G along x"] = as_interval(Ensemble(e.x, e.y * sheared).interval(coefficients))
     for k in range(len(exponents)):
         number, others = _part(found, every, k)
         out.claim(f"G_{k}, {series}", number, published.table_entry(paper[k]), family=others, **words)
