@@ -88,7 +88,7 @@ def columns_of(folder, version):
 @pytest.mark.parametrize("version", VERSIONS)
 def test_version(version, kept_folder):
     """Every column says yes."""
-    assert find_spec("scikit_build_core"), "run `pip install scikit-build-core` first: jamlab is built without isolation"
+    assert find_spec("scikit_build_core"), "jamlab is built without isolation: pip install scikit-build-core"
     file = kept_folder / "lammps_versions.jsonl"
     (row,) = kept_rows(file, ["version"], [(version,)], lambda one: columns_of(kept_folder, one))
     print("\n| " + " | ".join(f"{name}: {value}" for name, value in row.items()) + " |")
