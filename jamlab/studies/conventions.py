@@ -57,6 +57,11 @@ def along_x(states: pd.DataFrame) -> pd.DataFrame:
     return states[states["g_x"].notna()].assign(g=lambda t: t["g_x"]) if "g_x" in states else states.head(0)
 
 
+def own_contacts(states: pd.DataFrame, model: str, n: int) -> float:
+    """Average z_J of the packings of one model and size."""
+    return float(states.loc[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0), "z"].mean())
+
+
 def first_above(x: Array, y: Array, level: float) -> float:
     """Interpolate the place at which a curve first exceeds a level; nan if it begins there, or never does."""
     k = int(np.argmax(y > level))

@@ -15,7 +15,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.bootstrap import bootstrap as resample
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import name_choice
+from jamlab.studies.claims import as_interval, name_choice
 
 Varied = tuple[Interval | None, dict[str, Interval]]  # a number, and what it is under other defensible choices
 
@@ -173,6 +173,12 @@ def unmeasured() -> Varied:
     return None, {}
 
 
+def part_of(varied: Varied, k: int) -> Varied:
+    """Take the k-th of several numbers, and its family."""
+    found, every = varied
+    return None if found is None else found[k], {choice: other[k] for choice, other in every.items()}
+
+
 def vary_bootstrap(
     groups: Sequence[Array],
     statistic: Callable[..., ArrayLike],
@@ -265,9 +271,9 @@ class Ensemble:
         kept = (x > low) & (x < high)
         return Ensemble(self.x[:, kept], self.y[:, kept])
 
-    def interval(self, statistic: Callable[..., ArrayLike]) -> Interval | None:
-        """Compute a statistic of the mean curve, x and y (places,), with its interval; None if no law fits."""
-        return self.varied(statistic)[0]
+    def interval(self, statistic: Callable[..., ArrayLike]) -> Interval:
+        """Compute a statistic of the mean curve, x and y (places,), with its interval; nan if no law fits."""
+        return as_interval(self.varied(statistic)[0])
 
     def varied(self, statistic: Callable[..., ArrayLike], *choices: Mapping[str, Any]) -> Varied:
         """Compute a statistic of the mean curve, and its family of choices, keywords of it; None if no law fits."""

@@ -10,11 +10,13 @@ import pytest
 from drawn_figures import drawn, tables
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import ks_2samp
 
 from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 from jamlab.studies import conventions, gallery
+from jamlab.studies.boromand.onset import _same_distribution
 from jamlab.studies.claims import SUMMARY, Claim, Verdict, claim, halves
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import bootstrap, vary_bootstrap
@@ -153,3 +155,11 @@ def test_every_claim_of_the_papers_has_its_numbers_and_every_number_its_claim():
     named = {name for _, _, cell in listed for name in cell.split(" | ") if name not in WITHOUT_NUMBER}
     assert len(listed) > 80 and all(place.startswith(("[B] ", "[T] ")) and fact for place, fact, _ in listed)
     assert named - numbers == set() and numbers - named == set()
+
+
+def test_samples_of_one_distribution_are_told_from_others():
+    """Two thousand numbers, and the same a tenth of a width further: scipy's test of both."""
+    a, b = np.random.default_rng(3).normal(0.84, 0.01, (2, 2000))
+    for other in (b, b + 0.001):
+        assert _same_distribution(a, other) == pytest.approx(ks_2samp(a, other, method="asymp").pvalue, rel=0.05)
+    assert _same_distribution(a, a) == 1

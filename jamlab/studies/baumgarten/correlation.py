@@ -204,8 +204,7 @@ def _claim_other_lanes(out: Drawing, tables: EnsembleTables) -> None:
         p = enough(rows, "pressure") if len(rows) else []
         ratios = [part[name].to_numpy() / part["length"].to_numpy() for _, part in rows.groupby("pressure")]
         found = bootstrap(ratios, lambda g: np.concatenate(g).mean()) if p else None
-        each = mean_over_packings(ratios) if p else None
-        every = {} if each is None else {f"p = {q:g}": each[k] for k, q in enumerate(p)}
+        every = {f"p = {q:g}": mean_over_packings([v])[0] for q, v in zip(p, ratios, strict=True)}
         if name == "length_half_lane" and p:
             quarter = (rows["length_quarter_lane"] / rows["length"]).dropna().to_numpy()
             every["a quarter as high"] = mean_over_packings([quarter])[0]

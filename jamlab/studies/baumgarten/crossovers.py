@@ -9,7 +9,7 @@ from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
 from jamlab.studies.baumgarten.spectral_groups import Group
-from jamlab.studies.ensembles import unmeasured, vary_bootstrap
+from jamlab.studies.ensembles import part_of, unmeasured, vary_bootstrap
 from jamlab.studies.panels import Drawing
 
 _CLAIMS = (
@@ -23,16 +23,15 @@ def claim_crossovers(out: Drawing, groups: dict[float, Group]) -> None:
     """Claim where the law omega^0.5 through G'' at one frequency meets eta_0 omega and eta_inf omega, at the lowest
     pressure, and how the second goes with pressure; the family holds other frequencies, and the highest pressure."""
     wide = {p: g for p, g in groups.items() if CRITICAL * p < HIGHEST}
-    found, every = unmeasured()
+    varied = unmeasured()
     if len(wide) > 2:
         drawn = [np.column_stack([g.eta0, g.eta_inf, g.loss]) for g in wide.values()]
         numbers = partial(_ends, list(wide), [g.omega for g in wide.values()])
-        found, every = vary_bootstrap(drawn, numbers, {"at": 0.05}, {"at": 0.2}, {"pressure": 0})
+        varied = vary_bootstrap(drawn, numbers, {"at": 0.05}, {"at": 0.2}, {"pressure": 0})
     how = f"{len(wide)} pressures down to p = {min(wide, default=np.nan):g}, root law through G'' at {HIGHEST:g}"
     for k, (text, paper, panel) in enumerate(_CLAIMS):
-        others = {choice: v[k] for choice, v in every.items() if k or "pressure" not in choice}
-        shown = f"baumgarten-3 {panel}"
-        out.claim(text, None if found is None else found[k], paper, family=others, how=how, shown_by=shown)
+        found, every = part_of(varied, k)
+        out.claim(text, found, paper, family=every, how=how, shown_by=f"baumgarten-3 {panel}")
 
 
 def _ends(p: list[float], omega: list[Array], drawn: list[Array], at: float = HIGHEST, pressure: int = -1) -> Array:

@@ -232,16 +232,15 @@ def _claim_without_rotations(out: Drawing, tables: EnsembleTables) -> None:
         rows = table.dropna(subset=[column])
         p = [q for q in enough(rows, "pressure") if CRITICAL * q < 0.3 * HIGHEST] if len(rows) else []
         groups = groups_by(rows, "pressure", column, p)
-        each = mean_over_packings(groups) if p else None
-        found = None if each is None else each[0]
-        every = {} if each is None else {f"p = {q:g}": each[k] for k, q in enumerate(p[1:], 1)}
+        each = {f"p = {q:g}": mean_over_packings([v])[0] for q, v in zip(p, groups, strict=True)}
+        found = each.pop(f"p = {p[0]:g}") if p else None
         how = f"N = {rows['n'].iloc[0]}, p = {p[0]:g}, mean over packings" if p else "no packing has its slope"
         text = f"Delta: {part} ~ omega^Delta, contact damping without rotations"
         words = {
             "how": how,
             "unlike": "the paper says that the form is the same, at 64 times the size, and has no number",
         }
-        out.claim(text, found, published.WITHOUT_ROTATIONS, family=every, **words, shown_by="baumgarten-3 a")
+        out.claim(text, found, published.WITHOUT_ROTATIONS, family=each, **words, shown_by="baumgarten-3 a")
 
 
 def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:

@@ -6,7 +6,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import Kind, as_interval, halves, write_by, write_list
+from jamlab.studies.claims import Kind, halves, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, SIZES, fit_exponent, select_below_confluence
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -128,7 +128,7 @@ def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | 
 
         slope, every = curves[n].varied(exponent, *halves(*CONFLUENT))
         if fine is not None:
-            every["10 places a decade"] = as_interval(fine.interval(exponent))
+            every["10 places a decade"] = fine.interval(exponent)
         words = {"how": f"N = {n}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}", "shown_by": "boromand-7 c and d"}
         words["cause"] = _explain_exponent(out, curves)
     text = "exponent of z_conf - z in rho* - rho, DP"

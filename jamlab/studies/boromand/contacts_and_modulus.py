@@ -1,5 +1,6 @@
 """Draw contacts and shear modulus in Boromand et al.: figs 5 and 6."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from jamlab.plotting.palette import GREEN, MODEL_STYLE
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, as_interval, halves, write_by, write_interval, write_list
+from jamlab.studies.claims import Kind, halves, write_by, write_interval, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -103,7 +104,8 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
             continue
         sp, dp = ([ensemble(states, model, m, "rho", column, FRACTIONS) for m in matched] for model in ("sp", "dp"))
         others = [{"share": other} for other in OTHER_SHARES[column]]
-        varied = [_find_departure(*pair, share, *others) for pair in zip(sp, dp, strict=True)]
+        find = partial(_crossing, share=share)
+        varied = [vary_bootstrap([a.curves, b.curves], find, *others) for a, b in zip(sp, dp, strict=True)]
         each, (found, every) = [number for number, _ in varied], varied[-1]
         how = f"N = {matched[-1]} of both, last crossing of the mean curves, else the first rho that both have"
         out.keep(text, each, N=matched)
@@ -178,17 +180,9 @@ def _find_excess(sp: tuple[Array, Array], dp: tuple[Array, Array]) -> tuple[Arra
     return u[kept], v[kept] / np.interp(u[kept], x, y) - 1
 
 
-def _find_departure(sp: Ensemble, dp: Ensemble, share: float, *others: dict[str, float]) -> Varied:
-    """Find the rho above which the mean of DP exceeds that of SP by a given share, and by others."""
-
-    def crossing(groups: list[Array], share: float = share) -> float:
-        return _crossing(mean_curve(groups[0]), mean_curve(groups[1]), share)
-
-    return vary_bootstrap([sp.curves, dp.curves], crossing, *others)
-
-
-def _crossing(sp: tuple[Array, Array], dp: tuple[Array, Array], share: float) -> float:
-    rho, excess = _find_excess(sp, dp)
+def _crossing(groups: list[Array], share: float) -> float:
+    """Find the rho above which the mean of DP exceeds that of SP by a given share."""
+    rho, excess = _find_excess(mean_curve(groups[0]), mean_curve(groups[1]))
     inside = np.flatnonzero(excess <= share)
     if not len(inside) and len(rho):
         return float(rho[0])  # apart from the first place on
@@ -215,19 +209,11 @@ def _claim_end_of_eq_13(out: Drawing, states: pd.DataFrame) -> None:
         return float(onset + x[inside[-1] + 1]) if len(inside) and inside[-1] + 1 < known else float("nan")
 
     found, every = e.varied(leaves, *({"share": v} for v in (0.005, 0.02)), *({"end": v} for v in (0.11, 0.15)))
+    ends = published.EQ_13_ENDS
+    apart = out.keep("z off eq 13 there, %", 100 * at(ends.value - onset, e.mean[0], distance(*e.mean)))
     words = {"how": f"N = {n}, rho from which z - {conventions.SUBTRACTED} lies 1 % off its own fit up to drho = 0.13"}
-    apart = 100 * at(published.EQ_13_ENDS.value - onset, e.mean[0], distance(*e.mean))
-    words["cause"] = (
-        f"at rho = {published.EQ_13_ENDS.value} it lies {out.keep('z off eq 13 there, %', apart):.2f} % off"
-    )
-    out.claim(
-        "rho from which z of SP leaves eq 13",
-        found,
-        published.EQ_13_ENDS,
-        family=every,
-        **words,
-        shown_by="boromand-5 a",
-    )
+    words |= {"cause": f"at rho = {ends.value} it lies {apart:.2f} % off", "shown_by": "boromand-5 a"}
+    out.claim("rho from which z of SP leaves eq 13", found, ends, family=every, **words)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -302,19 +288,11 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
     _claim_roots(out, states)
     for series in ("SP(ρ)", "DP(ρ)"):
         _claim_crossover(out, states, series)
-    curves = {
-        m: conventions.even_curve(states, "SP(φ)", m, "g").between(DISTANT, np.inf)
-        for m in sampled_sizes(states, "sp")
-        if m in conventions.SIZES
-    }
-    n = min(curves, default=0)
-    found, every = _vary_exponent(states, "SP(φ)", n, "g") if n else unmeasured()
-    every |= {f"N = {m}": as_interval(e.interval(_exponent)) for m, e in curves.items() if m != n}
-    words = {
-        "how": f"N = {n}, window as of beta_0; the caption names no N",
-        "cause": "it falls with N",
-        "shown_by": "boromand-6 d",
-    }
+    several = [m for m in sampled_sizes(states, "sp") if m in conventions.SIZES]
+    found, every = _vary_exponent(states, "SP(φ)", several[0], "g") if several else unmeasured()
+    every |= {f"N = {m}": _beyond_a_hundredth(states, "SP(φ)", m, "g").interval(_exponent) for m in several[1:]}
+    words = {"how": f"N = {min(several, default=0)}, window as of beta_0; the caption names no N"}
+    words |= {"cause": "it falls with N", "shown_by": "boromand-6 d"}
     out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, family=every, **words)
 
 
@@ -331,14 +309,14 @@ def _vary_exponent(states: pd.DataFrame, series: str, n: int, column: str) -> Va
     e = _beyond_a_hundredth(states, series, n, column)
     found, every = e.varied(_exponent, *halves(DISTANT, high))
     log = conventions.even_curve(states, series, n, column, log_places(DISTANT, high, 20))
-    every["even in ln d"] = as_interval(log.interval(_exponent))
+    every["even in ln d"] = log.interval(_exponent)
     if column == "g":
         every["medians"] = bootstrap([e.curves], lambda g: _exponent(average(g[0][..., 0]), median(g[0][..., 1])))
         along = _beyond_a_hundredth(conventions.along_x(states), series, n, column)
-        every["direction = x"] = as_interval(along.interval(_exponent))
+        every["direction = x"] = along.interval(_exponent)
     else:
-        own = _own_contacts(states, model, n) - conventions.SUBTRACTED
-        every["z_J = own"] = as_interval(e.interval(lambda x, y: _exponent(x, y - own)))
+        own = conventions.own_contacts(states, model, n) - conventions.SUBTRACTED
+        every["z_J = own"] = e.interval(lambda x, y: _exponent(x, y - own))
     return found, every
 
 
@@ -351,7 +329,10 @@ def _claim_proportion(out: Drawing, states: pd.DataFrame, series: str) -> None:
         z, g = (_beyond_a_hundredth(states, series, n, column) for column in ("excess contacts", "g"))
         how = f"N = {n}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
         if z.y.shape == g.y.shape:
-            middle, own = float(np.median(average(z.y))), _own_contacts(states, model, n) - conventions.SUBTRACTED
+            middle, own = (
+                float(np.median(average(z.y))),
+                conventions.own_contacts(states, model, n) - conventions.SUBTRACTED,
+            )
 
             def exponent(z: Array, g: Array, low: float = 0.0, high: float = np.inf, taken: float = 0.0) -> float:
                 kept = (z > low) & (z < high)
@@ -365,11 +346,6 @@ def _claim_proportion(out: Drawing, states: pd.DataFrame, series: str) -> None:
         z_rises, g_rises = conventions.exponents_of_tables()
         words = {"calibrated": f"{conventions.TABLE_TARGET}, whose fits give {g_rises / z_rises:.2f}"}
     out.claim(text, found, published.PROPORTIONAL, family=every, how=how, **words)
-
-
-def _own_contacts(states: pd.DataFrame, model: str, n: int) -> float:
-    """Average z_J of the packings themselves."""
-    return float(states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]["z"].mean())
 
 
 def _claim_regime_1(out: Drawing, states: pd.DataFrame) -> None:

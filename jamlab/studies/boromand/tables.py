@@ -13,12 +13,11 @@ from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, Verdict, as_interval, write_by, write_list
+from jamlab.studies.claims import Kind, Verdict, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
     Ensemble,
-    Varied,
     average,
     bootstrap,
     groups_by,
@@ -26,6 +25,7 @@ from jamlab.studies.ensembles import (
     mean_over_packings,
     median,
     nearest_size,
+    part_of,
     sampled_sizes,
 )
 from jamlab.studies.panels import FIT, Drawing, drawing, label
@@ -89,11 +89,6 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
     out.claim(name, found[1], paper[1], kind=same, **words)
 
 
-def _mean_contacts(states: pd.DataFrame, model: str, n: int) -> float:
-    """Average z_J of the packings themselves."""
-    return float(states.loc[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0), "z"].mean())
-
-
 def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, n: int) -> dict[str, str]:
     """Keep how far the contacts of droplets at onset are from 2N' - 1, and what contacts of vertices hold."""
     held = at_onset["n"] - at_onset["rattlers"]
@@ -139,19 +134,13 @@ def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
 
 
 def _by_size(
-    out: Drawing,
-    name: str,
-    states: pd.DataFrame,
-    series: str,
-    statistic: Callable[[pd.DataFrame], float],
-    form: str = ".3g",
+    out: Drawing, name: str, states: pd.DataFrame, series: str, column: str, statistic: Callable[[Array, Array], float]
 ) -> str:
-    """Keep a statistic of each size of a series, and write it."""
-    model = SERIES[series][0]
-    states = states[states["model"] == model]
-    found = {m: statistic(states[states["n"] == m]) for m in sampled_sizes(states, model)}
+    """Keep a statistic of the mean curve of each size of a series, and write it."""
+    n = sampled_sizes(states, SERIES[series][0])
+    found = {m: statistic(*even_curve(states, series, m, column).mean) for m in n}
     out.keep(name, list(found.values()), N=found)
-    return write_by(found, form)
+    return write_by(found, ".3g")
 
 
 def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
@@ -159,23 +148,23 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     model, by = SERIES[series]
     paper, exponents = published.TABLE_1[series][2:], EXPONENTS[by]
     e = even_curve(states, series, n, "excess contacts")
-    own = _mean_contacts(states, model, n)
+
+    def coefficients(x: Array, y: Array, taken: float = 0.0, **window: float) -> Array:
+        return _fit_within(x, y - taken, exponents, **window)
+
+    own = conventions.own_contacts(states, model, n)
     words = {"how": f"N = {n}, z - {SUBTRACTED} as in the paper (own z_J {own:.3f}), {_window(series)}"}
     if model == "sp":
-        by_size = _by_size(out, f"z_0, {series}", states, series, lambda s: _coefficient(s, series, "excess contacts"))
+        by_size = _by_size(out, f"z_0, {series}", states, series, "excess contacts", lambda x, y: coefficients(x, y)[0])
         words |= {"cause": f"the paper fits N = {conventions.SIZES[-1]}, and z_0 is {by_size}"}
         words["shown_by"] = "boromand-6 a and b"
     else:
         ends = f"the fit itself makes z more than 6 from rho = {conventions.end_of_droplet_fit():.3f} on"
         words["calibrated"] = f"{conventions.TABLE_TARGET}; {ends}"
-
-    def coefficients(x: Array, y: Array, taken: float = 0.0, **window: float) -> Array:
-        return _fit_within(x, y - taken, exponents, **window)
-
-    found, every = e.varied(coefficients, *_windows(series), {"taken": own - SUBTRACTED})
+    varied = e.varied(coefficients, *_windows(series), {"taken": own - SUBTRACTED})
     for k in range(len(exponents)):
-        number, others = _part(found, every, k)
-        out.claim(f"z_{k}, {series}", number, published.table_entry(paper[k]), family=others, **words)
+        found, every = part_of(varied, k)
+        out.claim(f"z_{k}, {series}", found, published.table_entry(paper[k]), family=every, **words)
     if series == "SP(ρ)":
         _claim_contacts_on_the_way(out, states, n, e)
 
@@ -190,9 +179,9 @@ def _claim_contacts_on_the_way(out: Drawing, states: pd.DataFrame, n: int, e: En
     def there(x: Array, y: Array, taken: float = 0.0) -> float:
         return conventions.at(d_rho, x, y - taken)
 
-    found, every = e.varied(there, {"taken": _mean_contacts(states, "sp", n) - SUBTRACTED})
+    found, every = e.varied(there, {"taken": conventions.own_contacts(states, "sp", n) - SUBTRACTED})
     text = f"z - {SUBTRACTED} at drho = {d_rho:g}, SP(ρ)"
-    of_size = _by_size(out, text, states, "SP(ρ)", lambda s: there(*_size_curve(s, "SP(ρ)", "excess contacts").mean))
+    of_size = _by_size(out, text, states, "SP(ρ)", "excess contacts", there)
     words = {"how": f"N = {n}, the fit of table 1 there, with the margins of both coefficients"}
     words["cause"] = f"it is {of_size}; row SP(φ) of table 1 gives {by_phi:.2f} for the same states"
     out.claim(text, found, drawn, family=every, **words, shown_by="boromand-5")
@@ -216,20 +205,20 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     else:
         stable = average(np.where(e.y > 0, e.y, np.nan))
         only = out.keep(f"G_0 of packings with G > 0, {series}", coefficients(x, stable)[0])
-        by_size = _by_size(out, f"G_0, {series}", states, series, lambda s: _coefficient(s, series, "g"))
+        by_size = _by_size(out, f"G_0, {series}", states, series, "g", lambda x, y: coefficients(x, y)[0])
         words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and G_0 is {by_size}"
         words["cause"] += f"; packings with G > 0 alone give {only:.3g}"
         if sheared is not None:
             ratio = out.write(f"G along x over the mean over directions, {series}")
             words["cause"] += f", and the paper shears along x, where G is {ratio} times the mean over directions"
         words["shown_by"] = "boromand-6 d and e"
-    found, every = e.varied(coefficients, *_windows(series))
-    every["medians"] = bootstrap([e.curves], lambda g: coefficients(average(g[0][..., 0]), median(g[0][..., 1])))
+    varied = e.varied(coefficients, *_windows(series))
+    varied[1]["medians"] = bootstrap([e.curves], lambda g: coefficients(average(g[0][..., 0]), median(g[0][..., 1])))
     if sheared is not None:
-        every["G along x"] = as_interval(Ensemble(e.x, e.y * sheared).interval(coefficients))
+        varied[1]["G along x"] = Ensemble(e.x, e.y * sheared).interval(coefficients)
     for k in range(len(exponents)):
-        number, others = _part(found, every, k)
-        out.claim(f"G_{k}, {series}", number, published.table_entry(paper[k]), family=others, **words)
+        found, every = part_of(varied, k)
+        out.claim(f"G_{k}, {series}", found, published.table_entry(paper[k]), family=every, **words)
 
 
 def _along_x(out: Drawing, states: pd.DataFrame, series: str, n: int) -> Array | None:
@@ -262,10 +251,6 @@ def _fit_within(x: Array, y: Array, exponents: tuple[float, ...], low: float = 0
     return fit_coefficients(x[kept], y[kept], exponents)
 
 
-def _part(found: Interval | None, every: dict[str, Interval], k: int) -> Varied:
-    return None if found is None else found[k], {choice: other[k] for choice, other in every.items()}
-
-
 def _claim_ratio(out: Drawing) -> None:
     """Claim how much larger C_1/C_0 of droplets is than of disks, for z and for G, from the claims of both."""
     held = {c.quantity: c for c in out.claims if c.measured and c.low > 0}
@@ -282,15 +267,6 @@ def _claim_ratio(out: Drawing) -> None:
         words = {"how": f"paper {theirs[0]:.3g} over {theirs[1]:.3g}", "calibrated": conventions.TABLE_TARGET}
         text = f"{name}_1/{name}_0, DP over SP"
         out.claim(text, found, published.LARGER_RATIO, **words, shown_by="boromand-5")
-
-
-def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
-    """Fit the first coefficient of the mean curve of the one size in these states."""
-    return float(fit_coefficients(*_size_curve(states, series, column).mean, EXPONENTS[SERIES[series][1]])[0])
-
-
-def _size_curve(states: pd.DataFrame, series: str, column: str) -> Ensemble:
-    return even_curve(states, series, int(states["n"].iloc[0]), column)
 
 
 def _window(series: str) -> str:

@@ -13,7 +13,7 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies.claims import Kind, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, unmeasured, vary_bootstrap
+from jamlab.studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, part_of, unmeasured, vary_bootstrap
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
 
 NEAR_ONSET = 0.845  # rho of the shares that the paper gives "near rho_J": its panel is over rho, rho_J is 0.842
@@ -136,14 +136,14 @@ def _claim_voids(out: Drawing, model: str, *, how: str, first: Array | None, x: 
         """Interpolate P_l between the bins of rho."""
         return np.array([np.interp(rho, x, share) for share in _share(drawn[0], tuple(published.VOID_SHARES)).T])
 
-    found, every = vary_bootstrap([cube], shares, *({"rho": float(x[near]) + step} for step in (-0.005, 0.005)))
+    varied = vary_bootstrap([cube], shares, *({"rho": float(x[near]) + step} for step in (-0.005, 0.005)))
     sides = float((cube[:, near, :, 0].sum(axis=0) @ np.arange(8)) / cube[:, near, :, 0].sum())
     out.keep(f"mean number of sides of voids, {big}", [sides], rho=[x[near]])
     for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
         words = {"how": f"{how}, states in the bin of rho around {x[near]:.3f}; {sides:.2f} sides on average"}
         words |= {"cause": _neighbours(out, f"P_{side}, {big}", side, x, cube), "shown_by": "boromand-8 a"}
-        others = {choice: other[k] for choice, other in every.items()}
-        out.claim(f"P_{side} near rho_J, {big}", found[k], paper, family=others, **words)
+        found, every = part_of(varied, k)
+        out.claim(f"P_{side} near rho_J, {big}", found, paper, family=every, **words)
     if first is None:
         return
     at_onset = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
