@@ -276,6 +276,7 @@ def _window(series: str) -> str:
 
 def _symbols(quantity: str) -> str:
     """Set z_J, phi_J and their like as symbols."""
+    quantity = quantity.replace("z -", "$z$ −").replace("drho", r"$\Delta\rho$")
     return re.sub(r"\b(phi|rho)_(\w)", r"$\\\1_\2$", re.sub(r"\b(z|G)_(\w)", r"$\1_\2$", quantity))
 
 
