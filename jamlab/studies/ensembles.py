@@ -211,13 +211,13 @@ def power_over(
     """Fit the exponent in x (m,) of values (m,) that groups of packings have, with its interval; and without the first
     and without the last place, as any power holds there too. None and nothing with less than two places."""
 
-    def exponent(groups: Sequence[Array], first: int = 0, last: int | None = None) -> float:
-        return float(power_law(x[first:last], np.asarray(values(groups))[first:last]).exponents[0])
+    def exponent(y: Array, first: int = 0, last: int | None = None) -> float:
+        return float(power_law(x[first:last], y[first:last]).exponents[0])
 
     if len(x) < 2:
         return None, {}
     choices: tuple[dict[str, int], ...] = ({"first": 1}, {"last": -1}) if len(x) > 2 else ()
-    return vary_bootstrap(drawn, exponent, *choices)
+    return vary_bootstrap(drawn, exponent, *choices, reduce=lambda groups: [np.asarray(values(groups))])
 
 
 def scaled(found: Interval, factor: ArrayLike) -> Interval:

@@ -19,7 +19,6 @@ from jamlab.studies.claims import Kind, write_by, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     ENOUGH,
-    RESAMPLES,
     Varied,
     average,
     bootstrap,
@@ -33,7 +32,6 @@ from jamlab.studies.ensembles import (
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
 SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of the motion are compared
-_MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
 _PLATEAU = 0.1  # of the box; longer lengths are cut off by it, at 0.17 to 0.19 L
 _REACH = 5.0  # longest over shortest length between these, from which their exponents tell something
 _SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
@@ -114,7 +112,7 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
     cubes = [_in_boxes(each) for each in rows]
     each = {p: float(np.nanmean(first_zeros(whole))) for p, whole in zip(pressures, cubes, strict=True)}
     out.keep(text, list(each.values()), p=each)
-    found = _mean_length(cubes, _MANY)
+    found = _mean_length(cubes)
     low, high = part["omega"].min(), part["omega"].max()
     where = f"omega = {low:g}" if low == high else f"mean over omega = {low:g} to {high:g}"
     by_size = _lengths_of_sizes(table[table["omega"].between(low, high)])
@@ -226,8 +224,8 @@ def _in_boxes(part: pd.DataFrame) -> Array:
     return by_frequency(part) / [float(part["box"].mean()), 1.0]
 
 
-def _mean_length(cubes: list[Array], resamples: int = RESAMPLES) -> Interval:
-    return bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]), resamples=resamples)
+def _mean_length(cubes: list[Array]) -> Interval:
+    return bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]))
 
 
 def _compare_lengths(out: Drawing, pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
@@ -345,7 +343,7 @@ def _claim_logarithm(
     wide = len(several) > 2 and reach >= _REACH
     drawn = [family[k][1] for k in several]
     choices = ({"low": 1.5 * _SHORTEST}, {"high": 0.75 * _PLATEAU}, {"high": 2 * _PLATEAU})
-    found, every = vary_bootstrap(drawn, fit, *choices, resamples=RESAMPLES // 2) if wide else unmeasured()
+    found, every = vary_bootstrap(drawn, fit, *choices) if wide else unmeasured()
     window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
         f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"

@@ -10,7 +10,6 @@ from scipy.special import kolmogorov
 
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.power_laws import power_law
 from jamlab.studies.claims import write_by, write_interval, write_list
 from jamlab.studies.conventions import SIZES, onset_law
 from jamlab.studies.ensemble_tables import EnsembleTables
@@ -178,10 +177,11 @@ def _same_distribution(a: Array, b: Array) -> float:
 
 
 def _width_exponent(n: list[int], groups: list[Array], of: str = "variance", first: int = 0) -> float:
-    """Fit the exponent of the width against N, sizes weighted by its error, sigma/(2m - 2)^0.5 of m packings."""
-    n, groups, quartiles = n[first:], groups[first:], of == "quartiles"
-    widths = np.array(
-        [np.subtract(*np.percentile(v, [75, 25])) / 1.349 if quartiles else v.std(ddof=1) for v in groups]
-    )
-    errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
-    return -float(power_law(n, widths, error=errors).exponents[0])
+    """Fit the exponent of the width against N in logarithms, whose error is (2m - 2)^-0.5 for m packings."""
+    n, groups = n[first:], groups[first:]
+    if of == "quartiles":
+        widths = [np.subtract(*np.percentile(v, [75, 25])) / 1.349 for v in groups]
+    else:
+        widths = [v.std(ddof=1) for v in groups]
+    weights = np.sqrt([2 * len(v) - 2 for v in groups])
+    return -float(np.polyfit(np.log(n), np.log(widths), 1, w=weights)[0])
