@@ -166,6 +166,7 @@ def test_command(tmp_path):
     assert rows.exit_code == 0 and re.search(parts, rows.stdout)
     told = json.loads(call(tmp_path, "figure", "rows", "baumgarten-5", *words[:2], "--json").stdout)["rows"]
     assert set(told[0]["family"]) == {"first = 1", "last = -1"} and told[0]["margin"] == 0.005
+    assert all(low < value < high for value, low, high in told[0]["family"].values())
     assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".png", ".pdf", ".csv"}
     assert "boromand-11" in call(tmp_path, "figure", "list").stdout
     assert set(json.loads(call(tmp_path, "figure", "list", "--json").stdout)) == set(gallery.FIGURES)
