@@ -439,7 +439,7 @@ def _print_rows(names: list[str], source: Path | None, as_json: bool) -> None:
         for c in () if as_json else found:
             out_console.print(c.record, soft_wrap=True, highlight=False, markup=False)
     if as_json:
-        print_json({"rows": [c.row() | {"family": dict(c.family)} for c in claims]})
+        print_json({"rows": [c.row() | {"family": c.choices} for c in claims]})
     else:
         out_console.print(first_line(claims), soft_wrap=True, highlight=False)
 

@@ -93,7 +93,11 @@ def fit_scaling_exponents(
     best = fill_in(np.array([start[k] for k in free]))
     if free and np.isinf(spread(best)):
         raise InputError(f"no two curves overlap at the start {best}: give another one, or curves of wider range")
-    if free:
+    if free == [1]:  # b moves curves upwards alone, so that the square of their spread is a parabola in it
+        below, at, above = (spread((best[0], best[1] + step)) ** 2 for step in (-1, 0, 1))
+        if (bend := below - 2 * at + above) > 0:
+            best = best[0], best[1] + 0.5 * (below - above) / bend
+    elif free:
         found = minimize(
             lambda v: spread(fill_in(v)) ** 2,
             [start[k] for k in free],

@@ -29,12 +29,12 @@ class Published(NamedTuple):
 def printed(text: str, where: str, relation: str = "=", *, decimals: int = 1, error: float | None = None) -> Published:
     """Give a number that a paper prints its margin, by one rule for all: the error that the paper states; else half a
     unit of the last decimal. What is printed without decimals, or said in words such as "constant", counts as printed
-    to `decimals`: one, but two where it is a part of a whole (of area, voids, rho, phi, A). 1/4 counts as 0.25. A
-    number that the paper prints in two ways has the margin that holds both. Bounds have none."""
+    to `decimals`: one, but two where it is a part of a whole (of area, voids, rho, phi, A). Fractions such as 1/4 count
+    as printed to two. A number that the paper prints in two ways has the margin that holds both. Bounds have none."""
     value = float(Fraction(text))
     if relation != "=":
         return Published(value, 0.0, relation, where)
-    shown = f"{value:.2f}".rstrip("0") if "/" in text else text
+    shown = f"{value:.2f}" if "/" in text else text
     margin = 0.5 * 10.0 ** -max(decimals, len(shown.partition(".")[2]))
     return Published(value, margin if error is None else error, relation, where)
 
@@ -130,12 +130,14 @@ AREA_OF_DENSE_DROPLETS = printed("1", "[B] sec 3, fig 4 b", decimals=2)
 # [B] figs 5 to 7
 AT_CONFLUENCE = printed("0.16", "[B] sec 3, fig 4 c")  # drho
 PROPORTIONAL = printed("1", "[B] abstract, sec 4")  # exponent of G in z - z_J
+SIMILAR = printed("1", "[B] sec 3, fig 5")  # z, G of DP over SP near onset; of large N over small N
 MODELS_PART = printed("0.88", "[B] sec 3, fig 5")  # rho
 ALPHA_0 = printed("0.5", "[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alpha_0
 BETA_0 = printed("0.5", "[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
 ROOT_NEAR_ONSET = printed("0.5", "[B] abstract, sec 4")  # of z - z_J and of G in drho, droplets
 DROPLET_EXPONENT = printed("0.8", "[B] sec 3, fig 6 c, f")  # of z - z_J and of G in drho
 CROSSOVER_EXPONENT = printed("2", "[B] sec 3, fig 6")  # a of the crossover at dphi N^a
+NEAREST_REGIME = (1e-4, 1e-3)  # distance from onset: between the steps of [B] sec 2.3 and the end of regime 1, sec 3
 REGIME_1 = {  # exponents of z - z_J and of G nearest to onset
     "z": printed("1.0", "[B] sec 3, fig 6 a, c"),
     "g": printed("0", "[B] sec 3, fig 6 d, f"),
@@ -166,7 +168,7 @@ EXPERIMENTS = printed("0", "[B] sec 3, fig 9", decimals=2)  # droplets less expe
 THETA = printed("0.55", "[B] appendix, fig 10")  # sigma ~ N^-theta
 ONSET_LIMIT = printed("0.842", "[B] appendix, fig 10")
 
-SAME_ONSETS = printed("0", "[B] sec 4, appendix")  # mean rho_J of DP less phi_J of SP, over their width
+SAME_ONSETS = printed("0", "[B] sec 4, appendix, table 1", error=0.005)  # mean rho_J of DP less phi_J of SP
 
 # [B] fig 11
 KAPPA = printed("0.75", "[B] appendix, fig 11 a")  # phi - rho ~ (U/N)^kappa
@@ -182,12 +184,16 @@ OMEGA = {  # drho ~ (A - A_J)^omega, small and large A; of disks the text has 0.
 ONSET_CORRECTION = 0.7
 
 # [T] figs 1, 3 and 6
+SIZE = 32_768  # disks
+ORDER = 0.5  # decades: what is "of order 1" is nearer to 1 than to 10 or 1/10
 KELVIN_VOIGT_SLOPE = printed("1", "[T] Introduction, fig 1")  # of G'' at both ends of the spectrum
 STORAGE_AT_ENDS = printed("0", "[T] Introduction, fig 1")  # slope of G' at both ends
-CRITICAL_SLOPE = printed("1/2", "[T] Introduction, fig 1")  # of G' and G'' between them
+CRITICAL_SLOPE = printed("0.5", "[T] Introduction, Balanced damping, fig 1")  # of G' and G'' between them
 MU = printed("1/2", "[T] Balanced damping, fig 3")  # G_0 ~ p^mu
 LAMBDA = printed("1", "[T] Balanced damping, fig 3")  # tau* ~ p^-lambda
-DELTA = printed("1/2", "[T] Balanced damping, fig 3")  # G* ~ omega^Delta
+DELTA = printed("0.5", "[T] Balanced damping, fig 3")  # G* ~ omega^Delta, with 1/2 beside
+QUASISTATIC_ENDS = printed("0", "[T] Balanced damping, fig 3 b", error=ORDER)  # decades of omega/p
+CRITICAL_ENDS = printed("0", "[T] Balanced damping, fig 3 a", error=ORDER)  # decades of omega
 
 # what follows from the equations, whatever the packings are, is held to the digits that tables keep
 EXACT = 1e-3
@@ -200,7 +206,7 @@ UNDAMPED_VISCOSITY = printed("1/2", "[T] Relation to floppiness, eq 22")  # expo
 BETA_STAR = printed("1", "[T] Relation to floppiness")  # beta* ~ p
 NO_SLOW_TIME = printed("0", "[T] Imbalanced contact damping, fig 4 a")  # of G_0/eta_0 in p, beta = 0
 CROSSOVER_TO_AFFINE = printed("0", "[T] Balanced damping, fig 3")  # exponent of it in p
-WITHOUT_ROTATIONS = printed("1/2", "[T] The bubble model")  # Delta, of disks that do not turn
+WITHOUT_ROTATIONS = printed("0.5", "[T] The bubble model")  # Delta, of disks that do not turn
 DRAG_EXPONENT = 2 / 3  # alpha of Bretherton's law, eq 9
 NONLINEAR_SLOPES = {  # eqs 27 to 29
     "slow G''": printed("2/3", "[T] Nonlinear damping, eq 27"),
@@ -211,10 +217,11 @@ NONLINEAR_SLOPES = {  # eqs 27 to 29
 # [T] figs 5, 7 and 8
 MEAN_APPROACH = printed("0", "[T] Relation to floppiness, text on fig 5")  # its exponent in p, plateau
 MEAN_AS_MEDIAN = printed("0", "[T] Relation to floppiness, text on fig 5")  # of mean over median in p
-INDEPENDENT = printed("0", "[T] Correlations, fig 7 a")  # exponent of l, contact damping, in omega, in p
+INDEPENDENT = printed("1", "[T] Correlations, fig 7 a")  # l at one end of omega or p over that at the other
 SAME_LENGTH = printed("1", "[T] Correlations", decimals=2)  # l of other lanes, or of the imaginary part, over l
 OF_THE_BOX = printed("0", "[T] Correlations, fig 7 a")  # exponent of l/L in N
 MOVES_OUT = printed("0", "[T] Correlations, fig 7 b", "<")  # exponent in omega of where C is least, Stokes drag
+SMALL_ENDS = printed("0", "[T] Finite size effects, fig 8", error=ORDER)  # decades of p N^2
 SHALLOWER = printed("-1/2", "[T] Finite size effects, fig 8", ">")  # slope with pre-stress
 STOKES_AS_CONTACT = printed("1", "[T] Finite size effects, fig 8")  # a that it considers likely
 HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k
@@ -229,7 +236,7 @@ SIZE_EXPONENT = {  # a: eta_0/N^a against p N^2
 }
 # slope of eta_0/N^a for large p N^2, no pre-stress: -a/2; under Stokes drag "slightly shallower"
 VISCOSITY_TAIL = {
-    "contact": printed("-1/2", "[T] Finite size effects, fig 8"),
+    "contact": printed("-0.5", "[T] Finite size effects, fig 8", error=0.025),  # a = 1.0
     "stokes": printed("-0.545", "[T] Finite size effects, fig 8", ">"),
 }
 

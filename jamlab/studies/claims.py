@@ -1,8 +1,7 @@
 """A claim sets a number of a paper beside ours, and says whether the two agree, and if not, why."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
@@ -61,7 +59,7 @@ class Claim:
     unlike: str = ""  # why ours was measured under other conditions, so that a difference would tell nothing
     where: str = ""  # section, figure or table of the paper
     kind: Kind = Kind.MEASURED  # see `Kind`
-    family: Mapping[str, float] = field(default_factory=dict, hash=False)  # other windows, offsets, sizes -> value
+    family: Mapping[str, Interval] = field(default_factory=dict, hash=False)  # other windows, offsets, sizes -> number
 
     @property
     def measured(self) -> bool:
@@ -71,14 +69,24 @@ class Claim:
     @property
     def systematic(self) -> tuple[float, float]:
         """How far the family lies below and above the value; the interval over packings knows nothing of it."""
-        moved = [v - self.value for v in self.family.values()]
+        moved = [float(other.value) - self.value for other in self.family.values()]
         return max([0.0, *(-m for m in moved)]), max([0.0, *moved])
 
     @property
+    def intervals(self) -> list[tuple[float, float]]:
+        """Ends of the interval of the number, and of that of every choice, each with the packings that it has. One of
+        too few packings for an interval has that of the number, moved by as much as it lies off."""
+        every = [(self.low, self.high)]
+        for other in self.family.values():
+            ends, moved = (float(other.low), float(other.high)), float(other.value) - self.value
+            every.append(ends if np.isfinite(ends).all() else (self.low + moved, self.high + moved))
+        return every
+
+    @property
     def allowed(self) -> tuple[float, float]:
-        """Lowest and highest number that the data allow: the ends of the interval, moved as far as the family goes."""
-        below, above = self.systematic
-        return self.low - below, self.high + above
+        """Lowest and highest number that the data allow by any choice."""
+        lows, highs = zip(*self.intervals, strict=True)
+        return min(lows), max(highs)
 
     @property
     def asked(self) -> tuple[float, float]:
@@ -88,8 +96,9 @@ class Claim:
 
     @property
     def compared(self) -> Verdict:
-        """The rule, the same for every number: it agrees if every number that the data allow is one that the paper's
-        words mean, differs if none is, and is undecided else. Packings and choices of the fit count alike."""
+        """The rule, the same for every number, and for every choice of the fit with its own interval: it agrees if by
+        each all that the packings allow is what the paper's words mean, differs if by each nothing is, all on the same
+        side, and is undecided else. If choices lie on either side, one between them would meet the paper."""
         (low, high), (least, most) = self.allowed, self.asked
         if high < least or most < low:
             return Verdict.DIFFERS
@@ -139,8 +148,8 @@ class Claim:
         if not self.family:
             return ""
         below, above = self.systematic
-        most = max(self.family, key=lambda choice: abs(self.family[choice] - self.value))
-        return f"systematic -{below:.2g} +{above:.2g}, the most by {most}: {self.family[most]:.4g}"
+        most = max(self.family, key=lambda choice: abs(self.family[choice].value - self.value))
+        return f"systematic -{below:.2g} +{above:.2g}, the most by {most}: {float(self.family[most].value):.4g}"
 
     @property
     def text(self) -> str:
@@ -158,7 +167,7 @@ class Claim:
     def record(self) -> str:
         """Write all that decides the verdict: the paper's words, interval, definition, window, data, every choice."""
         (low, high), (least, most) = self.allowed, self.asked
-        every = ", ".join(f"{choice}: {value:.4g}" for choice, value in self.family.items())
+        every = ", ".join(f"{choice}: {float(v.value):.4g}{_ends(v)}" for choice, v in self.family.items())
         aside = "" if self.counted else f" ({self.kind}, not counted)"
         lines = [
             f"{self.figure}: {self.quantity}: {self.verdict}{aside}",
@@ -176,6 +185,12 @@ class Claim:
         sign = "" if self.relation == "=" else f"{self.relation} "
         return f"{sign}{self.paper:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
 
+    @property
+    def choices(self) -> dict[str, list[float | None]]:
+        """List value, low and high of every choice, plain for JSON."""
+        every = {choice: (v.value, v.low, v.high) for choice, v in self.family.items()}
+        return {choice: [float(x) if np.isfinite(x) else None for x in numbers] for choice, numbers in every.items()}
+
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""
         below, above = self.systematic
@@ -190,7 +205,7 @@ def claim(
     paper: Published,
     *,
     kind: Kind = Kind.MEASURED,
-    family: Mapping[str, float] | None = None,
+    family: Mapping[str, ArrayLike | Interval | None] | None = None,
     **words: str,
 ) -> Claim:
     """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction,
@@ -199,29 +214,27 @@ def claim(
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") and kind is Kind.MEASURED else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation)
-    return Claim(figure, quantity, *number, kind=kind, family=family or {}, **{"where": paper.where} | words)  # type: ignore[arg-type]
+    every = {choice: as_interval(other) for choice, other in (family or {}).items()}
+    every = {choice: other for choice, other in every.items() if np.isfinite(other.value)}
+    return Claim(figure, quantity, *number, kind=kind, family=every, **{"where": paper.where} | words)  # type: ignore[arg-type]
 
 
-def vary(statistic: Callable[..., Any], *choices: Mapping[str, Any]) -> dict[str, float]:
-    """Evaluate a statistic under other defensible choices, keywords with values such as {"low": 0.02}: its systematic
-    error. The family stands written in the code; choices without a value, or without a fit, are left out."""
-    found = {}
-    for choice in choices:
-        with suppress(ConvergenceError, InputError):
-            value = float(statistic(**choice))
-            if np.isfinite(value):
-                found[", ".join(f"{k.replace('_', ' ')} = {_plain(v)}" for k, v in choice.items())] = value
-    return found
+def as_interval(found: Any) -> Interval:
+    """Take a number without an interval as one whose ends are not known; None as nan."""
+    if isinstance(found, Interval):
+        return found
+    return Interval(*(np.asarray(np.nan if v is None else v, dtype=np.float64) for v in (found, None, None)))
+
+
+def name_choice(choice: Mapping[str, Any]) -> str:
+    """Name a choice by its keywords, such as "low = 0.02"."""
+    return ", ".join(f"{k.replace('_', ' ')} = {f'{v:g}' if isinstance(v, float) else v}" for k, v in choice.items())
 
 
 def halves(low: float, high: float) -> tuple[dict[str, float], dict[str, float]]:
     """Choose the upper and the lower half of a window, in logarithms: where a power holds, both give it."""
     middle = (low * high) ** 0.5
     return {"low": middle}, {"high": middle}
-
-
-def _plain(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 # numbers as text, for captions and reasons ----------------------------------------------------------------------------
@@ -232,6 +245,10 @@ def write_interval(found: Interval | None, digits: int = 2) -> str:
     if found is None:
         return "not measured"
     return f"{_fixed(found.value, digits)} [{_fixed(found.low, digits)}, {_fixed(found.high, digits)}]"
+
+
+def _ends(found: Interval) -> str:
+    return f" [{found.low:.4g}, {found.high:.4g}]" if np.isfinite([found.low, found.high]).all() else ""
 
 
 def _fixed(value: ArrayLike, digits: int) -> str:

@@ -57,6 +57,11 @@ def along_x(states: pd.DataFrame) -> pd.DataFrame:
     return states[states["g_x"].notna()].assign(g=lambda t: t["g_x"]) if "g_x" in states else states.head(0)
 
 
+def own_contacts(states: pd.DataFrame, model: str, n: int) -> float:
+    """Average z_J of the packings of one model and size."""
+    return float(states.loc[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0), "z"].mean())
+
+
 def first_above(x: Array, y: Array, level: float) -> float:
     """Interpolate the place at which a curve first exceeds a level; nan if it begins there, or never does."""
     k = int(np.argmax(y > level))
@@ -76,7 +81,9 @@ def fit_exponent(x: Array, y: Array) -> float:
     kept = np.isfinite(x + y)
     if kept.sum() < 3 or (y[kept] <= 0).any():
         return float("nan")
-    return float(np.polyfit(np.log(x[kept]), np.log(y[kept]), 1)[0])
+    x, y = np.log(x[kept]), np.log(y[kept])
+    x = x - x.mean()
+    return float(x @ y / (x @ x))
 
 
 def at(place: float, x: Array, y: ArrayLike) -> float:
@@ -131,15 +138,6 @@ def same_states(d_rho: float = 0.1) -> tuple[float, float, float]:
     same = float(np.interp(d_rho, published.EQ_11_C.value * eq_11(d_phi), d_phi))
     one, other = (published.table_law(published.TABLE_1[s][2:], d) for s, d in (("SP(φ)", same), ("SP(ρ)", d_rho)))
     return same, one, other
-
-
-def contradiction_of_disks(d_rho: float = 0.1) -> str:
-    """Table 1: rows SP(φ) and SP(ρ) describe the same states, joined by eq 11, and give different z."""
-    same, one, other = same_states(d_rho)
-    return (
-        f"by eq 11 drho = {d_rho:g} is dphi = {same:.3f}, where row SP(φ) of table 1 gives z - z_J = {one:.2f};"
-        f" row SP(ρ) gives {other:.2f} for the same states"
-    )
 
 
 def end_of_droplet_fit() -> float:

@@ -1,6 +1,7 @@
 """Select rows of packings of one kind, arrange them at the same places, and average them with intervals."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -14,9 +15,9 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.bootstrap import bootstrap as resample
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import vary
+from jamlab.studies.claims import as_interval, name_choice
 
-Statistic = Callable[[Array, Array], ArrayLike]
+Varied = tuple[Interval | None, dict[str, Interval]]  # a number, and what it is under other defensible choices
 
 PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "eps", "nv_small", "contact")
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
@@ -149,6 +150,8 @@ def average(values: Array) -> Array:
 
 def median(values: Array) -> Array:
     """Find the median (places,) over packings (axis 0); nan where no packing has a value."""
+    if np.isfinite(values).all():  # as they mostly are, in a tenth of the time
+        return np.asarray(np.median(values, axis=0))
     known = np.isfinite(values).any(axis=0)
     out = np.full(values.shape[1:], np.nan)
     out[known] = np.nanmedian(values[:, known], axis=0)
@@ -165,19 +168,56 @@ def side_by_side(found: Iterable[Interval]) -> Interval:
     return Interval(*np.array([[float(f.value), float(f.low), float(f.high)] for f in found]).T)
 
 
+def unmeasured() -> Varied:
+    """Give the number, and the family, that data without packings have."""
+    return None, {}
+
+
+def part_of(varied: Varied, k: int) -> Varied:
+    """Take the k-th of several numbers, and its family."""
+    found, every = varied
+    return None if found is None else found[k], {choice: other[k] for choice, other in every.items()}
+
+
+def vary_bootstrap(
+    groups: Sequence[Array],
+    statistic: Callable[..., ArrayLike],
+    *choices: Mapping[str, Any],
+    reduce: Callable[[list[Array]], Sequence[Any]] = lambda drawn: [drawn],
+    resamples: int = RESAMPLES,
+) -> tuple[Interval, dict[str, Interval]]:
+    """Compute a statistic of groups of packings with its interval, and its family: what it is with its interval, of the
+    same resamples, under other defensible choices, keywords of it such as {"low": 0.02}. The family stands written in
+    the code; choices without a value, or without a fit, are left out. The statistic takes what `reduce` gives of the
+    groups, once a resample."""
+
+    def every(drawn: list[Array]) -> Array:
+        reduced = reduce(drawn)
+        values = [np.asarray(statistic(*reduced), dtype=np.float64)]
+        for choice in choices:
+            values.append(np.full_like(values[0], np.nan))
+            with suppress(ConvergenceError, InputError):
+                values[-1] = np.asarray(statistic(*reduced, **choice), dtype=np.float64)
+        return np.array(values)
+
+    found = bootstrap(groups, every, resamples=resamples)
+    known = [k for k, value in enumerate(found.value[1:]) if np.isfinite(value).all()]
+    return found[0], {name_choice(choices[k]): found[k + 1] for k in known}
+
+
 def power_over(
     x: Sequence[float] | Array, drawn: Sequence[Array], values: Callable[[Sequence[Array]], ArrayLike]
-) -> tuple[Interval | None, dict[str, float]]:
+) -> Varied:
     """Fit the exponent in x (m,) of values (m,) that groups of packings have, with its interval; and without the first
     and without the last place, as any power holds there too. None and nothing with less than two places."""
 
-    def exponent(groups: Sequence[Array], first: int = 0, last: int | None = None) -> float:
-        return float(power_law(x[first:last], np.asarray(values(groups))[first:last]).exponents[0])
+    def exponent(y: Array, first: int = 0, last: int | None = None) -> float:
+        return float(power_law(x[first:last], y[first:last]).exponents[0])
 
     if len(x) < 2:
         return None, {}
     choices: tuple[dict[str, int], ...] = ({"first": 1}, {"last": -1}) if len(x) > 2 else ()
-    return bootstrap(drawn, exponent), vary(partial(exponent, drawn), *choices)
+    return vary_bootstrap(drawn, exponent, *choices, reduce=lambda groups: [np.asarray(values(groups))])
 
 
 def scaled(found: Interval, factor: ArrayLike) -> Interval:
@@ -231,12 +271,19 @@ class Ensemble:
         kept = (x > low) & (x < high)
         return Ensemble(self.x[:, kept], self.y[:, kept])
 
-    def interval(self, statistic: Statistic) -> Interval | None:
-        """Compute a statistic of the mean curve, x and y (places,), with its interval; None if no law fits."""
+    def interval(self, statistic: Callable[..., ArrayLike]) -> Interval:
+        """Compute a statistic of the mean curve, x and y (places,), with its interval; nan if no law fits."""
+        return as_interval(self.varied(statistic)[0])
+
+    def varied(self, statistic: Callable[..., ArrayLike], *choices: Mapping[str, Any]) -> Varied:
+        """Compute a statistic of the mean curve, and its family of choices, keywords of it; None if no law fits."""
+        x, least = np.fmax.reduce(self.x), np.fmin.reduce(self.x)
         try:
-            return bootstrap([self.curves], lambda drawn: statistic(*mean_curve(drawn[0])))
+            if np.array_equal(x, least, equal_nan=True):  # fixed places: half as many numbers to draw
+                return vary_bootstrap([self.y], statistic, *choices, reduce=lambda drawn: (x, average(drawn[0])))
+            return vary_bootstrap([self.curves], statistic, *choices, reduce=lambda drawn: mean_curve(drawn[0]))
         except (ConvergenceError, InputError):
-            return None
+            return unmeasured()
 
 
 def mean_curve(curves: Array) -> tuple[Array, Array]:

@@ -174,12 +174,12 @@ def write_all(
 def _lead(claims: Sequence[Claim]) -> str:
     return (
         f"Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. {first_line(claims)} One rule "
-        "for every number: what our data allow is its 95 % interval over packings, of which it takes five, widened "
-        "by the family of other defensible windows, sizes and offsets; what the paper's words mean is its value "
-        "within its margin: the error it states, half a unit of its last digit, or what its words allow. A number "
-        "agrees if all of the first lies within the second, differs if none of it does, and is undecided else. Where"
-        " a number differs, the cause stands beside it with the figure that shows it. Where the paper contradicts "
-        "itself, the contradiction does. Calibrated numbers are no independent test. "
+        "for every number: what our data allow is its 95 % interval over packings, of which it takes five, and that "
+        "of every member of the family of other defensible windows, sizes and offsets; what the paper's words mean is "
+        "its value within its margin: the error it states, half a unit of its last digit, or what its words allow. A "
+        "number agrees if each interval lies within the second, differs if all lie beyond it on one side, and is "
+        "undecided else. Where a number differs, the cause stands beside it with the figure that shows it. Where the "
+        "paper contradicts itself, the contradiction does. Calibrated numbers are no independent test. "
         f"Contents and choices count all {len(claims)} rows, also those not counted here and those of figures that "
         "neither paper has."
     )

@@ -16,7 +16,7 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
-from jamlab.studies.claims import Claim, claim, write_interval
+from jamlab.studies.claims import Claim, as_interval, claim, write_interval
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
@@ -83,11 +83,11 @@ class Drawing:
         """Keep a number or an interval of the figure by name, None as nan, and return it as it is. Of several, values
         tell what tells them apart: "theta" by N=[32, 64] is kept as "theta, N = 32" and so on."""
         if not by:
-            self.values[name] = _interval(found)
+            self.values[name] = as_interval(found)
             return found
         ((what, places),) = by.items()
         for k, place in enumerate(places):
-            self.values[f"{name}, {what} = {place:g}"] = _interval(None if found is None else found[k])
+            self.values[f"{name}, {what} = {place:g}"] = as_interval(None if found is None else found[k])
         return found
 
     @property
@@ -212,12 +212,6 @@ def scale(*axes: Any, x: str = "log", y: str = "log") -> None:
     for part in axes:
         part.set_xscale(x)
         part.set_yscale(y)
-
-
-def _interval(found: Any) -> Interval:
-    if isinstance(found, Interval):
-        return found
-    return Interval(*(np.asarray(np.nan if v is None else v, dtype=np.float64) for v in (found, None, None)))
 
 
 def _row(values: ArrayLike) -> Array:

@@ -280,7 +280,7 @@ def test_the_page_of_contradictions_has_the_numbers_of_the_figure():
     assert sizes and [numbers for numbers in (", ".join(sizes), reached, slopes) if numbers not in page] == []
     claims = {c.quantity: c for c in gallery.draw("boromand-5", reference_tables()).claims}
     part = claims["rho from which z of DP exceeds SP by 2 %"]
-    words = f"by 2 % from ρ = {part.value:.2f} and by 3 % from {part.family['share = 0.03']:.2f}"
+    words = f"by 2 % from ρ = {part.value:.2f} and by 3 % from {float(part.family['share = 0.03'].value):.2f}"
     limits = (Path(__file__).parents[2] / "docs" / "explanation" / "limits.md").read_text(encoding="utf-8")
     assert words in " ".join(limits.split())
 

@@ -10,12 +10,16 @@ import pytest
 from drawn_figures import drawn, tables
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import ks_2samp
 
+from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 from jamlab.studies import conventions, gallery
-from jamlab.studies.claims import SUMMARY, Claim, Verdict, claim, halves, vary
+from jamlab.studies.boromand.onset import _same_distribution
+from jamlab.studies.claims import SUMMARY, Claim, Verdict, claim, halves
 from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensembles import bootstrap, vary_bootstrap
 
 CLAIMS = Path("docs", "explanation", "claims_of_the_papers.csv")
 REFERENCE = Path(str(resources.files("jamlab.studies"))) / "reference"
@@ -34,31 +38,33 @@ REFERENCE = Path(str(resources.files("jamlab.studies"))) / "reference"
         (0.7, 0.9, (), ">", "differs"),
         (0.7, 0.9, (), "<", "agrees"),
         (1.2, 1.3, (), "<", "differs"),
-        (0.98, 1.02, (0.98, 1.02), "=", "agrees"),
-        (0.98, 1.02, (1.04,), "=", "undecided"),  # choices of the fit count as packings do
-        (1.2, 1.24, (1.0,), "=", "undecided"),
-        (1.2, 1.24, (0.8,), "=", "undecided"),  # one on either side: some window between would agree
-        (1.2, 1.24, (1.4, 1.15), "=", "differs"),
-        (1.2, 1.3, (1.2,), ">", "agrees"),
-        (1.2, 1.3, (1.0,), ">", "undecided"),
+        (0.98, 1.02, ((0.97, 0.99), (1.0, 1.04)), "=", "agrees"),
+        (0.98, 1.02, ((1.01, 1.06),), "=", "undecided"),  # choices of the fit count as packings do
+        (1.2, 1.24, ((0.98, 1.02),), "=", "undecided"),
+        (1.2, 1.24, ((0.7, 0.8),), "=", "undecided"),  # one on either side: some window between would agree
+        (1.2, 1.24, ((1.4, 1.5), (1.1, 1.2)), "=", "differs"),
+        (1.2, 1.24, ((1.06, 1.07),), "=", "differs"),  # with the interval of the choice, not that of the number
+        (1.2, 1.24, ((1.06, np.nan),), "=", "undecided"),  # which stands where the choice has none
+        (1.2, 1.3, ((1.1, 1.2),), ">", "agrees"),
+        (1.2, 1.3, ((0.9, 1.1),), ">", "undecided"),
     ],
 )
 def test_one_rule_for_packings_and_for_choices_of_the_fit(low, high, others, relation, verdict):
-    value = 0.5 * (low + high)
     margin = 0.05 if relation == "=" else 0.0
-    c = Claim("f", "q", value, low, high, 1.0, margin, relation, family=dict(enumerate(others)))
+    family = {str(k): Interval(*map(np.array, (np.nanmean(ends), *ends))) for k, ends in enumerate(others)}
+    c = Claim("f", "q", 0.5 * (low + high), low, high, 1.0, margin, relation, family=family)
     assert c.verdict == verdict
-    every = [value, *others]
-    assert c.allowed == pytest.approx((min(every) - value + low, max(every) - value + high))
     assert (f"from {c.allowed[0]:.4g} to {c.allowed[1]:.4g}" in c.reason) is (verdict == "undecided")
 
 
 @given(
-    st.floats(-2, 2), st.floats(0, 2), st.lists(st.floats(-3, 3), max_size=3), st.floats(0, 1), st.sampled_from("=<>")
+    *(st.floats(-2, 2), st.floats(0, 2), st.lists(st.tuples(st.floats(-3, 3), st.floats(0, 2)), max_size=3)),
+    *(st.floats(0, 1), st.sampled_from("=<>")),
 )
 def test_more_packings_or_choices_never_turn_agreement_into_difference(value, half, others, margin, relation):
     """Narrowing an interval, or leaving choices out, may decide a number, and never swaps one verdict for the other."""
-    wide = Claim("f", "q", value, value - half, value + half, 1.0, margin, relation, family=dict(enumerate(others)))
+    family = {str(k): Interval(*map(np.array, (v, v - h, v + h))) for k, (v, h) in enumerate(others)}
+    wide = Claim("f", "q", value, value - half, value + half, 1.0, margin, relation, family=family)
     narrow = Claim("f", "q", value, value - 0.5 * half, value + 0.5 * half, 1.0, margin, relation)
     assert wide.verdict in (narrow.verdict, Verdict.UNDECIDED)
 
@@ -68,7 +74,25 @@ def test_a_family_holds_what_its_choices_give():
     x = np.geomspace(0.1, 10, 21)
     slope = lambda low=0.1, high=10.0: conventions.fit_exponent(*(v[(x >= low) & (x <= high)] for v in (x, x**2)))  # noqa: E731
     assert halves(0.1, 10.0) == ({"low": pytest.approx(1.0)}, {"high": pytest.approx(1.0)})
-    assert vary(slope, *halves(0.1, 10.0), {"low": 9.0}) == {"low = 1": pytest.approx(2), "high = 1": pytest.approx(2)}
+    choices = (*halves(0.1, 10.0), {"low": 9.0})
+    _, every = vary_bootstrap([np.ones(5)], lambda _, **window: slope(**window), *choices)
+    assert {choice: float(v.value) for choice, v in every.items()} == pytest.approx({"low = 1": 2, "high = 1": 2})
+    assert not claim("f", "q", None, Published(1.0), family={"a": None, "b": float("nan")}).family
+
+
+def test_a_choice_has_the_interval_of_its_own_packings():
+    """Twice the mean of the same packings has twice the interval, on the same resamples; a choice that fails, none."""
+
+    def mean(groups, factor=1.0):
+        if factor > 2:
+            raise InputError("too large")
+        return factor * groups[0].mean()
+
+    packings = [np.random.default_rng(1).normal(3.0, 1.0, 30)]
+    found, every = vary_bootstrap(packings, mean, {"factor": 2.0}, {"factor": 3.0})
+    ends = lambda v: [float(v.value), float(v.low), float(v.high)]  # noqa: E731
+    assert ends(found) == ends(bootstrap(packings, mean)) and list(every) == ["factor = 2"]
+    assert ends(every["factor = 2"]) == pytest.approx([2 * end for end in ends(found)])
 
 
 def test_what_is_no_test_is_no_agreement():
@@ -131,3 +155,11 @@ def test_every_claim_of_the_papers_has_its_numbers_and_every_number_its_claim():
     named = {name for _, _, cell in listed for name in cell.split(" | ") if name not in WITHOUT_NUMBER}
     assert len(listed) > 80 and all(place.startswith(("[B] ", "[T] ")) and fact for place, fact, _ in listed)
     assert named - numbers == set() and numbers - named == set()
+
+
+def test_samples_of_one_distribution_are_told_from_others():
+    """Two thousand numbers, and the same a tenth of a width further: scipy's test of both."""
+    a, b = np.random.default_rng(3).normal(0.84, 0.01, (2, 2000))
+    for other in (b, b + 0.001):
+        assert _same_distribution(a, other) == pytest.approx(ks_2samp(a, other, method="asymp").pvalue, rel=0.05)
+    assert _same_distribution(a, a) == 1

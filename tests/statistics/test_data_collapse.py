@@ -26,6 +26,11 @@ def test_finite_size_exponents_of_a_collapse(a, b):
     assert found.spread < 2e-3 < found.before and found.quality > 0.98
     fixed = fit_scaling_exponents(n, [[sized(m, a, b) for m in n]], b=b, start=(1.0, 0.0))
     assert fixed.b == b and fixed.a == pytest.approx(a, abs=0.01)
+    shifted = fit_scaling_exponents(n, [[sized(m, a, b) for m in n]], a=a)  # b alone: the bottom of a parabola
+    assert shifted.a == a and shifted.b == pytest.approx(b, abs=1e-3)
+    assert shifted.spread == min(
+        fit_scaling_exponents(n, [[sized(m, a, b) for m in n]], a=a, b=shifted.b + e).spread for e in (-1e-4, 0, 1e-4)
+    )
 
 
 def test_spread_is_the_distance_from_the_mean_curve():

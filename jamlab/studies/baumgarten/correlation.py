@@ -1,6 +1,6 @@
 """Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,16 +12,28 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.packing import Packing
 from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
 from jamlab.statistics import published_numbers as published
+from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies.baumgarten.spectral_groups import format_power, select_largest, select_law
-from jamlab.studies.claims import Kind, vary, write_by, write_list
+from jamlab.studies.claims import Kind, write_by, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, power_over, scaled
+from jamlab.studies.ensembles import (
+    ENOUGH,
+    Varied,
+    average,
+    bootstrap,
+    enough,
+    mean_over_packings,
+    power_over,
+    scaled,
+    unmeasured,
+    vary_bootstrap,
+)
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
 SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of the motion are compared
-_MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
-_PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
+_PLATEAU = 0.1  # of the box; longer lengths are cut off by it, at 0.17 to 0.19 L
+_REACH = 5.0  # longest over shortest length between these, from which their exponents tell something
 _SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
 
 
@@ -97,15 +109,15 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
     part = table_at[table_at["n"] == sampled]
     pressures = enough(part, "pressure")[::-1]
     rows = [part[part["pressure"] == p] for p in pressures]
-    cubes = [by_frequency(each) / [float(part["box"].mean()), 1.0] for each in rows]
+    cubes = [_in_boxes(each) for each in rows]
     each = {p: float(np.nanmean(first_zeros(whole))) for p, whole in zip(pressures, cubes, strict=True)}
     out.keep(text, list(each.values()), p=each)
-    found = bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]), resamples=_MANY)
+    found = _mean_length(cubes)
     low, high = part["omega"].min(), part["omega"].max()
     where = f"omega = {low:g}" if low == high else f"mean over omega = {low:g} to {high:g}"
     by_size = _lengths_of_sizes(table[table["omega"].between(low, high)])
     out.keep(text, list(by_size.values()), N=by_size)
-    zeros = ", ".join(f"{length:.3f} at N = {n}" for n, length in by_size.items())
+    zeros = ", ".join(f"{length.value:.3f} at N = {n}" for n, length in by_size.items())
     words = {
         "how": f"N = {int(part['n'].iloc[0])}, {where}; mean of {write_by(each, '.3f', 'p')}",
         "cause": f"the zero of C lies at {zeros}",
@@ -117,11 +129,23 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
     out.claim(text, found, published.CORRELATION_LENGTH, kind=same, family=every, **words)
     if low == high:
         return
-    shown = {"how": f"N = {sampled}, l in boxes", "shown_by": "baumgarten-7 a"}
+    words = {"how": f"N = {sampled}, l in boxes, between the ends by its power", "shown_by": "baumgarten-7 a"}
     over = np.sort(part["omega"].unique())
     for what, x, other in (("omega", over, 0), ("p", np.array(pressures), 1)):
-        slope, every = power_over(x, cubes, partial(_mean_zeros, axis=other))
-        out.claim(f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, family=every, **shown)
+        ratio, every = _ratio_over(x, cubes, partial(_mean_zeros, axis=other))
+        text = f"l at the largest over l at the smallest {what}, contact damping"
+        out.claim(text, ratio, published.INDEPENDENT, family=every, **words)
+
+
+def _ratio_over(x: Array, cubes: list[Array], values: Callable[[Sequence[Array]], Array]) -> Varied:
+    """Compute by how much values change from the smallest x to the largest, by the power of x that fits them best: over
+    many decades a small exponent is a large factor."""
+
+    def ratio(exponent: Interval) -> Interval:
+        return Interval(*((x.max() / x.min()) ** end for end in (exponent.value, exponent.low, exponent.high)))
+
+    found, every = power_over(x, cubes, values)
+    return None if found is None else ratio(found), {choice: ratio(other) for choice, other in every.items()}
 
 
 def _mean_zeros(cubes: Sequence[Array], axis: int) -> Array:
@@ -148,9 +172,9 @@ def _claim_box_alone(out: Drawing, balanced: pd.DataFrame) -> None:
     wide = rows[(rows["n"] == fastest["n"].max()) & rows["seed"].isin(fastest["seed"])]
     omega, whole = np.sort(wide["omega"].unique()), by_frequency(wide)
 
-    found, every = power_over(omega, [whole], lambda drawn: first_zeros(drawn[0]))
-    words["how"] = f"N = {wide['n'].iloc[0]}, p = {p:g}, omega = {omega[0]:g} to {omega[-1]:g}"
-    text = "exponent of l in omega over all decades, contact damping"
+    found, every = _ratio_over(omega, [whole], lambda drawn: first_zeros(drawn[0]))
+    words["how"] = f"N = {wide['n'].iloc[0]}, p = {p:g}, omega = {omega[0]:g} to {omega[-1]:g}, by its power of omega"
+    text = "l at the largest over l at the smallest omega of all decades, contact damping"
     out.claim(text, found, published.INDEPENDENT, family=every, **words)
 
 
@@ -178,22 +202,30 @@ def _claim_other_lanes(out: Drawing, tables: EnsembleTables) -> None:
         p = enough(rows, "pressure") if len(rows) else []
         ratios = [part[name].to_numpy() / part["length"].to_numpy() for _, part in rows.groupby("pressure")]
         found = bootstrap(ratios, lambda g: np.concatenate(g).mean()) if p else None
-        every = {f"p = {q:g}": float(v.mean()) for q, v in zip(p, ratios, strict=True)}
+        every = {f"p = {q:g}": mean_over_packings([v])[0] for q, v in zip(p, ratios, strict=True)}
         if name == "length_half_lane" and p:
-            every["a quarter as high"] = float((rows["length_quarter_lane"] / rows["length"]).mean())
+            quarter = (rows["length_quarter_lane"] / rows["length"]).dropna().to_numpy()
+            every["a quarter as high"] = mean_over_packings([quarter])[0]
         how = f"N = {rows['n'].iloc[0]}, omega = {SLOW:g}, mean over packings" if p else "no packing has both"
         words = {"how": how, "shown_by": "baumgarten-7 a"}
         out.claim(f"l of {text} over l, contact damping", found, published.SAME_LENGTH, family=every, **words)
 
 
-def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, float]:
+def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, Interval]:
     """Find l/L in packings of every size, the mean over pressures and frequencies."""
     found = {}
     for n in enough(table, "n", 1):
         rows = table[table["n"] == n]
-        each = [np.nanmean(first_zeros(by_frequency(part))) for _, part in rows.groupby("pressure")]
-        found[n] = float(np.nanmean(each)) / float(rows["box"].mean())
+        found[n] = _mean_length([_in_boxes(part) for _, part in rows.groupby("pressure")])
     return found
+
+
+def _in_boxes(part: pd.DataFrame) -> Array:
+    return by_frequency(part) / [float(part["box"].mean()), 1.0]
+
+
+def _mean_length(cubes: list[Array]) -> Interval:
+    return bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]))
 
 
 def _compare_lengths(out: Drawing, pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
@@ -307,16 +339,17 @@ def _claim_logarithm(
             return np.nan
         return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
-    decades = np.log10(_PLATEAU * side / _SHORTEST)
-    wide = len(several) > 2 and decades >= 1
+    reach = _PLATEAU * side / _SHORTEST
+    wide = len(several) > 2 and reach >= _REACH
     drawn = [family[k][1] for k in several]
-    found = bootstrap(drawn, fit) if wide else None
-    every = vary(partial(fit, drawn), {"low": 1.5 * _SHORTEST}, {"high": 0.75 * _PLATEAU}) if wide else {}
+    choices = ({"low": 1.5 * _SHORTEST}, {"high": 0.75 * _PLATEAU}, {"high": 2 * _PLATEAU})
+    found, every = vary_bootstrap(drawn, fit, *choices) if wide else unmeasured()
     window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
         f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
         if wide
-        else f"it takes a decade of lengths {window} at three pressures; N = {n} has {decades:.1f} at {len(several)}"
+        else f"it takes {_REACH:g} times the shortest length {window} at three pressures; N = {n} has {reach:.1f} at "
+        f"{len(several)}"
     )
     curves = [usable(*family[k]) for k in several]
     middle = np.sqrt(_SHORTEST * _PLATEAU * side)

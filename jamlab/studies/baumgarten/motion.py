@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,17 +22,20 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_law,
     select_limits,
 )
-from jamlab.studies.claims import vary, write_list
+from jamlab.studies.claims import write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     FEWEST,
     RESAMPLES,
+    Varied,
     bootstrap,
     enough,
     groups_by,
     mean_over_packings,
     power_over,
     scaled,
+    unmeasured,
+    vary_bootstrap,
 )
 from jamlab.studies.panels import Drawing, drawing, label, scale, size_style, style
 
@@ -88,7 +90,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _fit_motion(groups: dict[float, Array]) -> tuple[Interval | None, dict[str, float]]:
+def _fit_motion(groups: dict[float, Array]) -> Varied:
     """Fit the exponent of means in p; its family: without the lowest, and without the highest pressure."""
     return power_over(list(groups), list(groups.values()), lambda drawn: [v.mean() for v in drawn])
 
@@ -99,16 +101,17 @@ def _claim_means(out: Drawing, table: pd.DataFrame) -> None:
     n = int(loose["n"].max()) if len(loose) else 0
     p = [q for q in enough(loose, "pressure") if q * n**2 >= LARGE] if n else []
     how = f"N = {n}, {len(p)} pressures, no pre-stress" if n else "no packing has means beside medians"
-    for text, over, under, paper in (
-        ("exponent of mean over median sliding in p", "mean_sliding", "sliding", published.MEAN_AS_MEDIAN),
-        ("exponent of mean over median nonaffine in p", "mean_nonaffine", "nonaffine", published.MEAN_AS_MEDIAN),
-        ("exponent of mean approach in p", "mean_approach", "", published.MEAN_APPROACH),
-        ("exponent of sliding without its affine part in p", "sheared", "", published.SLOW_SHEAR["sliding"]),
+    lower = f"a plateau below p = {min(p):g}, in {published.SIZE} disks, is not excluded" if p else ""
+    for text, over, under, paper, unlike in (
+        ("exponent of mean over median sliding in p", "mean_sliding", "sliding", published.MEAN_AS_MEDIAN, ""),
+        ("exponent of mean over median nonaffine in p", "mean_nonaffine", "nonaffine", published.MEAN_AS_MEDIAN, ""),
+        ("exponent of mean approach in p", "mean_approach", "", published.MEAN_APPROACH, lower),
+        ("exponent of sliding without its affine part in p", "sheared", "", published.SLOW_SHEAR["sliding"], ""),
     ):
         ratio = loose.assign(ratio=loose[over] / (loose[under] if under else 1.0))
         groups = dict(zip(p, groups_by(ratio, "pressure", "ratio", p), strict=True))
-        found, every = _fit_motion(groups) if p else (None, {})
-        out.claim(text, found, paper, family=every, how=how, shown_by="baumgarten-5")
+        found, every = _fit_motion(groups) if p else unmeasured()
+        out.claim(text, found, paper, family=every, how=how, unlike=unlike, shown_by="baumgarten-5")
 
 
 def _of_same_packings(tables: EnsembleTables, n: int, pressures: list[float], column: str) -> dict[float, Array]:
@@ -236,33 +239,35 @@ class _Sizes:
 def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None:
     """Claim exponents of the collapse up to the highest pressure of the paper: eq 22 is a law of small p."""
     paper, text = published.SIZE_EXPONENT[law], f"{law}, {'with' if prestress else 'no'} pre-stress"
-    near, highest = every.up_to(published.HIGHEST_PRESSURE), max(every.pressures)
+    near = every.up_to(published.HIGHEST_PRESSURE)
     start = (2.0, -paper.value)
 
-    def up_to(highest: float) -> float:
+    def up_to(highest: float) -> Interval | None:
         part = every.up_to(highest)
-        return -part.fit(part.drawn, start=start).b if len(part.n) > 1 else float("nan")
+        if len(part.n) > 1:
+            with suppress(InputError):  # curves that do not overlap
+                return bootstrap(part.drawn, lambda drawn: -part.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
+        return None
 
-    found, moved = None, {}
     words = {"how": f"N = {write_list(near.n)}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"}
-    if len(near.n) > 1:
-        found = bootstrap(near.drawn, lambda drawn: -near.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
-        moved = vary(up_to, {"highest": 1e-3}, {"highest": highest})
+    ends = (published.HIGHEST_PRESSURE, _LEAST, max(every.pressures))
+    found, least, whole = (up_to(p) for p in ends)
+    if found is not None:
         spreads = [near.fit(near.drawn, b=-a).spread for a in (paper.value, float(found.value))]
         theirs, ours = out.keep(f"spread in ln eta_0, {text}", spreads, a=(paper.value, float(found.value)))
         words["cause"] = f"curves lie apart by {theirs:.3f} in ln eta_0 with the paper's a, by {ours:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
+    named = [f"p <= {p:g}" for p in ends]
+    moved = dict(zip(named[1:], (least, whole), strict=True))
     out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, family=moved, **words)
     _claim_tail(out, law, prestress, near)
-    least = every.up_to(_LEAST)
-    if law == "stokes" and not prestress and len(least.n) > 1:
-        a = None
-        with suppress(InputError):  # sizes of which too few pressures are known
-            a = bootstrap(least.drawn, lambda drawn: -least.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
-        moved = vary(up_to, {"highest": published.HIGHEST_PRESSURE}, {"highest": highest})
-        words |= {"how": f"p <= {_LEAST:g}", "cause": "a does not fall towards 1 with p"}
+    if not prestress:
+        _claim_crossover(out, law, near)
+    if law == "stokes" and not prestress and least is not None:
+        moved = {named[0]: found, named[2]: whole}
+        words |= {"how": named[1], "cause": "a does not fall towards 1 with p"}
         likely = published.STOKES_AS_CONTACT
-        out.claim("a of Stokes drag, as of contact damping", a, likely, family=moved, **words)
+        out.claim("a of Stokes drag, as of contact damping", least, likely, family=moved, **words)
 
 
 def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
@@ -275,11 +280,28 @@ def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
         points = np.array([(q * n**2, y / n**a) for n, c in curves for q, y in zip(*c, strict=True)])
         return float(power_law(*points.T, low=low).exponents[0])
 
-    found, moved = None, {}
+    found, moved = unmeasured()
     far = [q * n**2 >= low for n, (x, _) in zip(near.n, near.curves(near.drawn), strict=True) for q in x]
     if sum(far) >= 3:
-        found = bootstrap(near.drawn, slope, resamples=RESAMPLES // 2)
-        moved = vary(partial(slope, near.drawn), {"low": 3 * low}, {"low": 10 * low})
+        found, moved = vary_bootstrap(near.drawn, slope, {"low": 3 * low}, {"low": 10 * low}, resamples=RESAMPLES // 2)
     text = f"slope for p N^2 > {low:g}, {law}, {'with' if prestress else 'no'} pre-stress"
     words = {"how": f"N = {write_list(near.n)}, eta_0/N^{a:g}", "shown_by": "baumgarten-8"}
     out.claim(text, found, paper, family=moved, **words)
+
+
+def _claim_crossover(out: Drawing, law: str, near: _Sizes) -> None:
+    """Claim p N^2 where the viscosity stops depending on it: the plateau of small systems meets the slope -a/2."""
+    a = published.SIZE_EXPONENT[law].value
+
+    def meets(drawn: list[Array], small: float = 0.1, large: float = _TAIL) -> float:
+        curves = zip(near.n, near.curves(drawn), strict=True)
+        x, y = np.array([(q * n**2, v / n**a) for n, c in curves for q, v in zip(*c, strict=True)]).T
+        if not (x < small).any() or not (x > large).any():
+            return float("nan")
+        plateau, tail = (np.log10(v).mean() for v in (y[x < small], (y * x ** (0.5 * a))[x > large]))
+        return float((tail - plateau) / (0.5 * a))
+
+    found, moved = vary_bootstrap(near.drawn, meets, {"small": 0.03}, {"large": 1e3}) if near.n else unmeasured()
+    words = {"how": f"N = {write_list(near.n)}, p N^2 < 0.1 and > {_TAIL:g}", "shown_by": "baumgarten-8"}
+    text = f"decades of p N^2 at the crossover, {law}, no pre-stress"
+    out.claim(text, found, published.SMALL_ENDS, family=moved, **words)

@@ -22,6 +22,7 @@ from jamlab.rheology.slow_and_fast_limits import find_limits
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
+from jamlab.studies.baumgarten.crossovers import claim_crossovers
 from jamlab.studies.baumgarten.spectral_groups import (
     LARGE,
     Group,
@@ -35,10 +36,21 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_spectra,
     select_sweep,
 )
-from jamlab.studies.claims import Kind, halves, vary, write_by
+from jamlab.studies.claims import Kind, as_interval, halves, write_by
 from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import FEWEST, bootstrap, enough, groups_by, mean_over_packings, power_over, scaled
+from jamlab.studies.ensembles import (
+    FEWEST,
+    Varied,
+    bootstrap,
+    enough,
+    groups_by,
+    mean_over_packings,
+    power_over,
+    scaled,
+    unmeasured,
+    vary_bootstrap,
+)
 from jamlab.studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 
 MODULUS = r"[$k$]"
@@ -115,14 +127,12 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     ):
         text = f"slope of {part}, {regime}"
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
-        found = bootstrap([_part(group, part)], partial(_slope, w, a, b)) if enough else None
-        every = _vary_slope(group, part, a, b) if enough else None
+        found, every = _vary_slope(group, part, a, b) if enough else unmeasured()
         words = {"how": f"{count}, {a:.2g} < omega < {b:.2g}", "shown_by": "baumgarten-3 a"}
         words["cause"] = _at_every_pressure(out, text, groups, part) if regime == "critical" else ""
-        # a passive linear system is a Kelvin-Voigt solid beyond its fastest rate, and its G' is constant below the
-        # slowest; fig 3 has the critical slopes again
-        kind = {"fast": Kind.IDENTITY, "critical": Kind.DUPLICATE}.get(regime, Kind.MEASURED)
-        kind = Kind.IDENTITY if part == "G'" else kind
+        # a passive linear system is a Kelvin-Voigt solid below its slowest and beyond its fastest rate; fig 3 has the
+        # critical slopes again
+        kind = Kind.DUPLICATE if regime == "critical" else Kind.IDENTITY
         out.claim(text, found, paper, kind=kind, family=every, **words)
     _claim_nonlinear_slopes(out)
     out.caption = (
@@ -132,14 +142,17 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _vary_slope(group: Group, part: str, low: float, high: float) -> dict[str, float]:
-    """Fit the slope in both halves of its window; of a part also that of the whole, as neither need be a power."""
-
-    def slope(low: float = low, high: float = high, of: str = part) -> float:
-        return _slope(group.omega, low, high, [_part(group, of)])
-
+def _vary_slope(group: Group, part: str, low: float, high: float) -> Varied:
+    """Fit the slope, and in both halves of its window; of a part also that of the whole, as neither need be a power."""
     whole = part.split(" - ")[0]
-    return vary(slope, *halves(low, high), *([{"of": whole}] if whole != part else []))
+    both = np.stack([_part(group, part), _part(group, whole)], axis=1)
+
+    def slope(drawn: list[Array], low: float = low, high: float = high, of: str = part) -> float:
+        return _slope(group.omega, low, high, [drawn[0][:, int(of != part)]])
+
+    windows = halves(low, high)
+    of_whole = [{"of": whole} | window for window in ({}, *windows)] if whole != part else []
+    return vary_bootstrap([both], slope, *windows, *of_whole)
 
 
 def _claim_nonlinear_slopes(out: Drawing) -> None:
@@ -153,7 +166,7 @@ def _claim_nonlinear_slopes(out: Drawing) -> None:
     for name, paper in published.NONLINEAR_SLOPES.items():
         c = held[linear[name]]
         found = scaled(Interval(*(np.array(v) for v in (c.value, c.low, c.high))), published.DRAG_EXPONENT)
-        every = {k: v * published.DRAG_EXPONENT for k, v in c.family.items()}
+        every = {k: scaled(v, published.DRAG_EXPONENT) for k, v in c.family.items()}
         text = f"slope of {name}, drag as v^(2/3), equivalent damping"
         out.claim(
             text, found, paper, kind=Kind.DUPLICATE, family=every, how="2/3 of the slope under linear drag, above"
@@ -204,30 +217,12 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     both = select_law(tables.spectra, "contact", beta=1.0)
     both = both[both["n"] == table["n"].iloc[0]]
     _claim_exponents(out, both, "contact damping", {"beta": 1.0})
-    _claim_crossover(out, select_sampled(groups))
+    claim_crossovers(out, select_sampled(groups))
     _claim_without_rotations(out, tables)
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
     return out
-
-
-def _claim_crossover(out: Drawing, groups: dict[float, Group]) -> None:
-    """Claim how the frequency where the square root meets the affine law goes with pressure: not at all."""
-    wide = {p: g for p, g in groups.items() if CRITICAL * p < HIGHEST}
-    found, every = None, None
-
-    def exponent(loss: list[Array], at: float = HIGHEST) -> float:
-        root = [np.interp(at, g.omega, v.mean(axis=0)) / at**0.5 for g, v in zip(wide.values(), loss, strict=True)]
-        fast = [g.eta_inf.mean() for g in wide.values()]
-        return float(power_law(list(wide), (np.array(root) / fast) ** 2).exponents[0])
-
-    if len(wide) > 2:
-        drawn = [g.loss for g in wide.values()]
-        found, every = bootstrap(drawn, exponent), vary(lambda at: exponent(drawn, at), {"at": 0.05}, {"at": 0.2})
-    words = {"how": f"{len(wide)} pressures, omega where the law through G'' at 0.1 meets eta_inf omega"}
-    text = "exponent in p of the crossover to affine motion"
-    out.claim(text, found, published.CROSSOVER_TO_AFFINE, family=every, **words, shown_by="baumgarten-3 a")
 
 
 def _claim_without_rotations(out: Drawing, tables: EnsembleTables) -> None:
@@ -237,15 +232,15 @@ def _claim_without_rotations(out: Drawing, tables: EnsembleTables) -> None:
         rows = table.dropna(subset=[column])
         p = [q for q in enough(rows, "pressure") if CRITICAL * q < 0.3 * HIGHEST] if len(rows) else []
         groups = groups_by(rows, "pressure", column, p)
-        found = mean_over_packings(groups[:1])[0] if p else None
-        every = {f"p = {q:g}": float(v.mean()) for q, v in zip(p[1:], groups[1:], strict=True)}
+        each = {f"p = {q:g}": mean_over_packings([v])[0] for q, v in zip(p, groups, strict=True)}
+        found = each.pop(f"p = {p[0]:g}") if p else None
         how = f"N = {rows['n'].iloc[0]}, p = {p[0]:g}, mean over packings" if p else "no packing has its slope"
         text = f"Delta: {part} ~ omega^Delta, contact damping without rotations"
         words = {
             "how": how,
             "unlike": "the paper says that the form is the same, at 64 times the size, and has no number",
         }
-        out.claim(text, found, published.WITHOUT_ROTATIONS, family=every, **words, shown_by="baumgarten-3 a")
+        out.claim(text, found, published.WITHOUT_ROTATIONS, family=each, **words, shown_by="baumgarten-3 a")
 
 
 def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
@@ -347,10 +342,7 @@ def _claim_least_damping(out: Drawing, table: pd.DataFrame, n: int) -> None:
 
     loose, stressed = ratios(False), ratios(True)
     found, every = power_over(list(loose), list(loose.values()), stars)
-    every |= vary(
-        lambda pre_stress: power_law(list(stressed), stars(list(stressed.values()))).exponents[0],
-        {"pre_stress": "kept"},
-    )
+    every["with pre-stress"] = as_interval(power_over(list(stressed), list(stressed.values()), stars)[0])
     words = {"how": f"{len(loose)} pressures, no pre-stress", "shown_by": "baumgarten-4 b"}
     words["cause"] = "eta_0 at beta = 0 over what sliding adds at beta = 1"
     out.claim("exponent of beta* in p", found, published.BETA_STAR, family=every, **words)
@@ -438,7 +430,7 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
     stressed = select_law(table, kind, prestress=True, **parameters)
     groups = select_large(group_by_pressure(stressed), n)
     values: list[tuple[float, float]] = [(np.nan, np.nan)] * 2
-    every: list[dict[str, float]] = [{}, {}]
+    every: list[dict[str, Interval | None]] = [{}, {}]
     how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
     cause = ""
     if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) >= FEWEST:
@@ -451,13 +443,10 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
             values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error)]
             stable, asked = sum(len(g.g0) for g in groups.values()), stressed["seed"].nunique() * len(groups)
             spread = out.keep("spread of the collapse in ln G*", fit.spread)
-            static, slow = [g.g0.mean() for g in groups.values()], [g.eta0.mean() for g in groups.values()]
-            every = [
-                vary(lambda of: power_law(list(groups), static).exponents[0], {"of": "G_0 alone"}),
-                vary(
-                    lambda of: -power_law(list(groups), np.divide(slow, static)).exponents[0], {"of": "eta_0/G_0 alone"}
-                ),
-            ]
+            ends = [np.column_stack([g.g0, g.eta0]) for g in groups.values()]
+            static, _ = power_over(list(groups), ends, lambda drawn: [v[:, 0].mean() for v in drawn])
+            times, _ = power_over(list(groups), ends, lambda drawn: [np.divide(*v.mean(axis=0)) for v in drawn])
+            every = [{"of = G_0 alone": static}, {"of = G_0/eta_0 alone": times}]
             cause = _static_exponents(out, table, kind, parameters, n)
             how = (
                 f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, {stable} of {asked} packings stable, "
@@ -480,10 +469,9 @@ def _claim_delta(out: Drawing, text: str, groups: dict[float, Group], part: str)
         return
     p = min(wide)
     low = CRITICAL * p
-    found = bootstrap([_part(groups[p], part)], partial(_slope, groups[p].omega, low, HIGHEST))
+    found, every = _vary_slope(groups[p], part, low, HIGHEST)
     words = {"how": f"{len(groups[p].g0)} packings, p = {p:g}, {low:.2g} < omega < {HIGHEST:g}", "shown_by": out.name}
     words["cause"] = _at_every_pressure(out, text, groups, part)
-    every = _vary_slope(groups[p], part, low, HIGHEST)
     out.claim(text, found, published.DELTA, family=every, **words)
 
 

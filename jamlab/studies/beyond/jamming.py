@@ -25,9 +25,9 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics import published_numbers as published
-from jamlab.studies.claims import vary, write_list
+from jamlab.studies.claims import write_list
 from jamlab.studies.conventions import fit_exponent
-from jamlab.studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings
+from jamlab.studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings, vary_bootstrap
 from jamlab.studies.panels import FIT, drawing, label, scale, sequence, style
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Row, Task
@@ -243,9 +243,9 @@ class Elasticity(OfPackings):
             ("pressure", "excess", published.CONTACTS_IN_PRESSURE),
         ):
             curves, name = [np.stack([wide[x], wide[y]], axis=-1)], f"{_WORDS[y]} in {_WORDS[x]}"
-            found = out.keep(name, bootstrap(curves, _slope))
+            found, every = vary_bootstrap(curves, _slope, {"first": middle}, {"last": middle + 1})
+            out.keep(name, found)
             if number is not None:
-                every = vary(partial(_slope, curves), {"first": middle}, {"last": middle + 1})
                 how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
                 out.claim(f"exponent of {name}", found, number, family=every, how=how)
         exponents = "; ".join(f"{name} {out.write(name)}" for name in out.values)

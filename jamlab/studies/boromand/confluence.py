@@ -1,29 +1,30 @@
 """Draw the contacts that are missing below confluence in Boromand et al.: figs 7 and 9."""
 
-from functools import partial
-
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
+from jamlab.studies.claims import Kind, halves, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, SIZES, fit_exponent, select_below_confluence
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     FEWEST,
     Ensemble,
-    bootstrap,
     ensemble,
+    groups_by,
     has,
     line_in_inverse,
     log_places,
     mean_curve,
+    mean_over_packings,
     nearest_size,
     sampled_sizes,
     scaled,
     sizes,
+    unmeasured,
+    vary_bootstrap,
 )
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 
@@ -98,7 +99,7 @@ def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
 def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> None:
     """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1. Nearest to
     rho* one contact is missing, which makes it 2 at every N by counting."""
-    n, found, every, cause = sorted(curves), None, {}, ""
+    n, (found, every), cause = sorted(curves), unmeasured(), ""
     if len(n) > 1:
         groups = [curves[m].curves for m in n]
 
@@ -107,8 +108,7 @@ def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> No
             values = [m * np.interp(scaled_distance / m, x, y) for m, (x, y) in zip(n, mean, strict=True)]
             return float(np.polyfit(np.log(n), np.log(values), 1)[0])
 
-        found = bootstrap(groups, exponent)
-        every = vary(partial(exponent, groups), *({"scaled_distance": x} for x in (0.25, 2.0, 4.0)))
+        found, every = vary_bootstrap(groups, exponent, *({"scaled_distance": x} for x in (0.25, 2.0, 4.0)))
         each = {m: fit_exponent(*curves[m].between(*CONFLUENT).mean) for m in n}
         out.keep(f"exponent of z_conf - z, {model}", list(each.values()), N=each)
         cause = f"6 - z has an exponent of {write_by(each, '.2f')} in rho* - rho, and only 1 scales so"
@@ -126,10 +126,9 @@ def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | 
         def exponent(x: Array, y: Array, low: float = CONFLUENT[0], high: float = CONFLUENT[1]) -> float:
             return float(power_law(x, y, low=low, high=high).exponents[0])
 
-        slope = curves[n].interval(exponent)
-        every = vary(partial(exponent, *curves[n].mean), *halves(*CONFLUENT))
+        slope, every = curves[n].varied(exponent, *halves(*CONFLUENT))
         if fine is not None:
-            every |= vary(lambda points: exponent(*fine.mean), {"points": "10 a decade"})
+            every["10 places a decade"] = fine.interval(exponent)
         words = {"how": f"N = {n}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}", "shown_by": "boromand-7 c and d"}
         words["cause"] = _explain_exponent(out, curves)
     text = "exponent of z_conf - z in rho* - rho, DP"
@@ -180,15 +179,14 @@ def _claim_confluent_limit(out: Drawing, states: pd.DataFrame) -> None:
     found, every, how = None, None, "needs two sizes that reach z = 6"
     if len(n) > 1:
         groups = [1 - first[m].to_numpy(dtype=np.float64) for m in n]
-        found, how = bootstrap(groups, lambda g: line_in_inverse(n, g)[0]), f"linear in 1/N, N = {write_list(n)}"
-        if len(n) > 2:
-            every = vary(
-                lambda without: line_in_inverse(
-                    n[:without] + n[without + 1 :], groups[:without] + groups[without + 1 :]
-                )[0],
-                {"without": 0},
-                {"without": len(n) - 1},
-            )
+
+        def limit(groups: list[Array], without: int = len(n)) -> float:
+            kept = [k for k in range(len(n)) if k != without]
+            return line_in_inverse([n[k] for k in kept], [groups[k] for k in kept])[0]
+
+        ends = [{"without": 0}, {"without": len(n) - 1}] if len(n) > 2 else []
+        found, every = vary_bootstrap(groups, limit, *ends)
+        how = f"linear in 1/N, N = {write_list(n)}"
     words = {"how": how, "cause": "1 - rho* hardly falls with N", "shown_by": "boromand-9 a"}
     out.claim("1 - rho* of large N, DP", found, published.CONFLUENT_LIMIT, family=every, **words)
 
@@ -200,10 +198,12 @@ def _claim_distance(out: Drawing, states: pd.DataFrame) -> None:
         n = [m for m in sampled_sizes(states, model) if m in first.index and m in SIZES]
         found, every, how = None, {}, f"no {model} packing reaches z = 6"
         if n:
-            found, how = bootstrap([first[n[0]].to_numpy()], lambda g: g[0].mean()), f"N = {n[0]}, where z = 6"
-            every = {f"N = {m}": float(first[m].mean()) for m in n[1:]}
-            onset = states[(states["model"] == model) & (states["n"] == n[0]) & (states["state"] == 0)]["rho"].mean()
-            every["rho = 1"] = 1 - float(onset)
+            each = {m: mean_over_packings([first[m].to_numpy()])[0] for m in n}
+            found, how = each.pop(n[0]), f"N = {n[0]}, where z = 6"
+            every = {f"N = {m}": each[m] for m in n[1:]}
+            onset = states[(states["model"] == model) & (states["state"] == 0)]
+            left = mean_over_packings([1 - rho for rho in groups_by(onset, "n", "rho", n)])
+            every |= {f"rho = 1, N = {m}": left[k] for k, m in enumerate(n)}
         text, words = f"drho at confluence, {model.upper()}", {"how": how, "shown_by": "boromand-9 a"}
         out.claim(text, found, published.AT_CONFLUENCE, family=every, **words)
 
@@ -224,7 +224,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
         if model == "dp":
             how, cause = f"N = {n}, rho > 0.9", _keep_confluence(out, states)
             e = _approach_to_unity(states, n)
-            slope, every = e.interval(_near_unity), vary(partial(_near_unity, *e.mean), *halves(5e-3, 0.1))
+            slope, every = e.varied(_near_unity, *halves(5e-3, 0.1))
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"

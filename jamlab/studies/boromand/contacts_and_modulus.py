@@ -9,16 +9,16 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.plotting.palette import GREEN, MODEL_STYLE
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
+from jamlab.studies.claims import Kind, halves, write_by, write_interval, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     ENOUGH,
     RESAMPLES,
     Ensemble,
+    Varied,
     average,
     bootstrap,
     ensemble,
@@ -29,6 +29,8 @@ from jamlab.studies.ensembles import (
     nearest_size,
     sampled_sizes,
     sizes,
+    unmeasured,
+    vary_bootstrap,
 )
 from jamlab.studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 
@@ -38,6 +40,7 @@ REGIME = {  # where the paper sees a power law, fig 6
 }
 NEAREST = 1e-5  # distance from onset below which G of many droplets is not known
 OTHER_SHARES = {"z": (0.015, 0.025, 0.03), "g": (0.05, 0.15, 0.2)}  # by which models might be said to part as well
+_UNITS = "G comes in units of eps and of eps_r, which gamma and delta tie"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 
 
@@ -70,6 +73,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
     _claim_departures(out, states)
     _claim_end_of_eq_13(out, states)
+    _claim_similar(out, states)
     missing = (
         "; the paper's droplets of N = 256 are not there" if conventions.SIZES[-1] not in sizes(states, "dp") else ""
     )
@@ -99,22 +103,55 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
             out.claim(text, None, published.MODELS_PART, how="needs packings of both models at one N")
             continue
         sp, dp = ([ensemble(states, model, m, "rho", column, FRACTIONS) for m in matched] for model in ("sp", "dp"))
-        each = [_find_departure(*pair, share) for pair in zip(sp, dp, strict=True)]
-        found = each[-1]
+        others = [{"share": other} for other in OTHER_SHARES[column]]
+        find = partial(_crossing, share=share)
+        varied = [vary_bootstrap([a.curves, b.curves], find, *others) for a, b in zip(sp, dp, strict=True)]
+        each, (found, every) = [number for number, _ in varied], varied[-1]
         how = f"N = {matched[-1]} of both, last crossing of the mean curves, else the first rho that both have"
         out.keep(text, each, N=matched)
         how += f"; {write_by(dict(zip(matched, each, strict=True)), '.3f')}"
-        every = {f"share = {v:g}": _crossing(sp[-1].mean, dp[-1].mean, v) for v in OTHER_SHARES[column]}
-        every = {k: v for k, v in every.items() if np.isfinite(v)}
-        words = {"cause": f"it is {', '.join(f'{v:.3f} ({k})' for k, v in every.items())}", "shown_by": "boromand-5 a"}
+        at_others = ", ".join(f"{float(v.value):.3f} ({k})" for k, v in every.items())
+        words = {"cause": f"it is {at_others}", "shown_by": "boromand-5 a"}
         if column == "g":
             ratio = out.keep(
                 f"G of DP over that of SP at rho = {part:g}", at(part, *dp[-1].mean) / at(part, *sp[-1].mean)
             )
-            tied = "G comes in units of eps and of eps_r, which gamma and delta tie"
             apart = _say_excess(out, sp[-1], dp[-1])
-            words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}; {apart}"}
+            words = {"calibrated": f"{_UNITS}: the ratio at rho = {part:g} is {ratio:.2f}; {apart}"}
         out.claim(text, found, published.MODELS_PART, family=every, how=how, **words)
+
+
+def _claim_similar(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim that z and G of droplets are those of disks near onset, and of large packings those of small ones."""
+    matched = conventions.matched_sizes(states)[-1:]
+    pairs: list[tuple[str, float, list[tuple[str, int]]]] = [
+        ("DP over SP near onset", 0.01, [(model, m) for m in matched for model in ("dp", "sp")])
+    ]
+    for model in ("sp", "dp"):
+        n = [m for m in sampled_sizes(states, model) if m in conventions.SIZES]
+        ends = [(model, n[-1]), (model, n[0])] if len(n) > 1 else []
+        pairs.append((f"large over small N at drho = 0.1, {model.upper()}", 0.1, ends))
+    for column, symbol in (("z", "z"), ("g", "G")):
+        for text, d_rho, pair in pairs:
+            (found, every), how, there = unmeasured(), "needs packings of both kinds", []
+            curves = [
+                ensemble(states, *which, "d_rho", column, np.arange(0.005, 0.155, 0.005)).curves for which in pair
+            ]
+            if curves:
+
+                def ratio(groups: list[Array], d_rho: float = d_rho, taken: float = 0.0) -> float:
+                    over, under = (at(d_rho, *mean_curve(part)) - taken for part in groups)
+                    return over / under
+
+                excess = [{"taken": conventions.SUBTRACTED}] if column == "z" else []
+                found, every = vary_bootstrap(curves, ratio, *({"d_rho": f * d_rho} for f in (0.5, 1.5)), *excess)
+                how = f"{' over '.join(f'{model.upper()}, N = {m}' for model, m in pair)}, drho = {d_rho:g}"
+                there = [at(d_rho, *mean_curve(part)) for part in curves]
+            name, words = f"{symbol} of {text}", {"shown_by": "boromand-5"}
+            out.keep(name, there, of=range(len(there)))
+            words["cause"] = f"{symbol} is {write_list(there, '.3g')} there"
+            words |= {"calibrated": _UNITS} if column == "g" and len({model for model, _ in pair}) > 1 else {}
+            out.claim(name, found, published.SIMILAR, family=every, how=how, **words)
 
 
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
@@ -143,13 +180,9 @@ def _find_excess(sp: tuple[Array, Array], dp: tuple[Array, Array]) -> tuple[Arra
     return u[kept], v[kept] / np.interp(u[kept], x, y) - 1
 
 
-def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
-    """Find the rho above which the mean of DP exceeds that of SP by a given share, with its interval."""
-    return bootstrap([sp.curves, dp.curves], lambda g: _crossing(mean_curve(g[0]), mean_curve(g[1]), share))
-
-
-def _crossing(sp: tuple[Array, Array], dp: tuple[Array, Array], share: float) -> float:
-    rho, excess = _find_excess(sp, dp)
+def _crossing(groups: list[Array], share: float) -> float:
+    """Find the rho above which the mean of DP exceeds that of SP by a given share."""
+    rho, excess = _find_excess(mean_curve(groups[0]), mean_curve(groups[1]))
     inside = np.flatnonzero(excess <= share)
     if not len(inside) and len(rho):
         return float(rho[0])  # apart from the first place on
@@ -160,31 +193,27 @@ def _crossing(sp: tuple[Array, Array], dp: tuple[Array, Array], share: float) ->
 
 
 def _claim_end_of_eq_13(out: Drawing, states: pd.DataFrame) -> None:
-    """Claim the rho from which z of disks lies 1 % off our own fit of eq 13."""
+    """Claim the rho from which the excess contacts of disks lie 1 % off our own fit of eq 13."""
     n = nearest_size(states, "sp", conventions.SIZES[-1])
     e = ensemble(states, "sp", n, "d_rho", "z", np.arange(0.001, 0.18, 0.001))
+    e = Ensemble(e.x, e.y - conventions.SUBTRACTED)
     onset = float(states[(states["model"] == "sp") & (states["n"] == n) & (states["state"] == 0)]["rho"].mean())
 
-    def distance(x: Array, y: Array) -> Array:
-        kept = (x > conventions.LOWEST["sp"]) & (x < conventions.HIGHEST["d_rho"])
-        c_0, c_1 = conventions.fit_coefficients(x[kept], y[kept] - conventions.SUBTRACTED, (0.5, 1.0))
-        return np.asarray(np.abs(y / (conventions.SUBTRACTED + c_0 * x**0.5 + c_1 * x) - 1))
+    def distance(x: Array, y: Array, end: float = conventions.HIGHEST["d_rho"]) -> Array:
+        kept = (x > conventions.LOWEST["sp"]) & (x < end)
+        c_0, c_1 = conventions.fit_coefficients(x[kept], y[kept], (0.5, 1.0))
+        return np.asarray(np.abs(y / (c_0 * x**0.5 + c_1 * x) - 1))
 
-    def leaves(x: Array, y: Array, share: float = 0.01) -> float:
-        inside = np.flatnonzero((distance(x, y) <= share) & np.isfinite(y))
-        return (
-            float("nan")
-            if not len(inside) or inside[-1] + 1 >= np.isfinite(y).sum()
-            else float(onset + x[inside[-1] + 1])
-        )
+    def leaves(x: Array, y: Array, share: float = 0.01, end: float = conventions.HIGHEST["d_rho"]) -> float:
+        inside, known = np.flatnonzero((distance(x, y, end) <= share) & np.isfinite(y)), np.isfinite(y).sum()
+        return float(onset + x[inside[-1] + 1]) if len(inside) and inside[-1] + 1 < known else float("nan")
 
-    every = vary(lambda share: leaves(*e.mean, share), {"share": 0.005}, {"share": 0.02})
-    words = {"how": f"N = {n}, rho from which z lies 1 % off its own fit", "shown_by": "boromand-5 a"}
-    apart = 100 * at(published.EQ_13_ENDS.value - onset, e.mean[0], distance(*e.mean))
-    words["cause"] = (
-        f"at rho = {published.EQ_13_ENDS.value} it lies {out.keep('z off eq 13 there, %', apart):.2f} % off"
-    )
-    out.claim("rho from which z of SP leaves eq 13", e.interval(leaves), published.EQ_13_ENDS, family=every, **words)
+    found, every = e.varied(leaves, *({"share": v} for v in (0.005, 0.02)), *({"end": v} for v in (0.11, 0.15)))
+    ends = published.EQ_13_ENDS
+    apart = out.keep("z off eq 13 there, %", 100 * at(ends.value - onset, e.mean[0], distance(*e.mean)))
+    words = {"how": f"N = {n}, rho from which z - {conventions.SUBTRACTED} lies 1 % off its own fit up to drho = 0.13"}
+    words |= {"cause": f"at rho = {ends.value} it lies {apart:.2f} % off", "shown_by": "boromand-5 a"}
+    out.claim("rho from which z of SP leaves eq 13", found, ends, family=every, **words)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -231,13 +260,11 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
         ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho, DP"),
     ):
         model, by = SERIES[series]
-        found, how, every = None, f"no {model} packings", {}
+        (found, every), how = unmeasured(), f"no {model} packings"
         words: dict[str, str] = {}
         if has(states, model):
             n = nearest_size(states, model, conventions.SIZES[-1])
-            e = _beyond_a_hundredth(states, series, n, column)
-            found = e.interval(conventions.fit_exponent)
-            every = _other_choices(states, series, n, column, e)
+            found, every = _vary_exponent(states, series, n, column)
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
             how = f"N = {n}, {what}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
             if model == "sp":
@@ -255,103 +282,97 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
     text = "a: (z - z_J) N against dphi N^a, SP"
     found, every = _size_exponent(states)
     out.claim(text, found, published.CROSSOVER_EXPONENT, family=every, how=how)
-    _claim_proportion(out, states)
+    for series in ("SP(φ)", "DP(ρ)"):
+        _claim_proportion(out, states, series)
     _claim_regime_1(out, states)
     _claim_roots(out, states)
     for series in ("SP(ρ)", "DP(ρ)"):
         _claim_crossover(out, states, series)
-    curves = {
-        m: conventions.even_curve(states, "SP(φ)", m, "g").between(DISTANT, np.inf)
-        for m in sampled_sizes(states, "sp")
-        if m in conventions.SIZES
-    }
-    n = min(curves, default=0)
-    every = _other_choices(states, "SP(φ)", n, "g", curves[n]) if n else {}
-    every |= {f"N = {m}": conventions.fit_exponent(*e.mean) for m, e in curves.items() if m != n}
-    words = {
-        "how": f"N = {n}, window as of beta_0; the caption names no N",
-        "cause": "it falls with N",
-        "shown_by": "boromand-6 d",
-    }
-    found = curves[n].interval(conventions.fit_exponent) if n else None
+    several = [m for m in sampled_sizes(states, "sp") if m in conventions.SIZES]
+    found, every = _vary_exponent(states, "SP(φ)", several[0], "g") if several else unmeasured()
+    every |= {f"N = {m}": _beyond_a_hundredth(states, "SP(φ)", m, "g").interval(_exponent) for m in several[1:]}
+    words = {"how": f"N = {min(several, default=0)}, window as of beta_0; the caption names no N"}
+    words |= {"cause": "it falls with N", "shown_by": "boromand-6 d"}
     out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, family=every, **words)
 
 
-def _other_choices(states: pd.DataFrame, series: str, n: int, column: str, e: Ensemble) -> dict[str, float]:
-    """Fit an exponent beyond 0.01 otherwise: half the window, even in logarithms, own z_J, medians, G along x."""
+def _exponent(x: Array, y: Array, low: float = 0.0, high: float = np.inf) -> float:
+    """Fit an exponent between two places, which count."""
+    kept = (x > 0.99 * low) & (x < 1.01 * high)
+    return conventions.fit_exponent(x[kept], y[kept])
+
+
+def _vary_exponent(states: pd.DataFrame, series: str, n: int, column: str) -> Varied:
+    """Fit an exponent beyond 0.01; its family: half the window, even in logarithms, own z_J, medians, G along x."""
     model, by = SERIES[series]
     high = conventions.HIGHEST[by]
-    every = vary(
-        lambda low=DISTANT, high=np.inf: conventions.fit_exponent(*e.between(low, high).mean), *halves(DISTANT, high)
-    )
+    e = _beyond_a_hundredth(states, series, n, column)
+    found, every = e.varied(_exponent, *halves(DISTANT, high))
     log = conventions.even_curve(states, series, n, column, log_places(DISTANT, high, 20))
-    every["even in ln d"] = conventions.fit_exponent(*log.mean)
+    every["even in ln d"] = log.interval(_exponent)
     if column == "g":
-        every["medians"] = conventions.fit_exponent(average(e.x), median(e.y))
+        every["medians"] = bootstrap([e.curves], lambda g: _exponent(average(g[0][..., 0]), median(g[0][..., 1])))
         along = _beyond_a_hundredth(conventions.along_x(states), series, n, column)
-        every |= vary(lambda direction: conventions.fit_exponent(*along.mean), {"direction": "x"})
+        every["direction = x"] = along.interval(_exponent)
     else:
-        own = average(e.y) + conventions.SUBTRACTED - _own_contacts(states, model, n)
-        every["z_J = own"] = conventions.fit_exponent(e.mean[0], own)
-    return every
+        own = conventions.own_contacts(states, model, n) - conventions.SUBTRACTED
+        every["z_J = own"] = e.interval(lambda x, y: _exponent(x, y - own))
+    return found, every
 
 
-def _claim_proportion(out: Drawing, states: pd.DataFrame) -> None:
-    """Claim that G of disks goes in proportion to z - z_J: the exponent of one in the other, where both are powers."""
-    n = nearest_size(states, "sp", conventions.SIZES[-1])
-    z, g = (_beyond_a_hundredth(states, "SP(φ)", n, column) for column in ("excess contacts", "g"))
-    both, shared = Ensemble(z.y, g.y), z.y.shape == g.y.shape
+def _claim_proportion(out: Drawing, states: pd.DataFrame, series: str) -> None:
+    """Claim that G goes in proportion to z - z_J: the exponent of one in the other, where both are powers."""
+    model, by = SERIES[series]
+    text, (found, every), how = f"exponent of G in z - z_J, {model.upper()}", unmeasured(), f"no {model} packings"
+    if has(states, model):
+        n = nearest_size(states, model, conventions.SIZES[-1])
+        z, g = (_beyond_a_hundredth(states, series, n, column) for column in ("excess contacts", "g"))
+        how = f"N = {n}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
+        if z.y.shape == g.y.shape:
+            middle, own = (
+                float(np.median(average(z.y))),
+                conventions.own_contacts(states, model, n) - conventions.SUBTRACTED,
+            )
 
-    def exponent(z: Array, g: Array, low: float = 0.0, high: float = np.inf, taken: float = 0.0) -> float:
-        kept = (z > low) & (z < high)
-        return conventions.fit_exponent(z[kept] - taken, g[kept])
+            def exponent(z: Array, g: Array, low: float = 0.0, high: float = np.inf, taken: float = 0.0) -> float:
+                kept = (z > low) & (z < high)
+                return conventions.fit_exponent(z[kept] - taken, g[kept])
 
-    found, every = both.interval(exponent) if shared else None, {}
-    if shared:
-        middle = float(np.median(both.mean[0]))
-        own = _own_contacts(states, "sp", n) - conventions.SUBTRACTED
-        every = vary(partial(exponent, *both.mean), {"low": middle}, {"high": middle}, {"taken": own})
-        every["medians"] = exponent(average(z.y), median(g.y))
-    how, shown = f"N = {n}, {DISTANT:g} < dphi < {conventions.HIGHEST['d_phi']:g}", "boromand-6 a and d"
-    out.claim("exponent of G in z - z_J, SP", found, published.PROPORTIONAL, family=every, how=how, shown_by=shown)
-
-
-def _own_contacts(states: pd.DataFrame, model: str, n: int) -> float:
-    """Average z_J of the packings themselves."""
-    return float(states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]["z"].mean())
+            both = Ensemble(z.y, g.y)
+            found, every = both.varied(exponent, {"low": middle}, {"high": middle}, {"taken": own})
+            every["medians"] = bootstrap([both.curves], lambda d: exponent(average(d[0][..., 0]), median(d[0][..., 1])))
+    words = {"shown_by": "boromand-6 a and d"}
+    if model == "dp":
+        z_rises, g_rises = conventions.exponents_of_tables()
+        words = {"calibrated": f"{conventions.TABLE_TARGET}, whose fits give {g_rises / z_rises:.2f}"}
+    out.claim(text, found, published.PROPORTIONAL, family=every, how=how, **words)
 
 
 def _claim_regime_1(out: Drawing, states: pd.DataFrame) -> None:
-    """Claim exponents nearest to onset, of the smallest packings, where this regime is widest."""
-    for column, series, low, high in (
-        ("z", "SP(φ)", 1e-4, 1e-3),
-        ("g", "SP(φ)", 1e-6, 1e-4),
-        ("z", "DP(ρ)", 1e-4, 1e-3),
-        ("g", "DP(ρ)", 1e-6, 1e-4),
-    ):
+    """Claim exponents nearest to onset, of the smallest packings, where this regime is widest: between the paper's
+    steps and the end that it gives the regime."""
+    low, high = published.NEAREST_REGIME
+    for column, series in (("z", "SP(φ)"), ("g", "SP(φ)"), ("z", "DP(ρ)"), ("g", "DP(ρ)")):
         model, by = SERIES[series]
-        found, how, every, words = None, f"no {model} packings", {}, {}
+        (found, every), how, words = unmeasured(), f"no {model} packings", {}
         if has(states, model):
             n = nearest_size(states, model, conventions.SIZES[0])
             whole = ensemble(states, model, n, by, "d_z" if column == "z" else "g", log_places(1e-6, high, 10))
-            e = whole.between(0.99 * low, 1.01 * high)
-            found, how = e.interval(conventions.fit_exponent), f"N = {n}, {low:g} < d < {high:g}"
+            e = whole.between(0.99 * low, np.inf)
+            found, every = e.varied(_exponent, *halves(low, high))
+            how = f"N = {n}, {low:g} < d < {high:g}"
             how += (
                 ", own z_J" if column == "z" else "" if model == "sp" else "; of those that have a G, see the caption"
             )
-            earlier = [{"low": 2e-6, "high": 1e-5}] if series == "DP(ρ)" and column == "z" else []
-            every = vary(
-                lambda low=low, high=high, e=whole: conventions.fit_exponent(*e.between(0.99 * low, 1.01 * high).mean),
-                *halves(low, high),
-                *earlier,
-            )
-            if column == "g":
-                along = ensemble(conventions.along_x(states), model, n, by, "g", log_places(low, high, 10))
-                every |= vary(lambda direction, e=along: conventions.fit_exponent(*e.mean), {"direction": "x"})
             words = {
                 "cause": f"from {e.mean[1][0]:.3g} to {e.mean[1][-1]:.3g} over the window",
                 "shown_by": "boromand-6",
             }
+            if column == "g":
+                nearer = out.keep(
+                    f"exponent of G below {low:g}, {series}", whole.between(0, 1.01 * low).interval(_exponent)
+                )
+                words["cause"] += f"; below {low:g}, the paper's steps, the exponent is {write_interval(nearer)}"
         text = f"exponent of {'z - z_J' if column == 'z' else 'G'} nearest to onset, {series}"
         out.claim(text, found, published.REGIME_1[column], family=every, how=how, **words)
 
@@ -363,15 +384,12 @@ def _claim_roots(out: Drawing, states: pd.DataFrame) -> None:
     equal = f"the linear term exceeds the root from drho = {(g_0 / g_1) ** 2:.2g} on"
     linear = f"{conventions.TABLE_TARGET}, of which {equal}"
     for column, what, words in (("d_z", "z - z_J", {}), ("g", "G", {"calibrated": linear})):
-        found, how, every = None, "no dp packings", {}
+        (found, every), how = unmeasured(), "no dp packings"
         if has(states, "dp"):
             n = nearest_size(states, "dp", conventions.SIZES[-1])
             e = ensemble(states, "dp", n, "d_rho", column, log_places(low, high, 10))
-            found, how = e.interval(conventions.fit_exponent), f"N = {n}, {low:g} < drho < {high:g}"
-            every = vary(
-                lambda low=0.0, high=np.inf, e=e: conventions.fit_exponent(*e.between(0.99 * low, 1.01 * high).mean),
-                *halves(low, high),
-            )
+            found, every = e.varied(_exponent, *halves(low, high))
+            how = f"N = {n}, {low:g} < drho < {high:g}"
         text = f"exponent of {what} near onset, large N, DP"
         out.claim(text, found, published.ROOT_NEAR_ONSET, family=every, how=how, **words, shown_by="boromand-6")
 
@@ -392,7 +410,7 @@ def _claim_crossover(out: Drawing, states: pd.DataFrame, series: str) -> None:
     """Claim how the distance at which packings have gained two contacts goes with N."""
     model, by = SERIES[series]
     n = [m for m in sampled_sizes(states, model) if m in conventions.SIZES]
-    found, every = None, {}
+    found, every = unmeasured()
     if len(n) > 1:
         curves = [ensemble(states, model, m, by, "d_z", log_places(1e-6, 0.1, 10)).curves for m in n]
 
@@ -406,8 +424,7 @@ def _claim_crossover(out: Drawing, states: pd.DataFrame, series: str) -> None:
                 places.append(float(np.exp(np.interp(contacts, 0.5 * m * y[k], np.log(x[k])))))
             return -float(np.polyfit(np.log(n), np.log(places), 1)[0])
 
-        found = bootstrap(curves, exponent)
-        every = vary(lambda contacts: exponent(curves, contacts), {"contacts": 1.0}, {"contacts": 4.0})
+        found, every = vary_bootstrap(curves, exponent, {"contacts": 1.0}, {"contacts": 4.0})
     words = {"how": f"N = {write_list(n)}, distance at which two contacts are gained", "shown_by": "boromand-6"}
     same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # so near to onset rho is phi: that of the collapse
     out.claim(f"a of d* ~ N^-a, {series}", found, published.CROSSOVER_EXPONENT, kind=same, family=every, **words)
@@ -418,7 +435,7 @@ def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) 
     return conventions.even_curve(states, series, n, column).between(DISTANT, np.inf)
 
 
-def _size_exponent(states: pd.DataFrame) -> tuple[Interval | None, dict[str, float]]:
+def _size_exponent(states: pd.DataFrame) -> Varied:
     """Fit a of the crossover dphi* ~ N^-a by the collapse of the paper's sizes; its family: the window, the sizes."""
     n = [m for m in sizes(states, "sp") if m in conventions.SIZES]
     if len(n) < 2:
@@ -432,5 +449,4 @@ def _size_exponent(states: pd.DataFrame) -> tuple[Interval | None, dict[str, flo
             family.append((x[kept], y[kept]))
         return fit_scaling_exponents(np.array(n[first:], dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
 
-    every = vary(partial(exponent, groups), {"high": 0.02}, {"first": 1})
-    return bootstrap(groups, exponent, resamples=RESAMPLES // 4), every
+    return vary_bootstrap(groups, exponent, {"high": 0.02}, {"first": 1}, resamples=RESAMPLES // 4)

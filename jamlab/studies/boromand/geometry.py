@@ -1,7 +1,8 @@
 """Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4 and 11."""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
-from jamlab.studies.claims import Kind, halves, vary
+from jamlab.studies.claims import Kind, halves
 from jamlab.studies.conventions import (
     DISTANCES,
     NEAR,
@@ -31,6 +32,7 @@ from jamlab.studies.ensembles import (
     has,
     log_places,
     nearest_size,
+    unmeasured,
 )
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 
@@ -68,8 +70,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
 
 def _claim_prefactor(out: Drawing, states: pd.DataFrame, n: int, e: Ensemble) -> None:
     """Claim C of eq 11 with the exact rho; its family holds eq 12 as printed, which the paper used."""
-    found = e.interval(fit_prefactor)
-    every = vary(lambda **window: fit_prefactor(*e.mean, **window), {"low": 0.1}, {"high": 0.2}, {"high": 0.5})
+    found, every = e.varied(fit_prefactor, {"low": 0.1}, {"high": 0.2}, {"high": 0.5})
     x, y = e.mean
     if len(x) > 1 and np.isfinite(local := y[1:] / eq_11(x[1:])).any():
         k = int(np.nanargmax(local))
@@ -86,17 +87,14 @@ def _claim_prefactor(out: Drawing, states: pd.DataFrame, n: int, e: Ensemble) ->
             "d_printed",
             DISTANCES,
         )
-        every |= {
-            f"eq 12 as printed, {k}": v
-            for k, v in vary(
-                lambda high: fit_prefactor(*printed.mean, high=high), {"high": TWO_OVERLAPS}, {"high": 0.5}
-            ).items()
-        }
+        _, others = printed.varied(fit_prefactor, {"high": TWO_OVERLAPS}, {"high": 0.5})
+        every |= {f"eq 12 as printed, {choice}": other for choice, other in others.items()}
         last = float(np.nanmax(printed.mean[1][1:] / eq_11(printed.mean[0][1:])))
         cause += f"; eq 12 as printed gives up to {out.keep('largest C at one dphi, eq 12 as printed', last):.2f}"
     how = f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-4 a"}
-    out.claim("C of eq 11", found, published.EQ_11_C, family=every, **words)
+    two = f"printed as {published.EQ_11_C.value}, and as about {published.EQ_11_C_OF_TEXT.value}, with which it agrees"
+    out.claim("C of eq 11", found, published.EQ_11_C, family=every, **words, unlike=two)
     text = "C of eq 11 as the appendix has it"  # the same number, printed with one digit less
     out.claim(text, found, published.EQ_11_C_OF_TEXT, kind=Kind.DUPLICATE, family=every, **words)
 
@@ -123,8 +121,8 @@ def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
 
 def _claim_rise(out: Drawing, text: str, e: Ensemble, paper: published.Published, words: dict[str, str]) -> None:
     """Claim the place from which a curve can be told from 0: where it exceeds half a percent; family: 0.3 and 1 %."""
-    every = vary(lambda share: first_above(*e.mean, share), {"share": 0.003}, {"share": 0.01})
-    out.claim(text, e.interval(partial(first_above, level=0.005)), paper, family=every, **words)
+    found, every = e.varied(lambda x, y, share=0.005: first_above(x, y, share), {"share": 0.003}, {"share": 0.01})
+    out.claim(text, found, paper, family=every, **words)
 
 
 def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
@@ -162,8 +160,11 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
     found = [nominal.interval(partial(at, phi)) for phi in (1.0, DENSEST - 1e-6)]
     how = f"N = {n}, interpolated in each packing"
     out.claim("A at phi = 1, SP", found[0], published.SHAPE_AT_UNIT_PHI, how=how)
-    how = f"N = {n}, phi = {DENSEST}, where rho -> 1 in the paper"
-    out.claim("A near confluence, SP", found[1], published.SHAPE_OF_DENSE_DISKS, how=how)
+    curve = ensemble(states, "sp", n, "d_rho", "shape", DISTANCES)
+    how = f"N = {n}, drho = {published.CONFLUENCE}, where the paper has confluence"
+    every = {f"phi = {DENSEST}, where rho = 1": found[1]}
+    there = curve.interval(partial(at, published.CONFLUENCE))
+    out.claim("A near confluence, SP", there, published.SHAPE_OF_DENSE_DISKS, family=every, how=how)
     _claim_fractions(out, states, n)
     _claim_mean_shapes(out, states)
     area = shape = None
@@ -204,32 +205,33 @@ def _claim_fractions(out: Drawing, states: pd.DataFrame, n: int) -> None:
 def _claim_mean_shapes(out: Drawing, states: pd.DataFrame) -> None:
     """Claim the mean A of the packings of figs 2 and 3, and exponents of fig 4 c."""
     for (model, wanted, rho), paper in published.SHAPES.items():
-        found, how, every = None, f"no {model} packings", {}
+        (found, every), how = unmeasured(), f"no {model} packings"
         if has(states, model):
             n = nearest_size(states, model, wanted)
             ends = round(rho, 2) - 0.005, round(rho, 2) + 0.005
             e = ensemble(states, model, n, "rho", "shape", [ends[0], rho, ends[1]])
-            found, how = e.interval(partial(at, rho)), f"N = {n}; rho is printed with two digits, which are the family"
-            every = vary(lambda rho, e=e: at(rho, *e.mean), *({"rho": end} for end in ends))
+            found, every = e.varied(lambda x, y, rho=rho: at(rho, x, y), *({"rho": end} for end in ends))
+            how = f"N = {n}; rho is printed with two digits, which are the family"
         words = {"how": how, "shown_by": f"boromand-{2 if wanted == 64 else 3}"}
         out.claim(f"mean A at rho = {rho}, {model.upper()}", found, paper, family=every, **words)
     n = nearest_size(states, "sp", 32)
     for text, by, window, paper in (
         ("lambda: dphi ~ (A - 1)^lambda, SP", "d_phi", (1e-2, 0.4), published.LAMBDA_OF_SHAPE),
-        ("omega: drho ~ (A - 1)^omega, small A, caption of fig 4", "d_rho", (0.03, 0.1), published.OMEGA_OF_CAPTION),
+        ("omega: drho ~ (A - 1)^omega, small A, caption of fig 4", "d_rho", (7e-3, 0.05), published.OMEGA_OF_CAPTION),
     ):
         e = ensemble(states, "sp", n, by, "excess", from_onset())
         low, high = window
+        more = [{"high": 0.04}] if by == "d_phi" else []
 
         def exponent(x: Array, y: Array, low: float = low, high: float = high) -> float:
             return 1 / float(power_law(x, y, low=0.999 * low, high=1.001 * high).exponents[0])  # ends are places
 
-        nearer = [] if by == "d_rho" else [{"low": 1e-5, "high": low}]  # left of the panel, whose A - 1 are 1e-3 to 0.1
-        every = vary(lambda e=e, f=exponent, **window: f(*e.mean, **window), *halves(*window), *nearer)
+        found, every = e.varied(exponent, *halves(*window), *more)
         words = {"how": f"N = {n}, {low:g} < {by} < {high:g}", "shown_by": "boromand-11 f"}
         if by == "d_rho":
-            words["contradiction"] = "the text and fig 11 d have 0.66 for the same curve"
-        out.claim(text, e.interval(exponent), paper, family=every, **words)
+            words["how"] += ", A - 1 from 1e-3 to 1e-2, the left decade of the panel"
+            words["cause"] = "the text and fig 11 d have 0.66 for the same curve"
+        out.claim(text, found, paper, family=every, **words)
 
 
 def has_printed(states: pd.DataFrame) -> bool:
@@ -246,6 +248,7 @@ class Law(NamedTuple):
     low: float
     high: float
     inverse: bool = False  # whether the paper gives x as a power of y
+    choices: Sequence[dict[str, float]] = ()  # other windows
 
 
 def figure_11(tables: EnsembleTables) -> Drawing:
@@ -282,9 +285,14 @@ def _draw_energy(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
             found = float(power_law(x, y, low=0.999 * low, high=1.001 * high).exponents[0])
             return 1 / found if inverse else found
 
-        every = vary(partial(exponent, *of_phi.mean), *halves(1e-4, 1e-1))
+        found, every = of_phi.varied(exponent, *_decades(1e-4, 1e-1))
         words = {"how": f"N = {n}, 1e-4 < dphi < 0.1", "shown_by": "boromand-11 a"}
-        out.claim(text, of_phi.interval(exponent), paper, family=every, **words)
+        out.claim(text, found, paper, family=every, **words)
+
+
+def _decades(low: float, high: float) -> list[dict[str, float]]:
+    """Choose every decade of a window: where a power holds, each gives it."""
+    return [{"low": float(a), "high": float(b)} for a, b in pairwise(log_places(low, high, 1))]
 
 
 def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
@@ -296,12 +304,15 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     line, paper = np.geomspace(1e-6, 0.4, 60), published.EQ_11_C
     out.curve(axes, rf"paper: eq 11, $C$ = {paper.value}", line, paper.value * eq_11(line), **PAPER)
     label(axes, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
-    near = curve.interval(lambda x, y: fit_prefactor(x, y, 0.0, NEAREST))
+
+    def prefactor(x: Array, y: Array, high: float = NEAREST) -> float:
+        return fit_prefactor(x, y, 0.0, high)
+
+    near, every = curve.varied(prefactor, {"high": 0.003}, {"high": 0.03})
     cause = (
         f"C = {paper.value} makes rho > phi up to dphi = (1 - 1/C)^2 = {(1 - 1 / paper.value) ** 2:.3f}, "
         "where overlaps can only lower it"
     )
-    every = vary(lambda high: fit_prefactor(*curve.mean, 0.0, high), {"high": 0.003}, {"high": 0.03})
     words = {"how": f"N = {n}, least squares", "cause": cause, "shown_by": "boromand-11 b"}
     out.claim(f"C of eq 11 for dphi < {NEAREST}", near, paper, family=every, **words)
 
@@ -310,7 +321,8 @@ def _draw_lost_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> N
     """Draw the area that disks lose."""
     small, large = published.ZETA
     e = ensemble(states, "sp", n, "d_rho", "lost", from_onset())
-    _draw_laws(out, axes, e, ("sp", n, "d_rho"), [Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03)])
+    law = Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03, choices=_decades(1e-4, 1e-2))
+    _draw_laws(out, axes, e, ("sp", n, "d_rho"), [law])
     _claim_last_decade(out, axes, e, f"N = {n}, {{}} < drho < {{}}", "1 - <a>/a_J ~ drho^zeta, large drho", large)
     label(axes, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
 
@@ -324,7 +336,7 @@ def _draw_shape_laws(out: Drawing, axes: Any, states: pd.DataFrame, model: str) 
         return
     n = nearest_size(states, model, 32)
     small, large = published.OMEGA[model]
-    laws = [Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True)]
+    laws = [Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True, [{"high": 0.03}, {"high": 0.05}])]
     e = ensemble(states, model, n, "d_rho", "excess", from_onset())
     _draw_laws(out, axes, e, (model, n, "d_rho"), laws, swap=True)
     shapes = ensemble(states, model, n, "excess", "d_rho", log_places(1e-4, 0.16, 20))
@@ -342,7 +354,7 @@ def _claim_last_decade(out: Drawing, axes: Any, e: Ensemble, how: str, text: str
     def exponent(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> float:
         return float(power_law(x, y, low=low * last * 0.999, high=high * last * 1.001).exponents[0])
 
-    every = vary(lambda **part: exponent(x, y, **part), {"low": 0.5}, *halves(0.1, 1.0))
+    number, every = e.varied(exponent, {"low": 0.5}, {"low": 0.45}, *halves(0.1, 1.0))
     kept = (x > 0.1 * last) & (y > 0)
     slopes = np.diff(np.log(y[kept])) / np.diff(np.log(x[kept]))
     first, final = out.keep(
@@ -350,7 +362,7 @@ def _claim_last_decade(out: Drawing, axes: Any, e: Ensemble, how: str, text: str
     )
     words = {"how": how.format(f"{0.1 * last:.3g}", f"{last:.3g}") + ", the last decade; family in units of its end"}
     words |= {"cause": f"the local exponent goes from {first:.2f} to {final:.2f} there", "shown_by": "boromand-11 f"}
-    found = out.claim(text, e.interval(exponent), paper, family=every, **words)
+    found = out.claim(text, number, paper, family=every, **words)
     line = np.array([0.1 * last, last])
     middle = float(np.interp(line.prod() ** 0.5, x, y))
     out.curve(axes, f"last decade: {found.value:.3g}", line, middle * (line / line.prod() ** 0.5) ** found.value, **FIT)
@@ -404,14 +416,16 @@ def _draw_laws(
             out.claim(law.name, None, law.paper, how=str(error))
             continue
 
-        def exponent(x: Array, y: Array, fit: PowerLaw = fit, inverse: bool = law.inverse) -> float:
-            found = float(power_law(x, y, low=fit.low * 0.99, high=fit.high * 1.01).exponents[0])
+        def exponent(
+            x: Array, y: Array, low: float = fit.low, high: float = fit.high, inverse: bool = law.inverse
+        ) -> float:
+            found = float(power_law(x, y, low=low * 0.99, high=high * 1.01).exponents[0])
             return 1 / found if inverse else found
 
         how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}, the widest straight window, held in all resamples"
         words = {"how": how, "cause": _local_exponents(out, x, means, law, _NAMES[column]), "shown_by": "boromand-11 f"}
-        every = vary(lambda f=exponent, fit=fit, **part: f(x, means, replace(fit, **part)), *halves(fit.low, fit.high))
-        found = out.claim(law.name, e.interval(exponent), law.paper, family=every, **words)
+        number, every = e.varied(exponent, *halves(fit.low, fit.high), *law.choices)
+        found = out.claim(law.name, number, law.paper, family=every, **words)
         _draw_fit(out, axes, law, fit, found.value, swap)
 
 

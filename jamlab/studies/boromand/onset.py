@@ -1,18 +1,28 @@
 """Draw the onset of jamming in Boromand et al., fig 10."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.special import kolmogorov
 
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import vary, write_interval, write_list
+from jamlab.studies.claims import write_by, write_interval, write_list
 from jamlab.studies.conventions import SIZES, onset_law
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import bootstrap, enough, groups_by, has, mean_over_packings, sampled_sizes, sizes
+from jamlab.studies.ensembles import (
+    bootstrap,
+    enough,
+    groups_by,
+    has,
+    mean_over_packings,
+    sampled_sizes,
+    sizes,
+    vary_bootstrap,
+)
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
 
 _MANY = 100  # packings of a size that tell a difference of means of a tenth of the width
@@ -98,8 +108,7 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
 def _claim_onset(out: Drawing, model: str, n: list[int], groups: list[Array]) -> None:
     """Claim theta and the limit of large packings, at the paper's sizes; those of all sizes are kept beside them."""
     big = model.upper()
-    theta = limit = None
-    every: tuple[dict[str, float], dict[str, float]] = ({}, {})
+    theta = limit = of_theta = of_limit = None
     how = of_width = "needs two sizes with three packings or more"
     if len(n) > 1 and min(len(g) for g in groups) > 2:
         how = of_width = f"N = {write_list(n)}"
@@ -113,24 +122,21 @@ def _claim_onset(out: Drawing, model: str, n: list[int], groups: list[Array]) ->
             matched, beyond = f"N = {write_list(kept)} of the paper's", f"with all, {n[0]} to {n[-1]},"
             of_width = f"{matched}; {beyond} {every_theta.value:.2f}"
             how = f"{matched}; {beyond} {write_interval(whole, 4)}"
-        theta = bootstrap(groups_kept, lambda g: _width_exponent(kept, g))
-        limit = bootstrap(groups_kept, lambda g: onset_law(kept, g).limit)
-        every = (
-            vary(lambda of: _width_exponent(kept, groups_kept, of), {"of": "quartiles"})
-            | vary(lambda without: _width_exponent(kept[1:], groups_kept[1:]), {"without": float(kept[0])}),
-            vary(partial(_limit, kept, groups_kept), {"correction": 0.6}, {"correction": 0.8}, {"first": 1}),
-        )
+        windows = ({"of": "quartiles"}, {"first": 1})
+        theta, of_theta = vary_bootstrap(groups_kept, partial(_width_exponent, kept), *windows)
+        laws: tuple[dict[str, float], ...] = ({"correction": 0.6}, {"correction": 0.8}, {"first": 1})
+        limit, of_limit = vary_bootstrap(groups_kept, partial(_limit, kept), *laws)
         how += f", correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003)"
     widths = [v.std(ddof=1) if len(v) > 1 else np.nan for v in groups]
     rise = out.keep(f"theta to the next size, {big}", -np.diff(np.log(widths)) / np.diff(np.log(n)), N=n[:-1])
     cause = f"from size to size it is {write_list(rise, '.2f')} (N = {write_list(n)})"
     words = {"how": of_width, "cause": cause, "shown_by": "boromand-10 c"}
-    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, family=every[0], **words)
+    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, family=of_theta, **words)
     ends = out.keep(f"mean onset, {big}", [g.mean() for g in groups], N=n)
     cause = f"N = {n[-1]} jams at {ends[-1]:.4f}, N = {n[0]} at {ends[0]:.4f}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-10 d"}
     text = f"onset in the large-N limit, {big}"
-    out.claim(text, limit, published.ONSET_LIMIT, family=every[1], **words)
+    out.claim(text, limit, published.ONSET_LIMIT, family=of_limit, **words)
 
 
 def _limit(n: list[int], groups: list[Array], correction: float | None = None, first: int = 0) -> float:
@@ -138,27 +144,44 @@ def _limit(n: list[int], groups: list[Array], correction: float | None = None, f
 
 
 def _claim_same_onsets(out: Drawing, onset: pd.DataFrame) -> None:
-    """Claim how far the mean onsets of both models lie apart, over the width of their distribution."""
+    """Claim how far the mean onsets of both models lie apart, at the smallest N; its family holds medians and the other
+    sizes."""
     sp, dp = (enough(onset[onset["model"] == model], "n", _MANY) for model in ("sp", "dp"))
-    both = [n for n in sp if n in dp and n in SIZES]
-    for n in sorted({both[0], both[-1]}) if both else ():
-        groups = [groups_by(onset[onset["model"] == m], "n", c, [n])[0] for m, c in (("sp", "phi_J"), ("dp", "rho_J"))]
-        found = bootstrap(groups, lambda g: (g[1].mean() - g[0].mean()) / g[0].std(ddof=1))
-        every = {
-            "width of DP": float((groups[1].mean() - groups[0].mean()) / groups[1].std(ddof=1)),
-            "medians": float((np.median(groups[1]) - np.median(groups[0])) / groups[0].std(ddof=1)),
-        }
-        apart = out.keep(f"mean rho_J of DP less phi_J of SP, N = {n}", groups[1].mean() - groups[0].mean())
-        words = {"how": f"N = {n}, over the width of SP", "cause": f"the means differ by {apart:.4f}"}
-        words["shown_by"] = "boromand-10 d"
-        out.claim(f"mean onset, DP less SP over width, N = {n}", found, published.SAME_ONSETS, family=every, **words)
+    n = [m for m in sp if m in dp and m in SIZES]
+    groups = {
+        m: [groups_by(onset[onset["model"] == x], "n", c, [m])[0] for x, c in (("sp", "phi_J"), ("dp", "rho_J"))]
+        for m in n
+    }
+
+    def apart(groups: list[Array], of: Callable[[Array], Any] = np.mean) -> float:
+        return float(of(groups[1]) - of(groups[0]))
+
+    each = {m: bootstrap(two, apart) for m, two in groups.items()}
+    out.keep("mean rho_J of DP less phi_J of SP", list(each.values()), N=n)
+    same = out.keep("Kolmogorov-Smirnov p of onsets, DP and SP", [_same_distribution(*groups[m]) for m in n], N=n)
+    found, every, how = None, {}, f"needs {_MANY} onsets of both models at one N"
+    if n:
+        found, how = each[n[0]], f"N = {n[0]}"
+        every = {f"N = {m}": each[m] for m in n[1:]}
+        every["medians"] = bootstrap(groups[n[0]], partial(apart, of=np.median))
+    by_size = write_by(dict(zip(n, same, strict=True)), ".2g")
+    words = {"how": how, "cause": f"both have one distribution with p = {by_size} (Kolmogorov-Smirnov)"}
+    out.claim("mean onset, DP less SP", found, published.SAME_ONSETS, family=every, **words, shown_by="boromand-10 d")
 
 
-def _width_exponent(n: list[int], groups: list[Array], of: str = "variance") -> float:
-    """Fit the exponent of the width against N, sizes weighted by its error, sigma/(2m - 2)^0.5 of m packings."""
-    quartiles = of == "quartiles"
-    widths = np.array(
-        [np.subtract(*np.percentile(v, [75, 25])) / 1.349 if quartiles else v.std(ddof=1) for v in groups]
-    )
-    errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
-    return -float(power_law(n, widths, error=errors).exponents[0])
+def _same_distribution(a: Array, b: Array) -> float:
+    """Compute the probability of such a distance or more between two samples of one distribution, for large samples."""
+    both = np.concatenate([a, b])
+    shares = [np.searchsorted(np.sort(part), both, side="right") / len(part) for part in (a, b)]
+    return float(kolmogorov(np.abs(shares[0] - shares[1]).max() / (1 / len(a) + 1 / len(b)) ** 0.5))
+
+
+def _width_exponent(n: list[int], groups: list[Array], of: str = "variance", first: int = 0) -> float:
+    """Fit the exponent of the width against N in logarithms, whose error is (2m - 2)^-0.5 for m packings."""
+    n, groups = n[first:], groups[first:]
+    if of == "quartiles":
+        widths = [np.subtract(*np.percentile(v, [75, 25])) / 1.349 for v in groups]
+    else:
+        widths = [v.std(ddof=1) for v in groups]
+    weights = np.sqrt([2 * len(v) - 2 for v in groups])
+    return -float(np.polyfit(np.log(n), np.log(widths), 1, w=weights)[0])

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
+from jamlab.studies.claims import Kind, Verdict, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
@@ -26,6 +25,7 @@ from jamlab.studies.ensembles import (
     mean_over_packings,
     median,
     nearest_size,
+    part_of,
     sampled_sizes,
 )
 from jamlab.studies.panels import FIT, Drawing, drawing, label
@@ -68,10 +68,11 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
     column = f"{by.removeprefix('d_')}_J"
     onset = tables.onset[tables.onset["model"] == model]  # more packings than were compressed
     at_onset = onset[onset["n"] == n]
-    found = [mean_over_packings([at_onset[name].dropna().to_numpy()])[0] for name in ("z_J", column)]
     measured = [m for m in sampled_sizes(onset, model) if m in conventions.SIZES]
     each, means = (onset.groupby("n")[name].mean().loc[measured].to_dict() for name in ("z_J", column))
-    every = {f"mean over N = {write_list(each)}": float(np.mean(list(each.values())))} if each else {}
+    found = [mean_over_packings([at_onset[name].dropna().to_numpy()])[0] for name in ("z_J", column)]
+    groups = groups_by(onset, "n", "z_J", measured)
+    every = {f"mean over N = {write_list(measured)}": bootstrap(groups, lambda g: np.mean([v.mean() for v in g]))}
     if model == "sp":
         words = {"cause": f"it is {write_by(each, '.3f')}, 4 - 2/N' by counting", "shown_by": "boromand-10 f"}
     else:
@@ -86,11 +87,6 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
     cause = f"small systems jam earlier: {write_by(means, '.4f')}"
     words = {"how": f"N = {n}, {len(at_onset)} packings", "cause": cause, "shown_by": "boromand-10 d"}
     out.claim(name, found[1], paper[1], kind=same, **words)
-
-
-def _mean_contacts(states: pd.DataFrame, model: str, n: int) -> float:
-    """Average z_J of the packings themselves."""
-    return float(states.loc[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0), "z"].mean())
 
 
 def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, n: int) -> dict[str, str]:
@@ -138,19 +134,13 @@ def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
 
 
 def _by_size(
-    out: Drawing,
-    name: str,
-    states: pd.DataFrame,
-    series: str,
-    statistic: Callable[[pd.DataFrame], float],
-    form: str = ".3g",
+    out: Drawing, name: str, states: pd.DataFrame, series: str, column: str, statistic: Callable[[Array, Array], float]
 ) -> str:
-    """Keep a statistic of each size of a series, and write it."""
-    model = SERIES[series][0]
-    states = states[states["model"] == model]
-    found = {m: statistic(states[states["n"] == m]) for m in sampled_sizes(states, model)}
+    """Keep a statistic of the mean curve of each size of a series, and write it."""
+    n = sampled_sizes(states, SERIES[series][0])
+    found = {m: statistic(*even_curve(states, series, m, column).mean) for m in n}
     out.keep(name, list(found.values()), N=found)
-    return write_by(found, form)
+    return write_by(found, ".3g")
 
 
 def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
@@ -158,24 +148,43 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     model, by = SERIES[series]
     paper, exponents = published.TABLE_1[series][2:], EXPONENTS[by]
     e = even_curve(states, series, n, "excess contacts")
-    fit = e.interval(lambda x, y: fit_coefficients(x, y, exponents))
-    own = _mean_contacts(states, model, n)
+
+    def coefficients(x: Array, y: Array, taken: float = 0.0, **window: float) -> Array:
+        return _fit_within(x, y - taken, exponents, **window)
+
+    own = conventions.own_contacts(states, model, n)
     words = {"how": f"N = {n}, z - {SUBTRACTED} as in the paper (own z_J {own:.3f}), {_window(series)}"}
-    if series == "SP(φ)":
-        by_size = _by_size(out, "z_0, SP(φ)", states, series, lambda s: _coefficient(s, series, "excess contacts"))
-        words |= {
-            "cause": f"the paper fits N = {conventions.SIZES[-1]}, and z_0 is {by_size}",
-            "shown_by": "boromand-6 a",
-        }
-    elif model == "sp":
-        words |= {"contradiction": conventions.contradiction_of_disks(), "shown_by": "boromand-5, dashed"}
+    if model == "sp":
+        by_size = _by_size(out, f"z_0, {series}", states, series, "excess contacts", lambda x, y: coefficients(x, y)[0])
+        words |= {"cause": f"the paper fits N = {conventions.SIZES[-1]}, and z_0 is {by_size}"}
+        words["shown_by"] = "boromand-6 a and b"
     else:
         ends = f"the fit itself makes z more than 6 from rho = {conventions.end_of_droplet_fit():.3f} on"
         words["calibrated"] = f"{conventions.TABLE_TARGET}; {ends}"
-    own_law = fit_coefficients(e.mean[0], e.mean[1] + SUBTRACTED - own, exponents)
+    varied = e.varied(coefficients, *_windows(series), {"taken": own - SUBTRACTED})
     for k in range(len(exponents)):
-        every = vary(partial(_vary_fit, e, exponents, k), *_windows(series)) | {"z_J = own": float(own_law[k])}
-        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=every, **words)
+        found, every = part_of(varied, k)
+        out.claim(f"z_{k}, {series}", found, published.table_entry(paper[k]), family=every, **words)
+    if series == "SP(ρ)":
+        _claim_contacts_on_the_way(out, states, n, e)
+
+
+def _claim_contacts_on_the_way(out: Drawing, states: pd.DataFrame, n: int, e: Ensemble) -> None:
+    """Claim z - 3.97 where row SP(ρ) of table 1 may be read without its two coefficients, which make up for another."""
+    d_rho, (_, by_phi, paper) = 0.1, conventions.same_states()
+    margins = tuple(published.table_entry(c).margin for c in published.TABLE_1["SP(ρ)"][2:])
+    margin = published.table_law(margins, d_rho)
+    drawn = published.Published(paper, margin, "=", "[B] figs 5 and 6 b, dashed-dotted")
+
+    def there(x: Array, y: Array, taken: float = 0.0) -> float:
+        return conventions.at(d_rho, x, y - taken)
+
+    found, every = e.varied(there, {"taken": conventions.own_contacts(states, "sp", n) - SUBTRACTED})
+    text = f"z - {SUBTRACTED} at drho = {d_rho:g}, SP(ρ)"
+    of_size = _by_size(out, text, states, "SP(ρ)", "excess contacts", there)
+    words = {"how": f"N = {n}, the fit of table 1 there, with the margins of both coefficients"}
+    words["cause"] = f"it is {of_size}; row SP(φ) of table 1 gives {by_phi:.2f} for the same states"
+    out.claim(text, found, drawn, family=every, **words, shown_by="boromand-5")
 
 
 def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
@@ -184,15 +193,11 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     paper, exponents = published.TABLE_2[series], EXPONENTS[by]
     e = even_curve(states, series, n, "g")
 
-    def coefficients(x: Array, y: Array) -> Array:
-        return fit_coefficients(x, y, exponents)
+    def coefficients(x: Array, y: Array, **window: float) -> Array:
+        return _fit_within(x, y, exponents, **window)
 
-    fit = e.interval(coefficients)
     x, middle = average(e.x), median(e.y)
-    every = {f"medians, {k}": value for k, value in enumerate(coefficients(x, middle))}
     sheared = _along_x(out, states, series, n)
-    if sheared is not None:
-        every |= {f"G along x, {k}": value for k, value in enumerate(coefficients(x, average(e.y) * sheared))}
     medians = out.keep(f"G, medians of packings, {series}", coefficients(x, middle), k=range(len(exponents)))
     words = {"how": f"N = {n}, {_window(series)}; medians of packings: {write_list(medians, '.3g')}"}
     if series == "DP(ρ)":
@@ -200,17 +205,20 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     else:
         stable = average(np.where(e.y > 0, e.y, np.nan))
         only = out.keep(f"G_0 of packings with G > 0, {series}", coefficients(x, stable)[0])
-        by_size = _by_size(out, f"G_0, {series}", states, series, lambda s: _coefficient(s, series, "g"))
+        by_size = _by_size(out, f"G_0, {series}", states, series, "g", lambda x, y: coefficients(x, y)[0])
         words["cause"] = f"the paper fits N = {conventions.SIZES[-1]}, and G_0 is {by_size}"
         words["cause"] += f"; packings with G > 0 alone give {only:.3g}"
         if sheared is not None:
             ratio = out.write(f"G along x over the mean over directions, {series}")
             words["cause"] += f", and the paper shears along x, where G is {ratio} times the mean over directions"
         words["shown_by"] = "boromand-6 d and e"
+    varied = e.varied(coefficients, *_windows(series))
+    varied[1]["medians"] = bootstrap([e.curves], lambda g: coefficients(average(g[0][..., 0]), median(g[0][..., 1])))
+    if sheared is not None:
+        varied[1]["G along x"] = Ensemble(e.x, e.y * sheared).interval(coefficients)
     for k in range(len(exponents)):
-        moved = vary(partial(_vary_fit, e, exponents, k), *_windows(series))
-        moved |= {name[:-3]: float(value) for name, value in every.items() if name.endswith(f", {k}")}
-        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), family=moved, **words)
+        found, every = part_of(varied, k)
+        out.claim(f"G_{k}, {series}", found, published.table_entry(paper[k]), family=every, **words)
 
 
 def _along_x(out: Drawing, states: pd.DataFrame, series: str, n: int) -> Array | None:
@@ -237,8 +245,10 @@ def _windows(series: str) -> tuple[dict[str, float], ...]:
     return {"low": 0.5 * conventions.HIGHEST[by]}, {"high": 0.5 * conventions.HIGHEST[by]}
 
 
-def _vary_fit(e: Ensemble, exponents: tuple[float, ...], k: int, low: float = 0.0, high: float = np.inf) -> float:
-    return float(fit_coefficients(*e.between(low, high).mean, exponents)[k])
+def _fit_within(x: Array, y: Array, exponents: tuple[float, ...], low: float = 0.0, high: float = np.inf) -> Array:
+    """Fit coefficients at distances between two."""
+    kept = (x > low) & (x < high)
+    return fit_coefficients(x[kept], y[kept], exponents)
 
 
 def _claim_ratio(out: Drawing) -> None:
@@ -259,16 +269,6 @@ def _claim_ratio(out: Drawing) -> None:
         out.claim(text, found, published.LARGER_RATIO, **words, shown_by="boromand-5")
 
 
-def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
-    """Fit the first coefficient of the mean curve of the one size in these states."""
-    x, y = even_curve(states, series, int(states["n"].iloc[0]), column).mean
-    return float(fit_coefficients(x, y, EXPONENTS[SERIES[series][1]])[0])
-
-
-def _part(found: Interval | None, k: int) -> Interval | None:
-    return None if found is None else found[k]
-
-
 def _window(series: str) -> str:
     model, by = SERIES[series]
     return f"{conventions.LOWEST[model]:g} < d < {conventions.HIGHEST[by]:g}"
@@ -276,6 +276,7 @@ def _window(series: str) -> str:
 
 def _symbols(quantity: str) -> str:
     """Set z_J, phi_J and their like as symbols."""
+    quantity = quantity.replace("z -", "$z$ −").replace("drho", r"$\Delta\rho$")
     return re.sub(r"\b(phi|rho)_(\w)", r"$\\\1_\2$", re.sub(r"\b(z|G)_(\w)", r"$\1_\2$", quantity))
 
 

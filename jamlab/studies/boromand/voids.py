@@ -1,7 +1,6 @@
 """Draw the voids in Boromand et al., fig 8."""
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -12,9 +11,9 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.claims import Kind, vary, write_list
+from jamlab.studies.claims import Kind, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
+from jamlab.studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, part_of, unmeasured, vary_bootstrap
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
 
 NEAR_ONSET = 0.845  # rho of the shares that the paper gives "near rho_J": its panel is over rho, rho_J is 0.842
@@ -132,14 +131,19 @@ def _claim_voids(out: Drawing, model: str, *, how: str, first: Array | None, x: 
     """Claim shares near onset, and the shape of voids between three disks at onset."""
     big = model.upper()
     near = int(np.abs(x - NEAR_ONSET).argmin())
-    share = bootstrap([cube[:, near]], lambda g: _share(g[0][:, None], tuple(published.VOID_SHARES))[0])
+
+    def shares(drawn: list[Array], rho: float = float(x[near])) -> Array:
+        """Interpolate P_l between the bins of rho."""
+        return np.array([np.interp(rho, x, share) for share in _share(drawn[0], tuple(published.VOID_SHARES)).T])
+
+    varied = vary_bootstrap([cube], shares, *({"rho": float(x[near]) + step} for step in (-0.005, 0.005)))
     sides = float((cube[:, near, :, 0].sum(axis=0) @ np.arange(8)) / cube[:, near, :, 0].sum())
     out.keep(f"mean number of sides of voids, {big}", [sides], rho=[x[near]])
     for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
-        every = vary(partial(_share_at, side, x, cube), *({"rho": x[near] + step} for step in (-0.005, 0.005)))
         words = {"how": f"{how}, states in the bin of rho around {x[near]:.3f}; {sides:.2f} sides on average"}
         words |= {"cause": _neighbours(out, f"P_{side}, {big}", side, x, cube), "shown_by": "boromand-8 a"}
-        out.claim(f"P_{side} near rho_J, {big}", share[k], paper, family=every, **words)
+        found, every = part_of(varied, k)
+        out.claim(f"P_{side} near rho_J, {big}", found, paper, family=every, **words)
     if first is None:
         return
     at_onset = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
@@ -157,16 +161,17 @@ def _claim_dense_disks(out: Drawing, how: str, x: Array, cube: Array) -> None:
         ("P_3 below rho = 1, SP", _triangle_share, published.DENSE_DISK_TRIANGLES),
         ("A of 3-sided voids, rho > 0.98, SP", _triangle_shape, published.DENSE_DISK_TRIANGLES_SHAPE),
     ):
-        found, every = _beyond(x, cube, statistic, 0.98, (0.97, 0.99))
+        found, every = _beyond(x, cube, statistic, 0.98, {"beyond": 0.97}, {"beyond": 0.99})
         out.claim(text, found, paper, family=every, how=f"{how}, rho > 0.98", shown_by="boromand-8 a and b")
 
 
-def _beyond(
-    x: Array, cube: Array, statistic: Statistic, rho: float, others: tuple[float, ...]
-) -> tuple[Interval | None, dict[str, float]]:
-    """Compute a statistic of all voids beyond a rho, with its interval, and beyond other rho."""
-    every = vary(lambda beyond: statistic(cube[:, x > beyond].sum(axis=(0, 1))), *({"beyond": r} for r in others))
-    return _pool(cube[:, x > rho], statistic), every
+def _beyond(x: Array, cube: Array, statistic: Statistic, rho: float, *choices: dict[str, float]) -> Varied:
+    """Compute a statistic of all voids beyond a rho, with its interval, and between others."""
+
+    def between(drawn: list[Array], beyond: float = rho, up_to: float = np.inf) -> float:
+        return statistic(drawn[0][:, (x > beyond) & (x < up_to)].sum(axis=(0, 1)))
+
+    return vary_bootstrap([cube], between, *choices)
 
 
 def _share_by_vertices(out: Drawing, tables: EnsembleTables) -> str:
@@ -185,27 +190,25 @@ def _claim_same_at_onset(
     out: Drawing, summed: dict[str, tuple[Array, Array]], first: list[Array | None], by_vertices: str
 ) -> None:
     """Claim that shares at onset are those of the other model, and that triangles of droplets come from squares."""
-    apart = rise = None
-    near: dict[str, float] = {}
-    later: dict[str, float] = {}
+    (apart, near), (rise, later) = unmeasured(), unmeasured()
     if len(summed) == 2:
         (x, sp), (u, dp) = (summed[model] for model in ("sp", "dp"))
 
         def less(groups: list[Array], side: int = 3) -> float:
             return float(_share(groups[1], (side,))[0, 0] - _share(groups[0], (side,))[0, 0])
 
-        def there(rho: float) -> list[Array]:
-            return [cube[:, [int(np.abs(at - rho).argmin())]] for at, cube in ((x, sp), (u, dp))]
+        def at(rho: float, groups: list[Array]) -> list[Array]:
+            return [cube[:, [int(np.abs(bins - rho).argmin())]] for bins, cube in zip((x, u), groups, strict=True)]
 
-        def traded(groups: list[Array]) -> float:
-            rise = less(groups)
-            return -less(groups, 4) / rise if rise else float("nan")
+        def traded(groups: list[Array], rho: float = 0.925) -> float:
+            there = at(rho, groups)
+            rise = less(there)
+            return -less(there, 4) / rise if rise else float("nan")
 
         known = [cube for cube in first if cube is not None]
         apart = bootstrap(known, less) if len(known) == 2 else None
-        near = vary(lambda rho: less(there(rho)), {"rho": NEAR_ONSET})
-        rise = bootstrap(there(0.925), traded)
-        later = vary(lambda rho: traded(there(rho)), {"rho": 0.905}, {"rho": 0.945})
+        near = {f"rho = {NEAR_ONSET:g}": bootstrap(at(NEAR_ONSET, [sp, dp]), less)}
+        rise, later = vary_bootstrap([sp, dp], traded, {"rho": 0.905}, {"rho": 0.945})
     words = {"how": "states at onset", "cause": by_vertices, "shown_by": "boromand-8 a, beyond-droplet-voids"}
     out.claim("P_3 at onset, DP less SP", apart, published.SAME_VOIDS, family=near, **words)
     text, words = "fall of P_4 over rise of P_3, DP less SP", {"how": "bin of rho at 0.925", "shown_by": "boromand-8 a"}
@@ -214,7 +217,7 @@ def _claim_same_at_onset(
 
 def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) -> None:
     """Claim the rho from which P_3 of droplets exceeds that of disks by 0.02."""
-    found, every = None, {}
+    found, every = unmeasured()
     if len(summed) == 2:
         rho = np.intersect1d(summed["sp"][0], summed["dp"][0])
         cubes = [summed[model][1][:, np.isin(summed[model][0], rho)] for model in ("sp", "dp")]
@@ -226,8 +229,7 @@ def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) 
             ends = dp[k : k + 2] - sp[k : k + 2]
             return float(np.interp(by, ends, rho[k : k + 2])) if 0 <= k < len(rho) - 1 else float("nan")
 
-        found = bootstrap(cubes, departs)
-        every = vary(lambda by: departs(cubes, by), {"by": 0.01}, {"by": 0.03})
+        found, every = vary_bootstrap(cubes, departs, {"by": 0.01}, {"by": 0.03})
     words = {"how": "bins of 0.01 in rho, excess of 0.02", "shown_by": "boromand-8 a"}
     out.claim("rho from which P_3 of DP exceeds SP", found, published.MORE_TRIANGLES, family=every, **words)
 
@@ -238,18 +240,14 @@ def _neighbours(out: Drawing, name: str, side: int, x: Array, cube: Array) -> st
     return "it is " + ", ".join(f"{share:.3f} at rho = {rho:.3f}" for share, rho in zip(shares, x[:3], strict=True))
 
 
-def _share_at(side: int, x: Array, cube: Array, rho: float) -> float:
-    """Interpolate P_l between the bins of rho."""
-    return float(np.interp(rho, x, _share(cube, (side,))[:, 0]))
-
-
 def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, first: Array | None, by_law: str) -> None:
     """Claim that all voids of dense droplets have three sides, and the shape of Plateau borders."""
     some = np.flatnonzero(x > 0.96)
     shares = out.keep("P_3, DP", [_triangle_share(cube[:, k].sum(axis=0)) for k in some], rho=x[some])
     rises = ", ".join(f"{share:.3f} at {x[k]:.3f}" for k, share in zip(some, shares, strict=True))
     words = {"how": f"{how}; {rises}", "cause": f"P_3 = {rises}: some voids keep four sides"}
-    found, every = _beyond(x, cube, _triangle_share, published.TRIANGLES_FROM, (0.98,))
+    start = published.TRIANGLES_FROM
+    found, every = _beyond(x, cube, _triangle_share, start, {"beyond": 0.98}, {"up_to": start + 0.01})
     text, paper = "P_3 for rho > 0.97, DP", published.DENSE_DROPLET_TRIANGLES
     out.claim(text, found, paper, family=every, shown_by="boromand-8 a", **words)
     later = (0.86, 0.9, 0.94)
@@ -260,7 +258,7 @@ def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, first: 
     falls = ", ".join(f"{shape:.2f} at {rho:g}" for rho, shape in zip(later, shapes, strict=True))
     cause = f"{at_onset:.2f} at onset, where polygons just touch, and then {falls}{by_law}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-8 b, beyond-droplet-voids"}
-    found, every = _beyond(x, cube, _triangle_shape, published.TRIANGLES_FROM, (0.85, 0.9, 0.98))
+    found, every = _beyond(x, cube, _triangle_shape, start, *({"beyond": rho} for rho in (0.85, 0.9, 0.98)))
     out.claim("A of 3-sided voids, rho > 0.97, DP", found, published.PLATEAU_SHAPE, family=every, **words)
 
 

@@ -13,7 +13,7 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PIN
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR, SOFTENING_EXPONENT
-from jamlab.studies.claims import vary, write_interval
+from jamlab.studies.claims import write_interval
 from jamlab.studies.conventions import fit_exponent
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -25,6 +25,8 @@ from jamlab.studies.ensembles import (
     scaled,
     select_usual,
     side_by_side,
+    unmeasured,
+    vary_bootstrap,
 )
 from jamlab.studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style
 
@@ -163,15 +165,14 @@ def _write_fit(out: Drawing, phi: float) -> str:
 def _claim_exponent_at_onset(out: Drawing, table: pd.DataFrame) -> None:
     """Claim the exponent of the stress over the rate at the packing fraction nearest to onset."""
     rows = table[(table["phi"] == ONSET) & (table["rate"] <= HIGHEST)]
-    found, every = None, {}
+    found, every = unmeasured()
     if rows["rate"].nunique() > 2:
         rates, stress = of_packings(rows, "rate", "stress")
 
         def slope(groups: list[Array], highest: float = HIGHEST) -> float:
             return fit_exponent(*(part[rates <= highest] for part in (rates, average(groups[0]))))
 
-        found = bootstrap([stress], slope)
-        every = vary(partial(slope, [stress]), *({"highest": float(rate)} for rate in rates[2:-1]))
+        found, every = vary_bootstrap([stress], slope, *({"highest": float(rate)} for rate in rates[2:-1]))
     words = {
         "how": f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}",
         "cause": f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q",
