@@ -12,7 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
-from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
+from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME, Length
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.natural_units import natural_scales
@@ -165,7 +165,8 @@ def creep(
     check_at_rest(packing)
     check_touching(packing)
     file = RunFile(out, CreepRun, packing, law, {"stress": stress, "tolerance": tolerance, "background": background})
-    with Recording(packing, law, tolerance, background, file.before) as flow:
+    length = Length(duration, f"a shorter duration than {duration:g}", largest_strain)
+    with Recording(packing, law, tolerance, background, file.before, length) as flow:
         before = file.before
         residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
 

@@ -18,6 +18,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.geometry.contact_network import contacts
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
@@ -30,10 +31,13 @@ _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
 # contacts there, with errors far below it
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
+MOST_STEPS = 1e8  # of a run: an hour of eight disks, days of some hundred
 _LOOK = 20_000  # steps between two looks at how long they are
 _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
 _FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
-_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
+_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STRAIN` of the plugin
+_STABLE = 2.0  # longest step of disks that touch, over the time in which a contact relaxes; of the plugin
+_NEIGHBOURS = 12  # among which a disk shares its background drag, at most, in that time
 _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
 
 
@@ -69,11 +73,31 @@ _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "ener
 _COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
 
 
+class Length(NamedTuple):
+    """How long a flow lasts at least: its time, or until a strain if that comes first; and what makes it shorter."""
+
+    time: float
+    shorter: str
+    strain: float = np.inf
+
+    def left(self, state: FlowState) -> float:
+        """Time that is left at the present rate."""
+        strain = max(0.0, self.strain - abs(state.strain))
+        return min(self.time - state.time, strain / abs(state.rate) if state.rate else np.inf)
+
+    def too_many(self, steps: float, step: float) -> str:
+        """Say that a flow would never end."""
+        return (
+            f"time {self.time:.3g} takes about {steps:.1g} steps of {step:.2g}; at most {MOST_STEPS:.0g} are taken, to "
+            f"time {MOST_STEPS * step:.1g}: give {self.shorter}"
+        )
+
+
 class OverdampedSession:
     """A LAMMPS instance that holds one packing and shears it. `damping`: `ContactDamping` or `StokesDrag`; `tolerance`:
     relative error of velocities that a step may make; the residual of the solver follows; `background`: drag of every
     particle against the affine flow beside contact damping, over k tau_1; `residual`: of the solver of velocities, over
-    the driving force; by default `solver_residual`."""
+    the driving force; by default `solver_residual`; `length`: of the flow, which is refused if it would never end."""
 
     def __init__(
         self,
@@ -83,14 +107,18 @@ class OverdampedSession:
         background: float,
         *,
         residual: float | None = None,
+        length: Length | None = None,
     ) -> None:
         check_flowing(damping, tolerance, background)
+        if length is not None:
+            _refuse_endless(packing, damping, background, length)
         if packing.model == "dp":
             refuse_crossings(packing)
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
-        self._start, self._interval = 0.0, np.inf
-        self._driven = False
+        self._start, self._interval, self._longest = 0.0, np.inf, np.inf
+        self._driven, self._length = False, length
+        self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
@@ -137,11 +165,14 @@ class OverdampedSession:
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
         self._session.set_variables({"drive": words, "interval": interval})
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
+        self._longest = longest or np.inf
         with self._flow_errors():
             self._session.include("flow.fix")
             self._driven = True
             self._session.command("run 0 post no")
-        return self.state()
+        state = self.state()
+        self._looked = self.steps(), state.time
+        return state
 
     def stress_drive(self, stress: float) -> str:
         """Say for `drive` that a shear stress, in the unit of the packing, is held."""
@@ -152,14 +183,14 @@ class OverdampedSession:
         state = self.state()
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
-            now = min(_LOOK, _LOOK if steps is None else steps)
+            now = min(self._looked[0] + _LOOK - self.steps(), _LOOK if steps is None else steps)
             with self._flow_errors():
                 self._session.command(f"run {now} post no")
-            before, state = state, self.state()
+            state = self.state()
             if steps is not None:
                 steps -= now
-            if now == _LOOK and state.time < end * (1 - 1e-12):
-                self._check_pace(before, state)
+            if self.steps() - self._looked[0] >= _LOOK:
+                self._check_pace(state)
         return state if self._session.model == "sp" else self._corrected(state)
 
     def _corrected(self, state: FlowState) -> FlowState:
@@ -169,9 +200,11 @@ class OverdampedSession:
         elastic = {name: getattr(now, name) for name in _OF_POSITIONS}
         return state._replace(**elastic, stress=now.elastic_stress + state.viscous_stress)
 
-    def _check_pace(self, before: FlowState, state: FlowState) -> None:
-        step = (state.time - before.time) / _LOOK
-        smooth = _SMOOTH[0] * self._damping.tau
+    def _check_pace(self, state: FlowState) -> None:
+        """Refuse to go on at the pace since the last look, if no run would ever end."""
+        step = (state.time - self._looked[1]) / _LOOK
+        self._looked = self.steps(), state.time
+        smooth = min(_SMOOTH[0] * self._damping.tau, self._interval, self._longest)
         if state.rate:
             smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
         if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
@@ -180,6 +213,9 @@ class OverdampedSession:
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
                 f"drag, and steps of {step:.1g} lead nowhere: give {more}a lower rate"
             )
+        if self._length is not None and self._length.left(state) > MOST_STEPS * step:
+            many = self._length.too_many(self._length.left(state) / step, step)
+            raise ConvergenceError(f"at strain {state.strain:.4g}, rate {state.rate:.3g} " + many)
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
@@ -223,6 +259,15 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         )
     if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
+
+
+def _refuse_endless(packing: Packing, damping: Damping, background: float, length: Length) -> None:
+    """Refuse before the start what can be known to take too many steps: disks with linear drag, which touch."""
+    drag = 1.0 + background / _NEIGHBOURS if damping.at_contacts else 1.0 / _NEIGHBOURS
+    step = _STABLE * damping.tau * drag
+    known = packing.model == "sp" and damping.linear() == damping and length.strain == np.inf
+    if known and length.time > MOST_STEPS * step and contacts(packing).count:
+        raise InputError(length.too_many(length.time / step, step))
 
 
 def background_drag(packing: Packing, damping: Damping, background: float | None) -> float:

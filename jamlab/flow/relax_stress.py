@@ -12,7 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
-from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
+from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME, Length
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -160,7 +160,8 @@ def relax_stress(
         check_touching(packing)
     task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
     file = RunFile(out, StressRelaxation, packing, law, task)
-    with Recording(packing, law, tolerance, background, file.before) as flow:
+    shorter = f"a shorter duration than {duration:g}"
+    with Recording(packing, law, tolerance, background, file.before, Length(duration, shorter)) as flow:
         if file.before is None:
             residual = flow.session.drive("rate 0", duration).elastic_stress
             if strain:
