@@ -33,7 +33,7 @@ _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it,
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 MOST_STEPS = 1e8  # of a run: an hour of eight disks, days of some hundred
 _LOOK = 20_000  # steps between two looks at how long they are
-_CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
+_CRAWL = 1e-4  # mean step over that of a smooth flow, below which no run would ever end, and at most
 _FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
 _SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STRAIN` of the plugin
 _STABLE = 2.0  # longest step of disks that touch, over the time in which a contact relaxes; of the plugin
@@ -116,7 +116,7 @@ class OverdampedSession:
             refuse_crossings(packing)
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
-        self._start, self._interval, self._longest = 0.0, np.inf, np.inf
+        self._start, self._interval = 0.0, np.inf
         self._driven, self._length = False, length
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
@@ -165,7 +165,6 @@ class OverdampedSession:
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
         self._session.set_variables({"drive": words, "interval": interval})
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
-        self._longest = longest or np.inf
         with self._flow_errors():
             self._session.include("flow.fix")
             self._driven = True
@@ -183,14 +182,15 @@ class OverdampedSession:
         state = self.state()
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
-            now = min(self._looked[0] + _LOOK - self.steps(), _LOOK if steps is None else steps)
+            now = min(_LOOK, _LOOK if steps is None else steps)
             with self._flow_errors():
                 self._session.command(f"run {now} post no")
-            state = self.state()
+            before, state = state, self.state()
             if steps is not None:
                 steps -= now
-            if self.steps() - self._looked[0] >= _LOOK:
-                self._check_pace(state)
+            if now == _LOOK and state.time < end * (1 - 1e-12):
+                self._check_pace(before, state)
+            self._check_length(state)
         return state if self._session.model == "sp" else self._corrected(state)
 
     def _corrected(self, state: FlowState) -> FlowState:
@@ -200,11 +200,9 @@ class OverdampedSession:
         elastic = {name: getattr(now, name) for name in _OF_POSITIONS}
         return state._replace(**elastic, stress=now.elastic_stress + state.viscous_stress)
 
-    def _check_pace(self, state: FlowState) -> None:
-        """Refuse to go on at the pace since the last look, if no run would ever end."""
-        step = (state.time - self._looked[1]) / _LOOK
-        self._looked = self.steps(), state.time
-        smooth = min(_SMOOTH[0] * self._damping.tau, self._interval, self._longest)
+    def _check_pace(self, before: FlowState, state: FlowState) -> None:
+        step = (state.time - before.time) / _LOOK
+        smooth = _SMOOTH[0] * self._damping.tau
         if state.rate:
             smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
         if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
@@ -213,9 +211,17 @@ class OverdampedSession:
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
                 f"drag, and steps of {step:.1g} lead nowhere: give {more}a lower rate"
             )
-        if self._length is not None and self._length.left(state) > MOST_STEPS * step:
-            many = self._length.too_many(self._length.left(state) / step, step)
-            raise ConvergenceError(f"at strain {state.strain:.4g}, rate {state.rate:.3g} " + many)
+
+    def _check_length(self, state: FlowState) -> None:
+        """Look after so many steps, over all rows, whether the flow would end at their pace."""
+        steps = self.steps() - self._looked[0]
+        if self._length is None or steps < _LOOK:
+            return
+        step, left = (state.time - self._looked[1]) / steps, self._length.left(state)
+        self._looked = self.steps(), state.time
+        if left > MOST_STEPS * step:
+            many = self._length.too_many(left / step, step)
+            raise ConvergenceError(f"at strain {state.strain:.4g}, rate {state.rate:.3g}: {many}")
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""

@@ -18,7 +18,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import LIMIT, describe_balance, energy_gap
+from jamlab.flow.flow_run import LIMIT, Remedy, describe_balance, energy_gap
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import contacts
@@ -92,8 +92,10 @@ class QuasistaticShear(ShearRun):
         """From which on steps are too long."""
         return LIMIT
 
-    def _remedy(self) -> str:
-        return "steps are too long to tell what events release; give half the step"
+    @property
+    def remedy(self) -> Remedy:
+        """Half the step."""
+        return Remedy(step=0.5 * float(np.diff(self.strain[:2]).sum()))
 
     def describe(self) -> str:
         """Say how it was run, and how well energy is balanced."""

@@ -136,6 +136,8 @@ def _find_lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
     Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times."""
     null = _span_known_zero_modes(matrix)
     scale = float(sparse.linalg.norm(matrix, np.inf))
+    if scale == 0:  # nothing touches
+        return np.zeros(count), null[:, :count].toarray()
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     shift = SETTINGS.shift * scale
     while (factors := SymmetricFactors(matrix + shift * identity)).negative:
