@@ -72,6 +72,7 @@ class Modes:
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         axes.plot(np.arange(1, len(self.eigenvalues) + 1), self.eigenvalues, **merged_line(plain, style))
+        axes.locator_params(axis="x", integer=True)
         label_axes(axes, "number of the mode", in_unit("eigenvalue of the Hessian", self.unit))
         axes.legend(fontsize=LEGEND)
 
