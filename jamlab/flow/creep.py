@@ -164,7 +164,8 @@ def creep(
     check_number("largest_strain", largest_strain, 1e4)
     check_at_rest(packing)
     check_touching(packing)
-    file = RunFile(out, CreepRun, packing, law, {"stress": stress, "tolerance": tolerance, "background": background})
+    task = {"stress": stress, "tolerance": tolerance, "background": background}
+    file = RunFile(out, CreepRun, packing, law, task, progress)
     length = Length(duration, f"a shorter duration than {duration:g}", largest_strain)
     with Recording(packing, law, tolerance, background, file.before, length) as flow:
         before = file.before
@@ -177,11 +178,7 @@ def creep(
         if done < duration * (1 - 1e-12):
             flow.drive(flow.session.stress_drive(residual + stress), duration - done)
         for state in flow.advance_log_spaced(duration):
-            file.save(result)
-            if progress is not None:
-                progress(state.time / duration, f"time {state.time:.3g}, strain {state.strain:.3g}")
+            file.report(result, state.time / duration, f"time {state.time:.3g}, strain {state.strain:.3g}")
             if abs(state.strain) > largest_strain:
                 break
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+        return file.finish(result)

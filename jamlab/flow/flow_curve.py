@@ -304,9 +304,7 @@ def flow_curve(
             _measure(item, lambda *step, item=item: report(item, *step))
     else:
         run_side_by_side(_measure, items, processes, report=report)
-    curve = _curve(packing, points, facts)
-    file.save(lambda: curve, now=True)
-    return curve
+    return file.finish(lambda: _curve(packing, points, facts))
 
 
 _Item = tuple[Packing, float, Damping, float, float, float, float]

@@ -334,7 +334,7 @@ def quasistatic_shear(
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     count = int(np.ceil(strain / step - 1e-9))
     task = {"rate": 0, "step": strain / count, "resolution": resolution, "tolerance": tolerance}
-    file = RunFile(out, QuasistaticShear, packing, None, task)
+    file = RunFile(out, QuasistaticShear, packing, None, task, progress)
     before = file.before
     scales = natural_scales(packing)
     with Session(scales.to_natural(before.packing if before else packing)) as session:
@@ -350,9 +350,5 @@ def quasistatic_shear(
             walk.go_to(reached)
             if every is not None and int(reached / every + 1e-9) > int(strain * (k - 1) / count / every + 1e-9):
                 walk.keep()
-            file.save(result)
-            if progress is not None:
-                progress(k / count, f"strain {reached:.3g}")
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+            file.report(result, k / count, f"strain {reached:.3g}")
+        return file.finish(result)

@@ -159,7 +159,7 @@ def relax_stress(
         check_at_rest(packing)
         check_touching(packing)
     task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
-    file = RunFile(out, StressRelaxation, packing, law, task)
+    file = RunFile(out, StressRelaxation, packing, law, task, progress)
     shorter = f"a shorter duration than {duration:g}"
     with Recording(packing, law, tolerance, background, file.before, Length(duration, shorter)) as flow:
         if file.before is None:
@@ -183,9 +183,5 @@ def relax_stress(
                 # velocities of droplets, and with them viscous stress, are known from the first step on
                 del flow.rows[0]
         for state in flow.advance_log_spaced(duration):
-            file.save(result)
-            if progress is not None:
-                progress(state.time / duration, f"time {state.time:.3g}")
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+            file.report(result, state.time / duration, f"time {state.time:.3g}")
+        return file.finish(result)

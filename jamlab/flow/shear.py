@@ -102,7 +102,7 @@ def shear(
     counts = [_rows_of_part(length, frames, rows * length / whole) for length in parts[:, 1]]
     protocol = parts.tolist() if len(parts) > 1 else []
     task = {"rate": protocol or float(parts[0, 0]), "tolerance": tolerance, "background": background}
-    file = RunFile(out, ShearRun, packing, law, task)
+    file = RunFile(out, ShearRun, packing, law, task, progress)
     time = float((parts[:, 1] / np.abs(parts[:, 0])).sum())
     slowest = float(np.abs(parts[:, 0]).min())
     shorter = f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or rate = 0, shear without time"
@@ -120,13 +120,9 @@ def shear(
             for row in range(done + 1, count + 1):
                 last = row == count and protocol
                 strain_now = flow.advance(keep=bool(last) or (every > 0 and row % every == 0)).strain
-                file.save(result)
-                if progress is not None:
-                    progress(min(1.0, flow.path / whole), f"strain {strain_now:.3g}")
+                file.report(result, min(1.0, flow.path / whole), f"strain {strain_now:.3g}")
             begin += by
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+        return file.finish(result)
 
 
 def _refuse_unused(rate: object, **given: object) -> None:
