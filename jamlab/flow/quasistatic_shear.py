@@ -30,7 +30,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
-from jamlab.protocols.compression import LARGEST_TOLERANCE
+from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 
@@ -324,7 +324,7 @@ def quasistatic_shear(
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
     """
     check_number("strain", strain, LARGEST_STRAIN)
-    check_number("step", step, min(LARGEST_STEP, strain))
+    check_number("step", step, min(LARGEST_STEP, strain), strain / MOST_STATES)
     if resolution is not None:
         check_number("resolution", resolution, step)
     if every is not None:
