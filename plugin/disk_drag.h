@@ -110,6 +110,7 @@ class DiskDrag : public DragSolver {
   std::vector<int> owners;              // of atoms and ghosts, -1: of another rank
   double spent = 0.0;      // on conjugate gradients since the last factors or neighbor lists
   int age = 0, serves = 0;    // solutions with these factors, and with how many they become too old
+  double answer_iterations = 100.0;    // of the last answer to forces on a pair that was found without factors
   double amplified = 1.0;  // by the factors: the norm of rounding, compared with that of each disk's own block
   std::vector<double> column;
   std::vector<Motions> answers;    // of all velocities to a unit force along the slip of a rubbing pair
@@ -134,7 +135,14 @@ class DiskDrag : public DragSolver {
   void find_weights(const Motions &u, double rate) override;
   void find_preconditioner(bool free_rate) override;
   double precondition(double r_flow, double &z_flow) override;
+  struct FactorCosts {
+    bool moved;    // atoms or ghosts are other ones
+    double iteration, solution, anew, order;
+    double fresh() const;    // of velocities found with new factors
+  };
+  FactorCosts factor_costs(bool moved) const;
   void choose_factors();
+  void factorise_for(std::size_t solutions);
   bool find_owners();
   void set_factor_pattern();
   void factorise();

@@ -252,6 +252,7 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
     update_thetas(rubs, slips);
     return false;
   }
+  if (!known) factorise_for(m);
   for (std::size_t a = 0; a < m; a++) {
     if (known) {
       pushes[a].assign(nlocal + nghost, Motion());
@@ -321,7 +322,9 @@ double DiskDrag::answer_to(std::size_t edge, double back, double rub, double acc
   std::copy_n(push.begin(), nlocal, residual.begin());
   double z_flow;
   const double driven = precondition(moment, z_flow);
+  const int before = result.iterations;
   descend(answer, unit, moment, accuracy * accuracy * driven, result);
+  if (!factored) answer_iterations = result.iterations - before;
   rate = unit.rate;
   exchange.send_to_ghosts(answer);
   return moment;
@@ -386,6 +389,7 @@ bool DiskDrag::relax_edges(std::vector<double> parts, const Motions &u, const Lo
   exchange.send_to_ghosts(base);
   find_weights(base, load.rate);
   find_preconditioner(load.free_rate);
+  factorise_for(n);
   const double enough = std::max(EXACT * EXACT * driving(force, load), rounding());
   descend(base, load, find_residual(force, base, load, false), enough, result);
   exchange.send_to_ghosts(base);

@@ -33,12 +33,8 @@ void DiskDrag::choose_factors()
 {
   if (settings.background == 0.0) return;    // without background, factors amplify what rounding leaves
   const bool moved = find_owners();
-  double costs[5] = {moved ? 1.0 : 0.0, contacts.size() + PER_DISK * nlocal,
-                     SOLVED_DISK * nlocal + SOLVED_BLOCK * factors.blocks_below(),
-                     UPDATE * factors.updates() + NEW_CONTACT * contacts.size() + NEW_DISK * nlocal, ORDER * nlocal};
-  MPI_Allreduce(MPI_IN_PLACE, costs, 5, MPI_DOUBLE, MPI_MAX, world);    // all ranks decide alike
-  const double iteration = costs[1], solution = costs[2], anew = costs[3];
-  if (costs[0] > 0.0) {
+  const FactorCosts costs = factor_costs(moved);
+  if (costs.moved) {
     factored = false;
     serves = UNKNOWN;
     amplified = 1.0;
@@ -47,21 +43,58 @@ void DiskDrag::choose_factors()
     return;
   }
   if (!factored) {
-    const double last = last_iterations * iteration;
+    const double last = last_iterations * costs.iteration;
     spent += last;
-    if (spent < costs[4]) return;
+    if (spent < costs.order) return;
     if (!patterned)    // tells the costs
       set_factor_pattern();
-    else if (spent > anew && last > WORTH * (FRESH * iteration + (FRESH + NORMS) * solution + anew / SERVED))
+    else if (spent > costs.anew && last > WORTH * (costs.fresh() + costs.anew / SERVED))
       factorise();
     return;
   }
   age++;
-  spent += std::max(0.0, last_iterations - FRESH) * (iteration + solution);
-  const bool costly = spent > anew;
+  spent += std::max(0.0, last_iterations - FRESH) * (costs.iteration + costs.solution);
+  const bool costly = spent > costs.anew;
   if (!costly && age < serves) return;
-  serves = costly ? std::max(1, age - 1) : spent < 0.5 * anew ? serves + 1 + serves / 4 : serves;
+  serves = costly ? std::max(1, age - 1) : spent < 0.5 * costs.anew ? serves + 1 + serves / 4 : serves;
   factorise();
+}
+
+/* ----------------------------------------------------------------------
+   before answers to forces on several pairs, all with one matrix, and none of which starts from velocities before
+------------------------------------------------------------------------- */
+
+void DiskDrag::factorise_for(std::size_t solutions)
+{
+  if (settings.background == 0.0 || (factored && age == 0)) return;
+  FactorCosts costs = factor_costs(false);
+  if (factored) {
+    if (solutions * (costs.iteration + costs.solution) > costs.anew) factorise();    // each saves an iteration or more
+    return;
+  }
+  const double without = solutions * answer_iterations * costs.iteration;
+  if (without < costs.order) return;
+  if (!patterned) set_factor_pattern();
+  costs = factor_costs(false);
+  if (without > WORTH * (solutions * costs.fresh() + costs.anew)) factorise();
+}
+
+/* ----------------------------------------------------------------------
+   the largest of all ranks, which then decide alike
+------------------------------------------------------------------------- */
+
+DiskDrag::FactorCosts DiskDrag::factor_costs(bool moved) const
+{
+  double costs[5] = {moved ? 1.0 : 0.0, contacts.size() + PER_DISK * nlocal,
+                     SOLVED_DISK * nlocal + SOLVED_BLOCK * factors.blocks_below(),
+                     UPDATE * factors.updates() + NEW_CONTACT * contacts.size() + NEW_DISK * nlocal, ORDER * nlocal};
+  MPI_Allreduce(MPI_IN_PLACE, costs, 5, MPI_DOUBLE, MPI_MAX, world);
+  return {costs[0] > 0.0, costs[1], costs[2], costs[3], costs[4]};
+}
+
+double DiskDrag::FactorCosts::fresh() const
+{
+  return FRESH * iteration + (FRESH + NORMS) * solution;
 }
 
 /* ----------------------------------------------------------------------

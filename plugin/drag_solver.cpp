@@ -181,15 +181,15 @@ void DragSolver::shorten(const State &before, double rho, Motions &force, Motion
     double z_flow;
     return precondition(find_residual(force, u, load, false), z_flow);
   };
-  double best = 1.0, least = left(1.0);
+  double best = 1.0, last = 1.0, least = left(1.0);
   for (double part = 0.5; part > SHORTEST && !(least <= LESS * rho); part *= 0.5) {
-    const double found = left(part);
+    const double found = left(last = part);
     if (found < least) {
       least = found;
       best = part;
     }
   }
-  left(best);
+  if (best != last) left(best);
 }
 
 /* ----------------------------------------------------------------------

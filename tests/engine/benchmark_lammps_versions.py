@@ -2,7 +2,8 @@
 
 Each wheel gets a Python environment of its own, which sees the other packages of this one; jamlab is built there, and
 tests of it run there. Prints a row for each. JAMLAB_LAMMPS_VERSIONS names those to try, with blanks between them;
-JAMLAB_RESULTS is a folder where rows and environments are kept, so that a run can go on where it was stopped.
+JAMLAB_RESULTS is a folder where rows and environments are kept, so that a run can go on where it was stopped. Needs
+scikit-build-core, which builds jamlab.
 """
 
 import os
@@ -10,6 +11,7 @@ import resource
 import subprocess
 import sys
 import sysconfig
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -86,6 +88,7 @@ def columns_of(folder, version):
 @pytest.mark.parametrize("version", VERSIONS)
 def test_version(version, kept_folder):
     """Every column says yes."""
+    assert find_spec("scikit_build_core"), "jamlab is built without isolation: pip install scikit-build-core"
     file = kept_folder / "lammps_versions.jsonl"
     (row,) = kept_rows(file, ["version"], [(version,)], lambda one: columns_of(kept_folder, one))
     print("\n| " + " | ".join(f"{name}: {value}" for name, value in row.items()) + " |")

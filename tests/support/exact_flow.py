@@ -52,6 +52,7 @@ class ExactFlow:
     rubbing: set[int] = field(default_factory=set)  # neither part nor meet
     ties: list[float] = field(default_factory=list)  # strains at which no set of states fits, or several do
     events: list[tuple[float, str]] = field(default_factory=list)
+    located: list[float] = field(default_factory=list)  # strains at which a state no longer fitted
     rubbed: float = 0.0  # time with a rubbing contact
 
     def __post_init__(self) -> None:
@@ -178,6 +179,7 @@ class ExactFlow:
     def settle(self, x: np.ndarray, time: float) -> dict:
         """States of all pairs whose gap is zero: open ones part, closed ones meet, others rub with theta in 0 to 1."""
         gap = self.gaps(x, self.rate * time)
+        self.located.append(self.rate * time)
         edge = sorted({*map(int, np.flatnonzero(np.abs(gap) < 3 * TOUCH)), *self.rubbing})
         before = [self.state(c) for c in edge]
         kinds = ("open", "closed") if self.stokes or self.beta == 0 else ("open", "closed", "rubbing")
@@ -244,7 +246,7 @@ class ExactFlow:
     def rows(self, strain: float, count: int) -> np.ndarray:
         """(count + 1, 5) at equal strains from 0 on: elastic, viscous stress, contacts, pressure, N1.
 
-        Fewer where a hundred ties fall into one instant: the law does not say how the flow goes on.
+        Fewer where a hundred changes fall into one instant: a contact grazes, and rounding says how the flow goes on.
         """
         x, time = self.packing.positions.copy(), 0.0
         self.closed = {int(c) for c in np.flatnonzero(self.gaps(x, 0.0) < 0)}
@@ -253,7 +255,7 @@ class ExactFlow:
         for end in ends:
             while time < end * (1 - 1e-13):
                 x, time, found, h = self.advance(x, time, found, h, end)
-                if self.ties[-100:-99] and self.ties[-1] - self.ties[-100] < STUCK:
+                if self.located[-100:-99] and self.located[-1] - self.located[-100] < STUCK:
                     return np.array(out)
             out.append(
                 [
