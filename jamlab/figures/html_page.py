@@ -60,16 +60,10 @@ def picture(figure: Figure, kind: str = ".png") -> bytes:
     return buffer.getvalue()
 
 
-_GREEK = dict(
-    zip(
-        "alpha beta gamma delta eps zeta eta theta kappa lambda mu rho sigma tau phi omega Delta".split(),
-        "αβγδεζηθκλμρστφωΔ",
-        strict=True,
-    )
-)
-_SYMBOL = re.compile(
-    rf"(?<![\w.-])(?:(d?)({'|'.join(_GREEK)})|([A-Za-zα-ωΔ]))(?:_(\w+))?(?![\w=-])|\^(-?)([\w.]*\w)|(?<= )~(?= )"
-)
+_NAMES = "alpha beta gamma delta eps zeta eta theta kappa lambda mu rho sigma tau phi omega Delta"
+_GREEK = dict(zip(_NAMES.split(), "αβγδεζηθκλμρστφωΔ", strict=True))
+_LETTER = rf"(?<![\w.-])(?:(d?)({_NAMES.replace(' ', '|')})|([A-Za-zα-ωΔ]))"
+_SYMBOL = re.compile(_LETTER + r"(?:_(\w+))?(?![\w=-])|\^(-?)([\w.]*\w)|(?<= )~(?= )")
 
 
 def typeset(text: str) -> Markup:
