@@ -26,6 +26,7 @@ from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
+LARGEST_BETA = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
@@ -262,6 +263,11 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(
             f"background = {background!r}: must be a drag over k tau_1 from 0 to {LARGEST_BACKGROUND:g}, such as 1e-2"
+        )
+    if damping.at_contacts and damping.contrast > LARGEST_BETA:
+        raise InputError(
+            f"beta = {damping.contrast:g}: its drag drowns that of approach in rounding, and flow in time takes up to "
+            f"{LARGEST_BETA:g}; complex_modulus takes more"
         )
     if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
