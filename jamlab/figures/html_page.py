@@ -67,7 +67,12 @@ _SYMBOL = re.compile(_LETTER + r"(?:_(\w+))?(?![\w=-])|\^(-?)([\w.]*\w)|(?<= )~(
 
 
 def typeset(text: str) -> Markup:
-    """Set symbols that words write in plain letters as mathematics: z_J, p N^2, dphi ~ N^-theta."""
+    """Set symbols that words write in plain letters as mathematics.
+
+    >>> from jamlab.figures.html_page import typeset
+    >>> print(typeset("z_J, p N^2 <a> ~ drho^alpha_0 N^-theta, --rho 0.9, a dot"))
+    z<sub>J</sub>, p N<sup>2</sup> &lt;a&gt; ∝ Δρ<sup>α<sub>0</sub></sup> N<sup>−θ</sup>, --rho 0.9, a dot
+    """
 
     def written(found: re.Match[str]) -> str:
         change, greek, latin, index, minus, power = found.groups()

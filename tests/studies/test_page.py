@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import jamlab
-from jamlab.figures.html_page import TextTable, typeset
+from jamlab.figures.html_page import TextTable
 from jamlab.studies.study import Page, Shown, write_page
 
 PAGE = Page("all", "Title", lambda claims: "Lead.")
@@ -39,19 +39,6 @@ def test_studies_are_written_in_their_order(tmp_path):
     assert "cell &lt;&amp;&gt;" in page and "quick" in page and "jamlab" in page
     assert "<details><summary>1 row</summary>" in page
     assert [(f.name, f.reason) for f in failures] == [("absent", "no data")]
-
-
-@pytest.mark.parametrize(
-    ("words", "mathematics"),
-    [
-        ("z_J, 1 - <a>/a_J ~ drho^zeta", "z<sub>J</sub>, 1 - &lt;a&gt;/a<sub>J</sub> ∝ Δρ<sup>ζ</sup>"),
-        ("p N^2, sigma ~ N^-theta", "p N<sup>2</sup>, σ ∝ N<sup>−θ</sup>"),
-        ("alpha_0: dphi^alpha_0", "α<sub>0</sub>: Δφ<sup>α<sub>0</sub></sup>"),
-        ("`jamlab g --rho 0.9` of rho-J.h5, a dot", "`jamlab g --rho 0.9` of rho-J.h5, a dot"),
-    ],
-)
-def test_symbols_are_set_and_words_left(words, mathematics):
-    assert typeset(words) == mathematics
 
 
 def test_each_study_can_have_its_own_files(tmp_path):
