@@ -154,14 +154,25 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
   return rho;
 }
 
+/* ---------------------------------------------------------------------- */
+
+void DragSolver::keep(State &state, const Motions &force, const Motions &u, const Load &load) const
+{
+  state.force.assign(force.begin(), force.begin() + nlocal);
+  state.u.assign(u.begin(), u.begin() + nlocal);
+  state.rate = load.rate;
+  state.moment = load.moment;
+  state.held = held();
+}
+
 /* ----------------------------------------------------------------------
    back to a part of a step of Newton's that lessens the residual, whose squared norm was rho: contacts that should come
    to rest are thrown as far to the other side by the whole of it
 ------------------------------------------------------------------------- */
 
-void DragSolver::shorten(const State &before, double rho, Motions &force, Motions &u, Load &load)
+void DragSolver::shorten(double rho, Motions &force, Motions &u, Load &load)
 {
-  const State after = {force, u, load.rate, load.moment, held()};
+  keep(after, force, u, load);
   const auto between = [&](double part, const Motions &a, const Motions &b, Motions &out) {
     for (int i = 0; i < nlocal; i++)
       out[i] = {a[i].x + part * (b[i].x - a[i].x), a[i].y + part * (b[i].y - a[i].y),
@@ -221,14 +232,14 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
       continue;
     }
 
-    const State before = newton ? State{force, u, load.rate, load.moment, held()} : State{};
+    if (newton) keep(before, force, u, load);
     const double rho_before = rho;
     const int earlier = result.iterations;
     rho = descend(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
     if (!result.positive) break;
     if (newton) last_iterations = result.iterations - earlier;
     const bool holds = hold(force, u, load, result);
-    if (newton) shorten(before, rho_before, force, u, load);
+    if (newton) shorten(rho_before, force, u, load);
     if (law.alpha == 1.0 && !holds) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
       result.converged = rho <= enough;

@@ -131,12 +131,14 @@ class DragSolver {
   virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
   void subtract(const Motions &, double factor = 1.0);
-  struct State {
+  struct State {    // of owned atoms; kept from step to step, since ghosts of a few disks are many
     Motions force, u;
     double rate, moment;
     std::vector<double> held;
   };
-  void shorten(const State &before, double rho, Motions &force, Motions &u, Load &);
+  State before, after;    // a step of Newton's
+  void keep(State &, const Motions &force, const Motions &u, const Load &) const;
+  void shorten(double rho, Motions &force, Motions &u, Load &);
 };
 
 }    // namespace LAMMPS_NS
