@@ -317,8 +317,10 @@ def export(
     from jamlab.campaign.campaign import open_campaign
 
     expect_output(to)
-    written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep, replace=force)]
+    campaign = open_campaign(file, out)
+    written = [str(path) for path in write(campaign, to, form, table or (), sweep, replace=force)]
     if as_json:
         print_json({"written": written})
     else:
-        out_console.print("\n".join(written) or "no task is finished yet: nothing written", soft_wrap=True)
+        none = f"no task is finished in {campaign.folder.path}, the folder of the tasks: nothing written to {to}"
+        out_console.print("\n".join(written) or none, soft_wrap=True)

@@ -136,7 +136,7 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
     if spectrum is None:
         facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
     sections = [
-        Section(MODEL_STYLE[m]["label"], fragment=explorer_fragment(s.packings, observables=s.measured))
+        Section(f"Sweep of {MODEL_STYLE[m]['label']}", fragment=explorer_fragment(s.packings, observables=s.measured))
         for m, s in sweeps.items()
     ]
     for heading, (name, figure, caption) in pictures.items():

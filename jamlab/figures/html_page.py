@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 from jinja2 import Environment, PackageLoader, select_autoescape
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
@@ -58,6 +58,31 @@ def picture(figure: Figure, kind: str = ".png") -> bytes:
         figure.dpi = dpi
         figure.set_canvas(canvas)
     return buffer.getvalue()
+
+
+_NAMES = "alpha beta gamma delta eps zeta eta theta kappa lambda mu rho sigma tau phi omega Delta"
+_GREEK = dict(zip(_NAMES.split(), "αβγδεζηθκλμρστφωΔ", strict=True))
+_LETTER = rf"(?<![\w.-])(?:(d?)({_NAMES.replace(' ', '|')})|([A-Za-zα-ωΔ]))"
+_SYMBOL = re.compile(_LETTER + r"(?:_(\w+))?(?![\w=-])|\^(-?)([\w.]*\w)|(?<= )~(?= )")
+
+
+def typeset(text: str) -> Markup:
+    """Set symbols that words write in plain letters as mathematics.
+
+    >>> from jamlab.figures.html_page import typeset
+    >>> print(typeset("z_J, p N^2 <a> ~ drho^alpha_0 N^-theta, --rho 0.9, a dot"))
+    z<sub>J</sub>, p N<sup>2</sup> &lt;a&gt; ∝ Δρ<sup>α<sub>0</sub></sup> N<sup>−θ</sup>, --rho 0.9, a dot
+    """
+
+    def written(found: re.Match[str]) -> str:
+        change, greek, latin, index, minus, power = found.groups()
+        if power is not None:
+            return f"<sup>{minus.replace('-', '−')}{_SYMBOL.sub(written, power)}</sup>"
+        if not (greek or latin):
+            return "∝"
+        return ("Δ" if change else "") + (latin or _GREEK[greek]) + (f"<sub>{index}</sub>" if index else "")
+
+    return Markup(_SYMBOL.sub(written, str(escape(text))))
 
 
 _NOTHING = Markup("")
@@ -129,6 +154,7 @@ def write_report(
     """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it. Facts
     stand at the end; pictures in columns fit on a screen, without columns they are as wide as the page."""
     environment = Environment(loader=PackageLoader("jamlab.figures", ""), autoescape=select_autoescape())
+    environment.filters["typeset"] = typeset
     marks: Counter[str] = sum((section.marks for section in sections), Counter())
     page = environment.get_template("page.html").render(
         title=title, lead=lead, sections=sections, marks=marks, facts=facts, assets=assets, columns=columns

@@ -12,7 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
-from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
+from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME, Length
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.natural_units import natural_scales
@@ -164,8 +164,10 @@ def creep(
     check_number("largest_strain", largest_strain, 1e4)
     check_at_rest(packing)
     check_touching(packing)
-    file = RunFile(out, CreepRun, packing, law, {"stress": stress, "tolerance": tolerance, "background": background})
-    with Recording(packing, law, tolerance, background, file.before) as flow:
+    task = {"stress": stress, "tolerance": tolerance, "background": background}
+    file = RunFile(out, CreepRun, packing, law, task, progress)
+    length = Length(duration, f"a shorter duration than {duration:g}", largest_strain)
+    with Recording(packing, law, tolerance, background, file.before, length) as flow:
         before = file.before
         residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
 
@@ -176,11 +178,7 @@ def creep(
         if done < duration * (1 - 1e-12):
             flow.drive(flow.session.stress_drive(residual + stress), duration - done)
         for state in flow.advance_log_spaced(duration):
-            file.save(result)
-            if progress is not None:
-                progress(state.time / duration, f"time {state.time:.3g}, strain {state.strain:.3g}")
+            file.report(result, state.time / duration, f"time {state.time:.3g}, strain {state.strain:.3g}")
             if abs(state.strain) > largest_strain:
                 break
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+        return file.finish(result)

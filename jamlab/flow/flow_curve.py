@@ -15,12 +15,13 @@ from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
+    Remedy,
+    better_balance,
     describe_balance,
     describe_drag,
     describe_unsettled,
     energy_gap,
     energy_imbalance,
-    finer_steps,
     renamed,
     say_balance,
     warn_of_imbalance,
@@ -112,8 +113,13 @@ class FlowCurve:
         drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
         off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > self.tolerance]]
-        warning = warn_of_imbalance(self._worst, self.tolerance, finer_steps(self.tolerance), off)
+        warning = warn_of_imbalance(self._worst, self.tolerance, self.remedy, off)
         return "; ".join(filter(None, (reached, warning)))
+
+    @property
+    def remedy(self) -> Remedy:
+        """What to give next where energy is not balanced."""
+        return better_balance(self.frames[0], self.damping, self.background, self.tolerance)
 
     @property
     def _worst(self) -> float:
@@ -298,9 +304,7 @@ def flow_curve(
             _measure(item, lambda *step, item=item: report(item, *step))
     else:
         run_side_by_side(_measure, items, processes, report=report)
-    curve = _curve(packing, points, facts)
-    file.save(lambda: curve, now=True)
-    return curve
+    return file.finish(lambda: _curve(packing, points, facts))
 
 
 _Item = tuple[Packing, float, Damping, float, float, float, float]

@@ -12,7 +12,7 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, renamed, say_balance
-from jamlab.flow.overdamped_session import LEAST_STRAIN
+from jamlab.flow.overdamped_session import LEAST_STRAIN, Length
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -194,9 +194,10 @@ def oscillate(
     check_at_rest(packing)
     check_touching(packing)
     task = {"omega": omega, "amplitude": amplitude, "points": points, "tolerance": tolerance, "background": background}
-    file = RunFile(out, Oscillation, packing, law, task)
+    file = RunFile(out, Oscillation, packing, law, task, progress)
     found = list(file.before.cycle_harmonics) if file.before else []
-    with Recording(packing, law, tolerance, background, file.before) as flow:
+    shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
+    with Recording(packing, law, tolerance, background, file.before, Length(4 * np.pi / omega, shorter)) as flow:
 
         def result() -> Oscillation:
             answer = {"cycle_harmonics": np.array(found), "finished": _repeats(found, tolerance)}
@@ -210,12 +211,8 @@ def oscillate(
             work = rows[-1].work - flow.rows[-1 - points].work
             harmonics[0] = complex(harmonics[0].real, work / (np.pi * amplitude**2))
             found.append(harmonics)
-            file.save(result)
-            if progress is not None:
-                progress(len(found) / cycles, f"cycle {len(found)}")
-        last = result()
-    file.save(lambda: last, now=True)
-    return last
+            file.report(result, len(found) / cycles, f"cycle {len(found)}")
+        return file.finish(result)
 
 
 def _repeats(found: list[Complex], tolerance: float) -> bool:

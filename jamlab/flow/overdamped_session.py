@@ -18,6 +18,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.geometry.contact_network import contacts
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
@@ -25,15 +26,19 @@ from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
+LARGEST_BETA = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
 # contacts there, with errors far below it
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
+MOST_STEPS = 1e8  # of a run: an hour of eight disks, days of some hundred
 _LOOK = 20_000  # steps between two looks at how long they are
-_CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
+_CRAWL = 1e-4  # mean step over that of a smooth flow, below which no run would ever end, and at most
 _FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
-_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
+_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STRAIN` of the plugin
+_STABLE = 2.0  # longest step of disks that touch, over the time in which a contact relaxes; of the plugin
+_NEIGHBOURS = 12  # among which a disk shares its background drag, at most, in that time
 _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
 
 
@@ -69,11 +74,31 @@ _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "ener
 _COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
 
 
+class Length(NamedTuple):
+    """How long a flow lasts at least: its time, or until a strain if that comes first; and what makes it shorter."""
+
+    time: float
+    shorter: str
+    strain: float = np.inf
+
+    def left(self, state: FlowState) -> float:
+        """Time that is left at the present rate."""
+        strain = max(0.0, self.strain - abs(state.strain))
+        return min(self.time - state.time, strain / abs(state.rate) if state.rate else np.inf)
+
+    def too_many(self, steps: float, step: float) -> str:
+        """Say that a flow would never end."""
+        return (
+            f"time {self.time:.3g} takes about {steps:.1g} steps of {step:.2g}; at most {MOST_STEPS:.0g} are taken, to "
+            f"time {MOST_STEPS * step:.1g}: give {self.shorter}"
+        )
+
+
 class OverdampedSession:
     """A LAMMPS instance that holds one packing and shears it. `damping`: `ContactDamping` or `StokesDrag`; `tolerance`:
     relative error of velocities that a step may make; the residual of the solver follows; `background`: drag of every
     particle against the affine flow beside contact damping, over k tau_1; `residual`: of the solver of velocities, over
-    the driving force; by default `solver_residual`."""
+    the driving force; by default `solver_residual`; `length`: of the flow, which is refused if it would never end."""
 
     def __init__(
         self,
@@ -83,14 +108,18 @@ class OverdampedSession:
         background: float,
         *,
         residual: float | None = None,
+        length: Length | None = None,
     ) -> None:
         check_flowing(damping, tolerance, background)
+        if length is not None:
+            _refuse_endless(packing, damping, background, length)
         if packing.model == "dp":
             refuse_crossings(packing)
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
-        self._driven = False
+        self._driven, self._length = False, length
+        self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
@@ -141,7 +170,9 @@ class OverdampedSession:
             self._session.include("flow.fix")
             self._driven = True
             self._session.command("run 0 post no")
-        return self.state()
+        state = self.state()
+        self._looked = self.steps(), state.time
+        return state
 
     def stress_drive(self, stress: float) -> str:
         """Say for `drive` that a shear stress, in the unit of the packing, is held."""
@@ -160,6 +191,7 @@ class OverdampedSession:
                 steps -= now
             if now == _LOOK and state.time < end * (1 - 1e-12):
                 self._check_pace(before, state)
+            self._check_length(state)
         return state if self._session.model == "sp" else self._corrected(state)
 
     def _corrected(self, state: FlowState) -> FlowState:
@@ -180,6 +212,17 @@ class OverdampedSession:
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
                 f"drag, and steps of {step:.1g} lead nowhere: give {more}a lower rate"
             )
+
+    def _check_length(self, state: FlowState) -> None:
+        """Look after so many steps, over all rows, whether the flow would end at their pace."""
+        steps = self.steps() - self._looked[0]
+        if self._length is None or steps < _LOOK:
+            return
+        step, left = (state.time - self._looked[1]) / steps, self._length.left(state)
+        self._looked = self.steps(), state.time
+        if left > MOST_STEPS * step:
+            many = self._length.too_many(left / step, step)
+            raise ConvergenceError(f"at strain {state.strain:.4g}, rate {state.rate:.3g}: {many}")
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
@@ -221,8 +264,22 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         raise InputError(
             f"background = {background!r}: must be a drag over k tau_1 from 0 to {LARGEST_BACKGROUND:g}, such as 1e-2"
         )
+    if damping.at_contacts and damping.contrast > LARGEST_BETA:
+        raise InputError(
+            f"beta = {damping.contrast:g}: its drag drowns that of approach in rounding, and flow in time takes up to "
+            f"{LARGEST_BETA:g}; complex_modulus takes more"
+        )
     if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
+
+
+def _refuse_endless(packing: Packing, damping: Damping, background: float, length: Length) -> None:
+    """Refuse before the start what can be known to take too many steps: disks with linear drag, which touch."""
+    drag = 1.0 + background / _NEIGHBOURS if damping.at_contacts else 1.0 / _NEIGHBOURS
+    step = _STABLE * damping.tau * drag
+    known = packing.model == "sp" and damping.linear() == damping and length.strain == np.inf
+    if known and length.time > MOST_STEPS * step and contacts(packing).count:
+        raise InputError(length.too_many(length.time / step, step))
 
 
 def background_drag(packing: Packing, damping: Damping, background: float | None) -> float:

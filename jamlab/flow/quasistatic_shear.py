@@ -18,7 +18,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import LIMIT, describe_balance, energy_gap
+from jamlab.flow.flow_run import LIMIT, Remedy, describe_balance, energy_gap
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import contacts
@@ -30,7 +30,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
-from jamlab.protocols.compression import LARGEST_TOLERANCE
+from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 
@@ -92,8 +92,10 @@ class QuasistaticShear(ShearRun):
         """From which on steps are too long."""
         return LIMIT
 
-    def _remedy(self) -> str:
-        return "steps are too long to tell what events release; give half the step"
+    @property
+    def remedy(self) -> Remedy:
+        """Half the step."""
+        return Remedy(step=0.5 * float(np.diff(self.strain[:2]).sum()))
 
     def describe(self) -> str:
         """Say how it was run, and how well energy is balanced."""
@@ -322,7 +324,7 @@ def quasistatic_shear(
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
     """
     check_number("strain", strain, LARGEST_STRAIN)
-    check_number("step", step, min(LARGEST_STEP, strain))
+    check_number("step", step, min(LARGEST_STEP, strain), strain / MOST_STATES)
     if resolution is not None:
         check_number("resolution", resolution, step)
     if every is not None:
@@ -332,7 +334,7 @@ def quasistatic_shear(
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     count = int(np.ceil(strain / step - 1e-9))
     task = {"rate": 0, "step": strain / count, "resolution": resolution, "tolerance": tolerance}
-    file = RunFile(out, QuasistaticShear, packing, None, task)
+    file = RunFile(out, QuasistaticShear, packing, None, task, progress)
     before = file.before
     scales = natural_scales(packing)
     with Session(scales.to_natural(before.packing if before else packing)) as session:
@@ -348,9 +350,5 @@ def quasistatic_shear(
             walk.go_to(reached)
             if every is not None and int(reached / every + 1e-9) > int(strain * (k - 1) / count / every + 1e-9):
                 walk.keep()
-            file.save(result)
-            if progress is not None:
-                progress(k / count, f"strain {reached:.3g}")
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+            file.report(result, k / count, f"strain {reached:.3g}")
+        return file.finish(result)

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.overdamped_session import FlowState, OverdampedSession
+from jamlab.flow.overdamped_session import FlowState, Length, OverdampedSession
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
@@ -23,10 +23,16 @@ _SPACING = 0.05  # steps between rows that are evenly spaced in log time, over t
 
 class Recording:
     """A flow as far as it has come. `packing`: SP or DP, where it starts; `damping, tolerance, background`: see
-    `OverdampedSession`; `before`: a part of the same flow, to go on from."""
+    `OverdampedSession`; `before`: a part of the same flow, to go on from; `length`: of the whole."""
 
     def __init__(
-        self, packing: Packing, damping: Damping, tolerance: float, background: float, before: FlowRun | None = None
+        self,
+        packing: Packing,
+        damping: Damping,
+        tolerance: float,
+        background: float,
+        before: FlowRun | None,
+        length: Length,
     ) -> None:
         self._how = {"damping": damping, "background": background, "tolerance": tolerance}
         self._unit = UNIT_OF_STRESS[packing.model, packing.units]
@@ -35,7 +41,8 @@ class Recording:
         self.rows: list[FlowState] = _rows(before) if before else []
         self._before = self.rows[-1] if self.rows else None
         self._frames = list(before.frames) if before else []
-        self.session = OverdampedSession(before.packing if before else packing, damping, tolerance, background)
+        start = before.packing if before else packing
+        self.session = OverdampedSession(start, damping, tolerance, background, length=length)
 
     def __enter__(self) -> Self:
         return self

@@ -12,7 +12,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
-from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME
+from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME, Length
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -159,8 +159,9 @@ def relax_stress(
         check_at_rest(packing)
         check_touching(packing)
     task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
-    file = RunFile(out, StressRelaxation, packing, law, task)
-    with Recording(packing, law, tolerance, background, file.before) as flow:
+    file = RunFile(out, StressRelaxation, packing, law, task, progress)
+    shorter = f"a shorter duration than {duration:g}"
+    with Recording(packing, law, tolerance, background, file.before, Length(duration, shorter)) as flow:
         if file.before is None:
             residual = flow.session.drive("rate 0", duration).elastic_stress
             if strain:
@@ -182,9 +183,5 @@ def relax_stress(
                 # velocities of droplets, and with them viscous stress, are known from the first step on
                 del flow.rows[0]
         for state in flow.advance_log_spaced(duration):
-            file.save(result)
-            if progress is not None:
-                progress(state.time / duration, f"time {state.time:.3g}")
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+            file.report(result, state.time / duration, f"time {state.time:.3g}")
+        return file.finish(result)

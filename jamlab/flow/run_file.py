@@ -21,6 +21,7 @@ import numpy as np
 from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import Damping, law_of_record
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
@@ -40,14 +41,21 @@ class OtherRunError(StorageError):
 class RunFile(Generic[R]):
     """Where a run is kept, or nowhere. `path`: of the file, or None; `kind`: class of the result: a dataclass with
     `frames` and `damping`; `packing`: where the run starts; `damping`: drag law; None for a run without time; `task`:
-    what else makes it this run, in plain numbers and text. `before`: what the file holds of the same run, or None."""
+    what else makes it this run, in plain numbers and text; `progress`: that is told of it. `before`: what the file
+    holds of the same run, or None."""
 
     def __init__(
-        self, path: FilePath | None, kind: type[R], packing: Packing, damping: Damping | None, task: dict[str, Any]
+        self,
+        path: FilePath | None,
+        kind: type[R],
+        packing: Packing,
+        damping: Damping | None,
+        task: dict[str, Any],
+        progress: Progress | None = None,
     ) -> None:
         self._path = None if path is None else Path(path)
         self._task = json.dumps({**task, **_describe(damping)}, sort_keys=True)
-        self._saved = time.monotonic()
+        self._saved, self._progress = time.monotonic(), progress
         self.before: R | None = None
         if self._path is None:
             return
@@ -65,6 +73,18 @@ class RunFile(Generic[R]):
             return
         write_result(self._path, result(), self._task)
         self._saved = time.monotonic()
+
+    def report(self, result: Callable[[], R], share: float, words: str) -> None:
+        """Bring the file up to date, and tell the share of the work that is done."""
+        self.save(result)
+        if self._progress is not None:
+            self._progress(share, words)
+
+    def finish(self, result: Callable[[], R]) -> R:
+        """Write the run as it ends, and give it."""
+        last = result()
+        self.save(lambda: last, now=True)
+        return last
 
     def _read_same(self, path: Path, kind: type[R], packing: Packing) -> R | None:
         try:

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.overdamped_session import LEAST_STRAIN, background_drag
+from jamlab.flow.overdamped_session import LEAST_STRAIN, Length, background_drag
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
@@ -81,8 +81,8 @@ def shear(
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
-        InputError: a value out of range, or one that this rate has no use for: `step` at a rate, or `damping`, `rows`,
-            `tolerance` and `background` at rate 0.
+        InputError: a value out of range, a flow of more than 1e8 steps, or a value that this rate has no use for:
+            `step` at a rate, or `damping`, `rows`, `tolerance` and `background` at rate 0.
         ConvergenceError: the flow is too fast or drag too weak to be resolved; strain and remedy are named.
         StorageError: `out` cannot be written, or holds anything but a part of this run.
     """
@@ -90,8 +90,8 @@ def shear(
     if rate == 0:
         _refuse_unused(rate, damping=damping, rows=rows, tolerance=tolerance, background=background)
         _rows_per_frame(parts[0, 1], frames, 1)
-        length, step = float(parts[0, 1]), STEP if step is None else step
-        return quasistatic_shear(packing, length, step, every=frames, out=out, progress=progress)
+        step = STEP if step is None else step
+        return quasistatic_shear(packing, float(parts[0, 1]), step, every=frames, out=out, progress=progress)
     _refuse_unused(rate, step=step)
     law = damping or ContactDamping()
     background = background_drag(packing, law, background)
@@ -102,28 +102,27 @@ def shear(
     counts = [_rows_of_part(length, frames, rows * length / whole) for length in parts[:, 1]]
     protocol = parts.tolist() if len(parts) > 1 else []
     task = {"rate": protocol or float(parts[0, 0]), "tolerance": tolerance, "background": background}
-    file = RunFile(out, ShearRun, packing, law, task)
-    with Recording(packing, law, tolerance, background, file.before) as flow:
+    file = RunFile(out, ShearRun, packing, law, task, progress)
+    time = float((parts[:, 1] / np.abs(parts[:, 0])).sum())
+    slowest = float(np.abs(parts[:, 0]).min())
+    shorter = f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or rate = 0, shear without time"
+    with Recording(packing, law, tolerance, background, file.before, Length(time, shorter)) as flow:
 
         def result() -> ShearRun:
             asked: dict[str, Any] = {"strain_asked": whole, "parts": parts if protocol else None}
             return ShearRun(**flow.content() | asked, shear_rate=float(parts[-1, 0]))
 
         begin = 0.0
-        for (speed, length), (count, every) in zip(parts, counts, strict=True):
-            done = round(max(0.0, flow.path - begin) / length * count)
+        for (speed, by), (count, every) in zip(parts, counts, strict=True):
+            done = round(max(0.0, flow.path - begin) / by * count)
             if done < count:
-                flow.drive(f"rate {speed:.17g}", length / count / abs(speed))
+                flow.drive(f"rate {speed:.17g}", by / count / abs(speed))
             for row in range(done + 1, count + 1):
                 last = row == count and protocol
                 strain_now = flow.advance(keep=bool(last) or (every > 0 and row % every == 0)).strain
-                file.save(result)
-                if progress is not None:
-                    progress(min(1.0, flow.path / whole), f"strain {strain_now:.3g}")
-            begin += length
-        found = result()
-    file.save(lambda: found, now=True)
-    return found
+                file.report(result, min(1.0, flow.path / whole), f"strain {strain_now:.3g}")
+            begin += by
+        return file.finish(result)
 
 
 def _refuse_unused(rate: object, **given: object) -> None:

@@ -72,6 +72,7 @@ class Modes:
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         axes.plot(np.arange(1, len(self.eigenvalues) + 1), self.eigenvalues, **merged_line(plain, style))
+        axes.locator_params(axis="x", integer=True)
         label_axes(axes, "number of the mode", in_unit("eigenvalue of the Hessian", self.unit))
         axes.legend(fontsize=LEGEND)
 
@@ -136,6 +137,8 @@ def _find_lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
     Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times."""
     null = _span_known_zero_modes(matrix)
     scale = float(sparse.linalg.norm(matrix, np.inf))
+    if scale == 0:  # nothing touches
+        return np.zeros(count), null[:, :count].toarray()
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     shift = SETTINGS.shift * scale
     while (factors := SymmetricFactors(matrix + shift * identity)).negative:

@@ -23,6 +23,7 @@ from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.compression import MOST_STATES
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
@@ -177,6 +178,7 @@ def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> 
     if step is None:
         return protocol["step" if search == "bisection" else "step_paper"]
     check_number("step", step, 0.5)
-    if step < protocol["increment_least"]:
-        raise InputError(f"step = {step:g}: the search ends at {protocol['increment_least']:g}, take a larger one")
+    least = max(protocol["increment_least"], 1 / MOST_STATES)
+    if step < least:
+        raise InputError(f"step = {step:g}: up to {1 / step:.0g} states, take {least:g} or more")
     return step

@@ -62,7 +62,8 @@ class HerschelBulkley:
 
     def __str__(self) -> str:
         yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_error:.1g}"
-        return f"{yields}, n = {self.exponent:.3f} ± {self.exponent_error:.3f}"
+        flows = f"K = {self.consistency:.3g} ± {self.consistency_error:.1g}"
+        return f"{yields}, {flows}, n = {self.exponent:.3f} ± {self.exponent_error:.3f}"
 
     @drawn("Line2D that draws the law")
     def plot(self, axes: Any, /, **style: Any) -> None:

@@ -158,7 +158,7 @@ class Drawing:
         self.curve(axes, f"paper: slope {exponent:g}", ends, values, label=None, **PAPER)
         middle = (np.sqrt(ends.prod()), np.sqrt(values.prod()))
         axes.annotate(
-            f"{exponent:g}" if text is None else text,
+            f"slope {exponent:g}" if text is None else text,
             middle,
             textcoords="offset points",
             xytext=((-8, 7) if above else (5, -11)) if exponent >= 0 else (5, 5),

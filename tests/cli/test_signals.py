@@ -94,7 +94,7 @@ LONG = {  # commands that keep what is finished when they are interrupted
     "flow-curve": "source.h5 --rate 1 --rate 1e-4 --strain 2",
     "creep": "source.h5 --stress 1e-3 --duration 1e6",
     "oscillate": "source.h5 --omega 1e-3 --amplitude 0.1",
-    "relax-stress": "source.h5 --strain 0.05 --duration 1e9",
+    "relax-stress": "source.h5 --strain 0.05 --duration 1e8",
 }
 ALL_OR_NOTHING = {"demo", "jam", "pack", "analyze", "gstar", "explore"}  # one result: nothing is finished on the way
 TASKS = {"campaign run", "campaign resume", "study run", "estimate"}  # finished tasks are files in a folder

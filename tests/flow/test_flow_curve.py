@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import jamlab
+from jamlab.flow import overdamped_session
 from jamlab.flow.flow_cost import require_time
 from jamlab.flow.flow_curve import steady_point
 from jamlab.flow.overdamped_session import OverdampedSession
@@ -106,8 +107,6 @@ def test_plan_says_what_does_not_fit(disks):
 
 def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
     """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
-    from jamlab.flow import overdamped_session
-
     monkeypatch.setattr(overdamped_session, "_LOOK", 10)
     monkeypatch.setattr(overdamped_session, "_CRAWL", 1e3)
     for given, more in ((None, 0.01), (0.1, 1)):
@@ -115,6 +114,38 @@ def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
             jamlab.ConvergenceError, match=rf"rate 0.1 contacts leave motion.*give background = {more},"
         ):
             jamlab.shear(disks, 0.1, rows=1, background=given)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda p: jamlab.shear(p, 1e-12, 1e-3),
+            "time 1e.09 .* 5e.08 steps of 2; .* rate than 1e-12, a smaller strain",
+        ),
+        (
+            lambda p: jamlab.shear(p, [(1.0, 1.0), (-1e-9, 1.0)]),
+            "time 1e.09 .* rate than 1e-09, a smaller strain than 2",
+        ),
+        (lambda p: jamlab.shear(p, 1.0, 1.0, jamlab.ContactDamping(tau=1e-9)), "5e.08 steps of 2e-09"),
+        (lambda p: jamlab.shear(p, 1e-8, 1.0, jamlab.StokesDrag()), "6e.08 steps of 0.17; .* to time 2e.07"),
+        (lambda p: jamlab.shear(p, 1.0, 0.01, jamlab.ContactDamping(beta=1e6)), "beta = 1e.06: .* takes up to 100000"),
+        (lambda p: jamlab.oscillate(p, 1e-8, 1e-3), "higher omega than 1e-08; complex_modulus"),
+        (lambda p: jamlab.relax_stress(p, 1e-3, 1e12), "a shorter duration than 1e.12"),
+    ],
+)
+def test_flow_that_would_never_end_or_balance_is_refused(disks, call, message):
+    """No step of disks that touch is longer than twice the time in which a contact relaxes."""
+    with pytest.raises(jamlab.InputError, match=message):
+        call(disks)
+
+
+def test_flow_whose_steps_are_not_known_before_is_given_up_on_the_way(disks, monkeypatch):
+    monkeypatch.setattr(overdamped_session, "_LOOK", 100)
+    with pytest.raises(jamlab.ConvergenceError, match=r"rate .* time 1e.12 takes .* a shorter duration than 1e.12"):
+        jamlab.creep(disks, 1e-4, 1e12)  # rests; it might as well have flowed to its largest strain
+    assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300  # steps that rows make short are no crawl
+    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced  # long steps
 
 
 def test_a_solver_that_fails_says_where(disks):

@@ -157,7 +157,7 @@ def test_states_that_miss_the_tolerance_say_so(packing):
     ("arguments", "message"),
     [
         ({"strain": 0.0}, "strain = 0.0: must be a number above 0"),
-        ({"strain": 0.5, "step": 0.2}, "step = 0.2: must be a number above 0 and at most 0.1"),
+        ({"strain": 0.5, "step": 0.2}, "step = 0.2: must be a number from 5e-07 to 0.1"),
         ({"strain": 0.1, "step": 0.01, "resolution": 0.02}, "resolution = 0.02: .* at most 0.01"),
         ({"strain": 0.1, "step": 0.01, "every": 0.001}, "every = 0.001: frames cannot be closer than the step"),
         ({"strain": 0.1, "tolerance": 1e-20}, "tolerance = 1e-20: rounding leaves larger forces"),

@@ -1,5 +1,6 @@
 """What contacts hold: counts of disks, of polygons by hand, and what no view of a packing may change."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.mechanics.force_network import _without_load
+from jamlab.mechanics.force_network import _without_load, force_network
 from jamlab.mechanics.held_motions import MOST, conditions, count_motions
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
@@ -101,6 +102,14 @@ def test_droplets_keep_their_counts_in_every_view():
     assert (found.self_stresses, found.free) == (2, 1)
     assert [jamlab.held_motions(view) for view in views(packing)] == [found] * 4
     assert tuple(count_motions(packing).values()) == (found.particles, found.pairs, found.contacts, 2, found.free)
+
+
+def test_a_squeezed_droplet_bears_load_by_its_vertices_or_by_its_edges_alone():
+    packing = jamlab.read(STATES / "squeezed_droplet.h5")
+    network, squeezed = jamlab.contacts(packing), 2
+    for site in (network.meetings.vertex, network.meetings.tail):
+        one_sided = replace(network, meetings=network.meetings.select(packing.particle[site] != squeezed))
+        assert force_network(packing, network=one_sided).packing.n == network.backbone + 1
 
 
 def test_a_ring_of_droplets_flat_on_flat_adds_a_state_of_couples():

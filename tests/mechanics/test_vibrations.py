@@ -95,6 +95,14 @@ def test_rattlers_and_translations_come_first(large):
     assert np.abs(modes.vectors[6:].sum(axis=1)).max() < 1e-8
 
 
+def test_what_touches_nothing_has_zero_modes_alone():
+    places = 2.0 * np.stack(np.meshgrid(*[np.arange(16)] * 2), -1).reshape(-1, 2)
+    loose = jamlab.Packing("sp", 32 * np.eye(2), places, {"k": 1.0}, "k", np.ones(256))
+    modes = jamlab.lowest_modes(loose, 4)
+    v = modes.vectors.reshape(4, -1)
+    assert not modes.eigenvalues.any() and np.array_equal(v @ v.T, np.eye(4))
+
+
 def test_instability_is_a_negative_mode(random_disks):
     """Between minima; both ways of computing, 30 and 230 disks."""
     for n in (30, 230):

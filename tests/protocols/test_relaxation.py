@@ -182,7 +182,7 @@ def test_tolerances_that_are_none(onset, value):
 def test_a_tolerance_that_is_not_small_beside_the_pressure_or_the_step_is_refused():
     with pytest.raises(jamlab.InputError, match=r"pressure = 1e-06.*1e-09.*1e-05"):
         jamlab.pack(n=8, pressure=1e-6, tolerance=1e-9)
-    with pytest.raises(jamlab.InputError, match="step = 1e-13: the search ends at 1e-12"):
+    with pytest.raises(jamlab.InputError, match=r"step = 1e-13: up to 1e.13 states, take 1e-06 or more"):
         jamlab.jam(n=8, search="paper", step=1e-13)
 
 

@@ -245,7 +245,7 @@ def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[n
 CODES = Chart(
     "other-codes",
     "One minimum in other codes",
-    "distance from the minimum, mean diameters",
+    "distance, mean diameters",
     "force tolerance",
     "jamlab relaxed to a largest force of 1e-14, known to its distance from the state at 1e-13. φ = 0.88; disks moved "
     f"out of it by {', '.join(f'{jolt:g} (N = {n})' for n, jolt in _JOLT.items())} mean diameters. Packings: "
