@@ -138,7 +138,8 @@ class DiskDrag : public DragSolver {
   struct FactorCosts {
     bool moved;    // atoms or ghosts are other ones
     double iteration, solution, anew, order;
-    double fresh() const;    // of velocities found with new factors
+    double least;            // iterations with new factors
+    double fresh() const;    // of velocities found with them
   };
   FactorCosts factor_costs(bool moved) const;
   void choose_factors();
