@@ -16,6 +16,7 @@ from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 from jamlab.studies import conventions, gallery
+from jamlab.studies.baumgarten.crossovers import _ends
 from jamlab.studies.boromand.onset import _same_distribution
 from jamlab.studies.claims import SUMMARY, Claim, Verdict, claim, halves
 from jamlab.studies.ensemble_tables import EnsembleTables
@@ -163,3 +164,13 @@ def test_samples_of_one_distribution_are_told_from_others():
     for other in (b, b + 0.001):
         assert _same_distribution(a, other) == pytest.approx(ks_2samp(a, other, method="asymp").pvalue, rel=0.05)
     assert _same_distribution(a, a) == 1
+
+
+def test_regimes_of_root_laws_end_where_they_cross():
+    """G'' = omega^0.5 meets eta_0 omega at 0.3 p and eta_inf omega at 2, whatever the packings' common factor."""
+    pressures, omega = [1e-4, 1e-3, 1e-2], np.geomspace(1e-3, 10, 401)
+    numbers = [[(0.3 * p) ** -0.5, 2**-0.5, *omega**0.5] for p in pressures]
+    drawn = [np.outer([0.8, 1.2], row) for row in numbers]
+    ends = _ends(pressures, [omega] * 3, drawn)
+    assert ends == pytest.approx([0, np.log10(0.3), np.log10(2)], abs=1e-4)
+    assert _ends(pressures, [omega] * 3, drawn, pressure=0)[1] == pytest.approx(ends[1])
