@@ -2,6 +2,7 @@
 
 import csv
 import re
+import time
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ import jamlab
 from jamlab.campaign import observables
 from jamlab.campaign import states as making
 from jamlab.campaign.campaign import export, merge
+from jamlab.campaign.folder import read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session
@@ -71,6 +73,11 @@ def run(path):
     return campaign
 
 
+def seconds(campaign):
+    """What the tasks of a campaign took, by their files."""
+    return sum(read_task_file(campaign.folder.task_file(name)).seconds for name in campaign.finished())
+
+
 EVERYWHERE = ("states", "voids")  # tables that all campaigns of these tests have
 
 
@@ -87,14 +94,17 @@ PRESSED = {"n": 16, "compress": None, "pressures": [1e-2, 1e-3], "ensemble": "sh
 @pytest.mark.parametrize("protocol", [pytest.param(SHORT, marks=pytest.mark.slow), PRESSED])
 def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimization, protocol):
     (tmp_path / "at_once").mkdir()
+    began = time.perf_counter()
     at_once = run(written(tmp_path / "at_once" / "c.toml", **protocol, **MORE))
     path = tmp_path / "c.toml"
-    run(written(path, **protocol))
+    before = run(written(path, **protocol))
+    assert 0 < seconds(at_once) + seconds(before) < time.perf_counter() - began  # one after another
     forbid_minimization()
     run(written(path, **protocol, observables=["voids"]))
     later = run(written(path, **protocol, **MORE))
     assert later.finished() == at_once.finished()
     assert later.status().foreign == 2 * len(at_once.finished())
+    assert seconds(later) > seconds(before)
     assert_same_tables(at_once, later)
     for name in later.finished():
         for kept, made in zip(later.packings(name), at_once.packings(name), strict=True):
