@@ -72,8 +72,6 @@ class Measurement:
         self.walls: Walls = find_walls(
             segments.cells, self.darkness, segments.radius, self.blur, film, labelled is not None
         )
-        if labelled is not None:  # what is labelled is droplet
-            self.walls = replace(self.walls, inside=2 * labelled.coverage - 1)
         self.rings = outlines(segments.cells, self.walls.inside)
         self.outside = self._outside()
         self.whole, self.centres = self._whole()

@@ -274,11 +274,11 @@ def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
 
 def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:
     """Flat places of the pixels of a picture that a closed path (k, 2) encloses, by its crossings of every row."""
-    x, y = points.T
-    along, down = np.roll(x, -1) - x, np.roll(y, -1) - y
+    x, y = np.concatenate([points, points[:1]]).T
+    along, down = np.diff(x), np.diff(y)
     rows = np.arange(max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())), shape[0] - 1) + 1)
     above = y[:, None] <= rows
-    edge, row = np.nonzero(above != np.roll(above, -1, axis=0))
+    edge, row = np.nonzero(above[1:] != above[:-1])
     cross = x[edge] + (rows[row] - y[edge]) * along[edge] / down[edge]
     order = np.lexsort((cross, row))
     ends = np.clip(np.ceil(cross[order]), 0, shape[1]).astype(np.int64) + rows[row[order]] * shape[1]
