@@ -93,7 +93,11 @@ def find_walls(
     label, _ = ndimage.label(open_wall, np.ones((3, 3)))
     label = np.where(away <= 0, label, label[tuple(nearest)])
     reach = BLURS * blur + 1.5  # beyond, what is not black belongs to droplets
-    near_void = (away <= half) | (ndimage.distance_transform_edt(darkness.smooth < 0.35) <= reach)
+    dark = darkness.smooth >= 0.35
+    if labelled:  # reach is less than two pixels
+        near_void = (away <= half) | ndimage.binary_dilation(dark, np.ones((3, 3)))
+    else:
+        near_void = (away <= half) | (ndimage.distance_transform_edt(~dark) <= reach)
     void_pixels = ~is_film[tuple(nearest)] & near_void
     void = np.where(void_pixels, label, 0).astype(np.int64) - 1
     inside = 1 - 2 * darkness.values  # what is labelled is droplet
@@ -109,12 +113,10 @@ def _across(cells: Indices, pair: Indices) -> Indices:
     return np.where(pair < 0, -1, np.where(cells == low, high, low))
 
 
-def _measure_strips(
-    strips: Indices, wall: Mask, darkness: Darkness, half: float
-) -> tuple[Array, Array, Array]:
-    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners. `strips`:
-    (h, w) wall, from 1, of whose strip a pixel is, 0 in none; `wall`: (h, w) pixels of walls; `darkness`: the picture
-    without its background; `half`: half-width of a strip."""
+def _measure_strips(strips: Indices, wall: Mask, darkness: Darkness, half: float) -> tuple[Array, Array, Array]:
+    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
+    `strips`: (h, w) wall, from 1, of whose strip a pixel is, 0 in none; `wall`: (h, w) pixels of walls; `darkness`: the
+    picture without its background; `half`: half-width of a strip."""
     boxes, along = ndimage.find_objects(strips), ALONG + 8.0 * darkness.noise
     width, gaps, length = np.full(wall.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
     for number, box in enumerate(boxes):
