@@ -232,7 +232,7 @@ def _doubt_numbers(checks: Checks) -> Iterator[Doubt]:
     low, high = min(checks.z), max(checks.z)
     if checks.loose > LOOSE * count:
         text = f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide"
-        yield Doubt(text, CONTACTS)
+        yield Doubt(text, CONTACTS if checks.labelled else WALLS)  # a wall that is seen as void is missing in rho
     elif np.isfinite(checks.z).all() and high - low > (BLIND_Z if checks.blind > BLIND else Z):
         yield Doubt(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact", CONTACTS)
     if checks.widest > WIDEST:

@@ -36,8 +36,8 @@ def odd(values, value):
 
 
 WALLS, CONTACTS = {"rho", "z", "shape_rim", "voids"}, {"z", "voids"}
-CONCERNS = {"small": WALLS, "rings": WALLS, "open edge": WALLS} | dict.fromkeys(
-    ("labels apart", "loose", "z", "z, blind"), CONTACTS
+CONCERNS = dict.fromkeys(("small", "rings", "open edge", "loose"), WALLS) | dict.fromkeys(
+    ("labels apart", "z", "z, blind"), CONTACTS
 )
 RULES = {
     "noise": ("darkness", {"noise": 0.7, "filter": 0.0}, "noise is 70%"),
