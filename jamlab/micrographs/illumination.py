@@ -134,10 +134,15 @@ def envelope(grey: Array, valid: Mask, above: float) -> Array:
 def _asymmetric_fit(terms: Array, values: Array, above: float) -> Array:
     weight = np.ones(len(values))
     for _ in range(ROUNDS):
-        root = np.sqrt(weight)[:, None]
-        fit = np.linalg.lstsq(terms * root, values * root[:, 0], rcond=None)[0]
+        fit = _weighted_fit(terms, values, weight)
         weight = np.where(values > terms @ fit, above, 1 - above)
-    return np.asarray(fit)
+    return fit
+
+
+def _weighted_fit(terms: Array, values: Array, weight: Array) -> Array:
+    """Least squares by their normal equations, which for so few terms lose a few digits of sixteen."""
+    weighted = terms.T * weight
+    return np.asarray(np.linalg.lstsq(weighted @ terms, weighted @ values, rcond=None)[0])
 
 
 def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
@@ -172,10 +177,12 @@ def _near_mean(values: Array, kept: Mask, reach: float, thin: int, shape: tuple[
     weight = np.maximum(weight, 0.0)
     trust = 1e-3
     field = total / (weight + trust)
-    zoom = [np.arange(count) / (step * thin) for count in shape]
-    return np.asarray(
-        ndimage.map_coordinates(field, np.meshgrid(*zoom, indexing="ij"), order=1, mode="nearest", prefilter=False)
-    )
+    for count in shape:  # linear between samples, down the columns and then along the rows, as columns of the transpose
+        place = np.minimum(np.arange(count) / (step * thin), len(field) - 1)
+        low = place.astype(np.int64)
+        less, more = field[low], field[np.minimum(low + 1, len(field) - 1)]
+        field = (less + (place - low)[:, None] * (more - less)).T
+    return np.asarray(field)
 
 
 def _ground_level(grey: Array, ground: Mask, otherwise: Array, thin: int) -> tuple[Array, int, float]:
@@ -195,8 +202,7 @@ def _ground_level(grey: Array, ground: Mask, otherwise: Array, thin: int) -> tup
     terms = _terms(y, x, degree)
     weight = np.ones(len(places))
     for _ in range(ROUNDS):  # least absolute deviations: a void that blur has filled counts little
-        root = np.sqrt(weight)[:, None]
-        fit = np.linalg.lstsq(terms * root, mean * root[:, 0], rcond=None)[0]
+        fit = _weighted_fit(terms, mean, weight)
         off = mean - terms @ fit
         weight = np.where(off > 0, 0.4, 1.0) / np.maximum(np.abs(off), 1e-3)
     return _surface(fit, grey.shape, degree), len(places), float(np.quantile(wide, 0.9))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import struct
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -23,6 +24,7 @@ from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, read_values, scikit_image
 from jamlab.micrographs.segmentation import Segments, borders, highest
 
+ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
 LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
 
@@ -37,6 +39,11 @@ class Labelled:
     light_areas: Array  # (n,) pixels of the light inside walls; `areas` where labels are all that is known
     light_share: float  # of the picture that it covers
     names: Indices  # (n,) number that each had before
+
+    @cached_property
+    def nearest(self) -> tuple[Array, Indices]:
+        """(h, w) distance to the nearest droplet, 0 in one, and (2, h, w) row and column of its pixel there."""
+        return ndimage.distance_transform_edt(self.labels == 0, return_indices=True)
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
@@ -147,8 +154,7 @@ def label_darkness(found: Labelled) -> Darkness:
 
 def label_segments(found: Labelled) -> Segments:
     """Labels as droplets and their cells: a pixel belongs to the nearest label."""
-    nearest = ndimage.distance_transform_edt(found.labels == 0, return_distances=False, return_indices=True)
-    cells = found.labels[tuple(nearest)] - 1 if (found.labels == 0).any() else found.labels - 1
+    cells = found.labels[tuple(found.nearest[1])] - 1 if (found.labels == 0).any() else found.labels - 1
     wall = (found.labels == 0) | borders(cells)
     depth = ndimage.distance_transform_edt(~wall) if wall.any() else np.full(wall.shape, float(max(wall.shape)))
     inner, middle = highest(depth, cells)

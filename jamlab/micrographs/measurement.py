@@ -12,11 +12,12 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.annotations import Annotations
 from jamlab.micrographs.illumination import Darkness, blur_of
-from jamlab.micrographs.labels import Labelled
+from jamlab.micrographs.labels import ROUGH, Labelled
 from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_voids, size_distribution
 from jamlab.micrographs.picture_files import scikit_image
 from jamlab.micrographs.picture_numbers import Number
 from jamlab.micrographs.quality import (
+    LEAST_RING,
     LOOSE,
     Checks,
     Doubt,
@@ -72,8 +73,6 @@ class Measurement:
         self.walls: Walls = find_walls(
             segments.cells, self.darkness, segments.radius, self.blur, film, labelled is not None
         )
-        if labelled is not None:  # what is labelled is droplet
-            self.walls = replace(self.walls, inside=2 * labelled.coverage - 1)
         self.rings = outlines(segments.cells, self.walls.inside)
         self.outside = self._outside()
         self.whole, self.centres = self._whole()
@@ -163,9 +162,17 @@ class Measurement:
         return np.asarray(self.darkness.smooth < 0.5 * ground)
 
     def _widest(self) -> float:
-        """Radius of the largest disc between droplets, over the typical radius of droplets."""
-        room = ndimage.distance_transform_edt(~self.segments.droplets)[self.window].max()
-        return float(room / self.segments.radius)
+        """Radius of the largest disc between rings, over their typical radius; 0 of other droplets."""
+        if self.found is None or self.labelled is None:
+            return 0.0
+        return float(self.labelled.nearest[0][self.window].max() / self.segments.radius)
+
+    def _roundness(self, areas: Array) -> Array:
+        """(n,) area of the largest disc inside each droplet over its area; nan for rings too small to be judged."""
+        if self.found is None or self.labelled is None:
+            return np.asarray(np.pi * self.segments.inner**2 / areas)
+        round_as = np.minimum(np.pi * (self.segments.inner + ROUGH) ** 2 / areas, 1.0)
+        return np.where(self.labelled.light_areas < np.pi * LEAST_RING**2, np.nan, round_as)
 
     def _closed(self) -> Array:
         """(n,) share of the walls of each cell along which something darker is seen, 1 where that is known before."""
@@ -189,7 +196,7 @@ class Measurement:
         low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (least, 1.4))
         return Checks(
             whole=self.whole,
-            roundness=np.pi * segments.inner**2 / areas,
+            roundness=self._roundness(areas),
             closed=self._closed(),
             radii=np.sqrt(areas / np.pi),
             rho=1 - float(self.darkness.values[counted].sum()) / area,
@@ -201,10 +208,10 @@ class Measurement:
             open_edge=self._open(),
             annotated=self.annotated,
             unstable=0 if self.labelled else unstable_droplets(self.darkness.smooth, segments, self.whole),
-            widest=self._widest() if self.contrast == "ring" else 0.0,
+            widest=self._widest(),
             pieces=self.labelled.pieces if self.labelled else 0,
             labelled=self.labelled is not None,
-            rings=self.contrast == "ring",
+            rings=self.found is not None,
         )
 
     def _voids(self, scale: float) -> PictureVoids:

@@ -27,7 +27,7 @@ from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
-from jamlab.micrographs.labels import label_darkness, label_segments, labelled, read_labels
+from jamlab.micrographs.labels import ROUGH, label_darkness, label_segments, labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, scikit_image
@@ -155,8 +155,6 @@ def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
 
 TRIED = 256  # pixels along a side on which bright and dark are tried
 TRIED_RINGS = 512  # pixels along a side of the middle of the picture, in which walls are looked for
-ROUNDER = 0.03  # that rings must be rounder than bright or dark droplets, which have dark walls, too
-ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
 LEAST_COVER = 0.2  # of the middle of the picture that rings must fill
 
 
@@ -177,7 +175,7 @@ def find_contrast(grey: Array) -> str:
     small = scikit_image().transform.downscale_local_mean(grey, (step, step)) if step > 1 else grey
     bright, dark = _roundness_of_bright(small), _roundness_of_bright(1 - small)
     rings = _roundness_of_rings(grey)
-    if rings > max(bright, dark) + ROUNDER:
+    if rings > max(bright, dark):
         return "ring"
     return "bright" if bright >= dark else "dark"
 

@@ -26,11 +26,12 @@ LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
 LEAST_RING = 4.0  # pixels, radius of the light in a ring: below, droplets are missed; set on the foams worked on
-RING_COUNT = (1.0, 0.04)  # rings, and share of all, by which the count errs beyond what their chances say
+# half-widths of intervals of rings: the narrowest ones that hold 24 of the 25 counts of nine foams worked on and of 16
+# rendered pictures; standard deviations of what chances say, twice if they were neither too sure nor related, and rings
+RING_SIGMAS, RING_COUNT = 3.0, 0.25
 RING_EDGE = 0.3  # pixels, by which the edge of the light in rings is uncertain
 RING_LIGHT = 0.06  # of the picture: light of droplets at its edge, which hands draw and no wall closes
 RING_LIMIT = 0.1  # of count and mean area of rings
-TWO_SIGMA = 2.0  # standard deviations in half of a 95 % interval
 RELATIVE = {"count": 0.045, "area": 0.03, "voids": 0.1}  # largest errors of good rendered pictures, of the value
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
@@ -43,6 +44,7 @@ ODD = 0.1  # share of droplets that may be less round than that
 CLOSED = 0.25  # of the outline of a droplet must be beside something darker than itself
 SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
+COUNTED = 8  # pixels: radius of small droplets in the picture in which they are counted again
 COUNT = 0.06  # share of droplets, and one, that may split or merge when markers are set otherwise
 WIDEST = 1.1  # radius of a disc between rings, of that of droplets: larger ones are droplets with a gap in the wall
 Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film as they may
@@ -60,7 +62,7 @@ class Checks:
     """What the checks look at, beside the picture itself."""
 
     whole: Mask  # (n,) bool, droplets that the picture shows whole
-    roundness: Array  # (n,) area of the largest disc inside over area
+    roundness: Array  # (n,) area of the largest disc inside over area; nan for rings below the limit of detection
     closed: Array  # (n,) share of the outline that is beside something darker
     radii: Array  # (n,) pixels
     rho: float  # packing fraction by mean grey
@@ -134,12 +136,13 @@ def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int)
     counted = candidates.whole & (candidates.areas >= np.pi * LEAST_RING**2)
     spread, larger = chance * (1 - chance), candidates.areas - mean  # variance of each being one; what it adds
     rim = 2 * np.sqrt(np.pi * areas)  # pixels of area for a pixel by which the edge of the light is elsewhere
-    mixed = abs((wrong * larger)[counted].sum()) + TWO_SIGMA * np.sqrt((spread * larger**2)[counted].sum())
-    unsure = abs((wrong * candidates.areas).sum()) + TWO_SIGMA * np.sqrt((spread * candidates.areas**2).sum())
-    count = abs(wrong[counted].sum()) + TWO_SIGMA * np.sqrt(spread[counted].sum())
+    unsure = abs((wrong * candidates.areas).sum()) + RING_SIGMAS * np.sqrt((spread * candidates.areas**2).sum())
+    count = abs(wrong[counted].sum()) + RING_SIGMAS * np.sqrt(spread[counted].sum())
+    shift, scatter = abs((wrong * larger)[counted].sum()), np.sqrt((spread * larger**2)[counted].sum())
+    area = shift + np.hypot(RING_SIGMAS * scatter, RING_EDGE * rim.sum())  # summed over rings; independent causes
     return {
-        "count": float(count + RING_COUNT[0] + RING_COUNT[1] * len(areas)),
-        "area": float(mixed / max(len(areas), 1) + RING_EDGE * rim.mean()) if len(areas) else float("nan"),
+        "count": float(count + RING_COUNT),
+        "area": float(area / len(areas)) if len(areas) else float("nan"),
         "interior_fraction": float(
             RING_LIGHT + RING_EDGE * light * rim.sum() / max(areas.sum(), 1.0) + unsure / pixels
         ),
@@ -206,12 +209,13 @@ def _doubt_droplets(checks: Checks) -> Iterator[Doubt]:
     if checks.rings:  # z of rendered pictures to which no other rule objected was off by up to 1
         yield Doubt("of rings no rule tells right rho, z, A and voids from wrong ones: look at the overlay", WALLS)
     whole = checks.whole
-    odd = (checks.roundness < ROUND)[whole]
-    if odd.mean() > ODD or checks.roundness[whole].mean() < MEAN_ROUND:
-        mean = checks.roundness[whole].mean()
-        yield Doubt(f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none")
-    if checks.pieces:
-        yield Doubt(f"{checks.pieces} labels lie in several pieces each")
+    shape = checks.roundness[whole & np.isfinite(checks.roundness)]
+    odd = shape < ROUND
+    if len(shape) and (odd.mean() > ODD or shape.mean() < MEAN_ROUND):
+        text = f"{odd.sum()} of {len(shape)} droplets are not round (mean {shape.mean():.2f}): several in one, or none"
+        yield Doubt(text)
+    if checks.pieces:  # of a ring, up to the darkest line of its wall: the light inside is one
+        yield Doubt(f"{checks.pieces} labels lie in several pieces each", WALLS if checks.rings else ALL)
     loose = (checks.closed < CLOSED)[whole]
     if loose.sum() > max(1, 0.03 * whole.sum()):
         yield Doubt(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
@@ -228,7 +232,7 @@ def _doubt_numbers(checks: Checks) -> Iterator[Doubt]:
     low, high = min(checks.z), max(checks.z)
     if checks.loose > LOOSE * count:
         text = f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide"
-        yield Doubt(text, CONTACTS)
+        yield Doubt(text, CONTACTS if checks.labelled else WALLS)  # a wall that is seen as void is missing in rho
     elif np.isfinite(checks.z).all() and high - low > (BLIND_Z if checks.blind > BLIND else Z):
         yield Doubt(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact", CONTACTS)
     if checks.widest > WIDEST:
@@ -243,11 +247,12 @@ def _doubt_numbers(checks: Checks) -> Iterator[Doubt]:
 
 def unstable_droplets(smooth: Array, segments: Segments, whole: Mask) -> int:
     """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
-    most = 0
+    most, every = 0, max(1, int(segments.smallest / COUNTED))
+    few, cells = smooth[::every, ::every], segments.cells[::every, ::every]
     for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
-        markers, _ = find_markers(smooth < level, segments.radius, segments.smallest, neck)
+        markers, _ = find_markers(few < level, segments.radius / every, segments.smallest / every, neck)
         places = np.nonzero(markers)
-        pairs = np.unique(markers[places] * segments.count + segments.cells[places])
+        pairs = np.unique(markers[places] * segments.count + cells[places])
         held = np.bincount(pairs % segments.count, minlength=segments.count)
         most = max(most, int((held[whole] != 1).sum()))
     return most

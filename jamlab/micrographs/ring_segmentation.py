@@ -33,7 +33,9 @@ COMPACT = 0.75  # least A^2/(2 pi I) of a region in which a droplet is looked fo
 LEAST_PIXELS, LARGEST = 6, 0.6  # least area of such a region, and largest share of the picture
 LEAST_SCORE = -0.9  # log odds that a closed path is a droplet
 LEAST_ODDS = -5.0  # below, a droplet in a hundred and fifty, a path is no droplet that was missed
-EDGE = 0.5  # pixels from the light of a droplet that is whole to the edge of the picture
+EDGE = (
+    0.75  # pixels from the light of a whole droplet to the edge of the picture: of those nearer hands cut two in three
+)
 OVERLAP = 0.3  # of what a path encloses, that others may have taken before
 TYPICAL = 0.8  # of the mean depth above Otsu's threshold: what counts as the depth of walls in the picture
 LEAST_DEPTH = 0.05  # between envelopes of light and dark: spots that stand out by less have no region
@@ -169,7 +171,7 @@ def _find_coarser(grey: Array, step: int) -> Rings | None:
 def _leaves(dark: Array, least: float) -> Indices:
     """(h, w) region of each light spot that stands out, from 0."""
     skimage = scikit_image()
-    steps = np.rint((dark - dark.min()) * (LEVELS / least)).astype(np.uint16)  # whole numbers sort and flood faster
+    steps = np.rint((dark - dark.min()) * (LEVELS / least)).astype(np.float32)  # whole numbers sort and flood faster
     top = steps.max()
     floor = top - skimage.morphology.reconstruction(top - np.minimum(steps + LEVELS, top), top - steps)
     markers, _ = ndimage.label(skimage.morphology.local_minima(floor), np.ones((3, 3)))
@@ -274,11 +276,11 @@ def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
 
 def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:
     """Flat places of the pixels of a picture that a closed path (k, 2) encloses, by its crossings of every row."""
-    x, y = points.T
-    along, down = np.roll(x, -1) - x, np.roll(y, -1) - y
+    x, y = np.concatenate([points, points[:1]]).T
+    along, down = np.diff(x), np.diff(y)
     rows = np.arange(max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())), shape[0] - 1) + 1)
     above = y[:, None] <= rows
-    edge, row = np.nonzero(above != np.roll(above, -1, axis=0))
+    edge, row = np.nonzero(above[1:] != above[:-1])
     cross = x[edge] + (rows[row] - y[edge]) * along[edge] / down[edge]
     order = np.lexsort((cross, row))
     ends = np.clip(np.ceil(cross[order]), 0, shape[1]).astype(np.int64) + rows[row[order]] * shape[1]
@@ -292,7 +294,8 @@ def _up_to_walls(leaves: Indices, dark: Array, light: Indices, outer: Mask) -> I
     between = ~outer[rows, columns]
     markers, found = light.copy(), int(light.max())
     markers[rows[between], columns[between]] = found + 1
-    cells = scikit_image().segmentation.watershed(dark, markers)
+    inner = (ndimage.minimum_filter(light, 3) == ndimage.maximum_filter(light, 3)) & (light > 0)  # flood nothing
+    cells = np.where(inner, light, scikit_image().segmentation.watershed(dark, markers, mask=~inner))
     return np.asarray(np.where(cells > found, 0, cells), dtype=np.int64)
 
 

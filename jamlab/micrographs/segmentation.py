@@ -113,10 +113,10 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
     depth = step * ndimage.distance_transform_edt(droplets[::step, ::step])
     even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)
     lowest = max(EDGE_SPECK * smallest, 1.0)
-    height = np.log(np.maximum(even, 0.5 * lowest))
-    above = height - scikit_image().morphology.reconstruction(height + np.log(neck), height)
+    height = np.log(np.maximum(even, 0.5 * lowest)).astype(np.float32)  # sorts faster, to a millionth of its range
+    above = height - scikit_image().morphology.reconstruction(height + np.float32(np.log(neck)), height)
     label, count = ndimage.label(above > 0, np.ones((3, 3)))
-    full = (above > -np.log(neck) * (1 - 1e-6)) & (even >= lowest)
+    full = (above > -np.log(neck) * (1 - 1e-4)) & (even >= lowest)
     top, edge = np.zeros(count + 1), np.zeros(count + 1, dtype=bool)
     np.maximum.at(top, label[full], even[full])
     edge[np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])] = True

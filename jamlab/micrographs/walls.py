@@ -78,7 +78,8 @@ def find_walls(
         np.minimum.at(narrowest, short, 2 * free[wall])
         reach = 0.5 * (film or _film_between_labels(narrowest, tolerance)[1])
         half = min(reach + 1.0 + STRIP * radius, WIDEST_STRIP * radius)
-    width, gaps, length = _measure_strips(numbers[tuple(nearest)], wall, away, darkness, half)
+    strips = np.where(away <= half, numbers[tuple(nearest)], 0)
+    width, gaps, length = _measure_strips(strips, wall, darkness, half)
     gaps = np.where(narrowest > BEYOND_STRIP * half, np.maximum(narrowest, gaps), gaps)
     long = np.isfinite(gaps)
     names, gaps, length = names[long], gaps[long], length[long]
@@ -92,10 +93,16 @@ def find_walls(
     label, _ = ndimage.label(open_wall, np.ones((3, 3)))
     label = np.where(away <= 0, label, label[tuple(nearest)])
     reach = BLURS * blur + 1.5  # beyond, what is not black belongs to droplets
-    near_void = (away <= half) | (ndimage.distance_transform_edt(darkness.smooth < 0.35) <= reach)
+    dark = darkness.smooth >= 0.35
+    if labelled:  # reach is less than two pixels
+        near_void = (away <= half) | ndimage.binary_dilation(dark, np.ones((3, 3)))
+    else:
+        near_void = (away <= half) | (ndimage.distance_transform_edt(~dark) <= reach)
     void_pixels = ~is_film[tuple(nearest)] & near_void
     void = np.where(void_pixels, label, 0).astype(np.int64) - 1
-    inside = _inside(darkness, away, width[tuple(nearest)], half, blur)
+    inside = 1 - 2 * darkness.values  # what is labelled is droplet
+    if not labelled:
+        inside = _inside(darkness, away, width[tuple(nearest)], half, blur)
     beside = _across(cells, np.where(is_film, pair, -1)[tuple(nearest)])
     return Walls(pairs, gaps, length, own, widest, touching, void, np.asarray(void_pixels), width, inside, beside)
 
@@ -106,19 +113,16 @@ def _across(cells: Indices, pair: Indices) -> Indices:
     return np.where(pair < 0, -1, np.where(cells == low, high, low))
 
 
-def _measure_strips(
-    owner: Indices, wall: Mask, away: Array, darkness: Darkness, half: float
-) -> tuple[Array, Array, Array]:
-    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners. `owner`:
-    (h, w) wall, from 1, that each pixel is nearest to; `wall`: (h, w) pixels of walls; `away`: (h, w) distance from the
-    nearest wall; `darkness`: the picture without its background; `half`: half-width of a strip."""
-    boxes, along = ndimage.find_objects(owner), ALONG + 8.0 * darkness.noise
-    width, gaps, length = np.full(owner.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
+def _measure_strips(strips: Indices, wall: Mask, darkness: Darkness, half: float) -> tuple[Array, Array, Array]:
+    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
+    `strips`: (h, w) wall, from 1, of whose strip a pixel is, 0 in none; `wall`: (h, w) pixels of walls; `darkness`: the
+    picture without its background; `half`: half-width of a strip."""
+    boxes, along = ndimage.find_objects(strips), ALONG + 8.0 * darkness.noise
+    width, gaps, length = np.full(wall.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
     for number, box in enumerate(boxes):
-        mine = owner[box] == number + 1
-        strip = (mine & (away[box] <= half)).astype(np.float64)
-        mass = ndimage.gaussian_filter(strip * darkness.values[box], along, mode="constant")
-        weight = ndimage.gaussian_filter(strip, along, mode="constant")
+        mine = strips[box] == number + 1
+        both = np.stack([mine * darkness.values[box], mine])
+        mass, weight = ndimage.gaussian_filter(both, (0, along, along), mode="constant")
         on = mine & wall[box]
         local = 2 * half * mass[on] / np.maximum(weight[on], 1e-12)
         width[box][on] = local
@@ -174,8 +178,9 @@ def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
     count = int(cells.max()) + 1
     pair = np.full(cells.shape, -1)
     for a, b in PAIR:
-        low, high = np.minimum(cells[a], cells[b]), np.maximum(cells[a], cells[b])
-        name = np.where(low != high, low * count + high, -1)
-        pair[a] = np.maximum(pair[a], name)
-        pair[b] = np.maximum(pair[b], name)
+        differ = cells[a] != cells[b]
+        own, other = cells[a][differ], cells[b][differ]
+        name = np.minimum(own, other) * count + np.maximum(own, other)
+        for side in (a, b):
+            pair[side][differ] = np.maximum(pair[side][differ], name)
     return pair >= 0, pair

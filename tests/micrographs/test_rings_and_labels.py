@@ -65,6 +65,16 @@ def test_count_and_area_of_rings_have_intervals_and_their_walls_are_not_known(ri
     assert same.numbers["count"].quality == "good" and not any("rings" in reason for reason in same.reasons)
 
 
+def test_small_rings_are_round_and_light_between_them_is_not():
+    """Of circles of ten pixels in radius, on a lattice, whose borders are taken for droplets."""
+    y, x = np.mgrid[:300, :300] + 0.5
+    picture = 1 - 0.8 * np.exp(-0.5 * ((np.hypot(x % 22 - 11, y % 22 - 11) - 10) / 1.5) ** 2)
+    small = jamlab.micrograph(picture, contrast="ring")
+    droplets, borders = 13**2, small.count - 13**2
+    assert borders > 0.1 * droplets
+    assert f"{borders} of {small.count} droplets are not round" in str(small.reasons)
+
+
 def test_rings_below_the_limit_of_detection_are_told(rings):
     assert rings.measurable.all()
     tiny = replace(rings, interiors=np.where(np.arange(rings.count) < 3, np.pi * 3.9**2, rings.interiors))

@@ -36,8 +36,8 @@ def odd(values, value):
 
 
 WALLS, CONTACTS = {"rho", "z", "shape_rim", "voids"}, {"z", "voids"}
-CONCERNS = {"small": WALLS, "rings": WALLS, "open edge": WALLS} | dict.fromkeys(
-    ("labels apart", "loose", "z", "z, blind"), CONTACTS
+CONCERNS = dict.fromkeys(("small", "rings", "open edge", "loose"), WALLS) | dict.fromkeys(
+    ("labels apart", "z", "z, blind"), CONTACTS
 )
 RULES = {
     "noise": ("darkness", {"noise": 0.7, "filter": 0.0}, "noise is 70%"),
@@ -86,6 +86,11 @@ def test_each_rule_objects_alone(clean, rule):
     assert reason in found.text and found.numbers == CONCERNS.get(rule, quality.ALL)
 
 
+def test_rings_too_small_to_be_judged_are_not_called_odd_and_pieces_leave_their_count(clean):
+    odd_ones = replace(clean["checks"], roundness=odd(clean["checks"].roundness, np.nan), rings=True, pieces=1)
+    assert {doubt.numbers for doubt in quality.find_doubts(**clean | {"checks": odd_ones})} == {quality.WALLS}
+
+
 @pytest.mark.parametrize(
     ("count", "change", "reason"),
     [
@@ -107,7 +112,14 @@ ROUND_RINGS = Candidates(np.full(50, 6.0), np.full(50, 400.0), np.ones(50, dtype
 
 def test_rings_that_are_plain_are_known():
     errors = quality.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)
+    edge = quality.RING_EDGE * 2 * np.pi * np.sqrt(400 / np.pi)
     assert errors["count"] < 0.1 * 50 and errors["area"] < 0.1 * 400  # good
+    assert errors["area"] == pytest.approx(edge)
+    large = replace(ROUND_RINGS, odds=np.append(np.full(49, 99.0), 0.0), areas=np.append(np.full(49, 400.0), 890.0))
+    mixed = 0.5 * (890 - large.areas.mean()) / 50  # one of even chance is taken
+    errors = quality.ring_errors(large, large.areas, 0.5, 40_000)
+    edge = quality.RING_EDGE * 2 * np.sqrt(np.pi * large.areas).mean()
+    assert errors["area"] == pytest.approx(mixed + np.hypot(quality.RING_SIGMAS * mixed, edge))
     values = {"count": 50.0, "area": 400.0, "interior_fraction": 0.5}
     assert quality.doubt_rings(values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01}) == []
     for name in values:
@@ -126,10 +138,9 @@ def test_rings_that_may_be_none_and_none_that_may_be_rings_are_told(odds, taken)
     )
     sure, chance = 1 / (1 + np.exp([-6.0, -odds]))
     shift = abs(-50 * (1 - sure) + 10 * (chance if taken == 50 else chance - 1))
-    scatter = 2 * np.sqrt(50 * sure * (1 - sure) + 10 * chance * (1 - chance))
-    fixed, share = quality.RING_COUNT
+    scatter = quality.RING_SIGMAS * np.sqrt(50 * sure * (1 - sure) + 10 * chance * (1 - chance))
     errors = quality.ring_errors(more, more.areas[:taken], 0.5, 40_000)
-    assert errors["count"] == pytest.approx(fixed + share * taken + shift + scatter)
+    assert errors["count"] == pytest.approx(quality.RING_COUNT + shift + scatter)
     small = replace(more, areas=np.where(np.arange(60) < 50, 400.0, 40.0))  # below the limit of detection
     plain = quality.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)["count"]
     assert quality.ring_errors(small, small.areas[:50], 0.5, 40_000)["count"] == pytest.approx(plain)
