@@ -47,6 +47,13 @@ def rendered(dp_dense):
     return jamlab.synthetic_micrograph(dp_dense, 150, film=1.5, **how)
 
 
+def test_films_between_large_droplets_are_not_taken_for_the_ground(dp_dense):
+    """Levels of large droplets are of every second pixel, of which a film may be one wide: rho was 0.05 too low."""
+    *_, denser = jamlab.compress(dp_dense, to=0.95, step=0.03)
+    found = jamlab.micrograph(jamlab.synthetic_micrograph(denser, 256), periodic=True, contrast="bright")
+    assert found.rho == pytest.approx(jamlab.packing_fraction(denser), abs=0.02)
+
+
 def test_hexagonal_lattice(touching):
     assert touching.count >= FEWEST and touching.cut > 0 and touching.quality == "good" and touching.unit == ""
     np.testing.assert_allclose(touching.areas.mean(), np.pi * 8**2, rtol=0.1)  # films and their corners
