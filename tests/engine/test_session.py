@@ -148,11 +148,21 @@ def test_stress_is_minus_the_slope_of_the_energy_in_strain(make, kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_newton_on_and_off_agree(make, kind):
-    """Contacts that reach over the boundary are shared differently, to the same sums."""
+    """Contacts that reach over the boundary are shared differently, to the same sums, with and without a setup, also
+    once positions have moved so far that neighbour lists are renewed."""
     p = make(kind, 0.3, 5)
+    wave = 0.01 * np.sin(np.arange(p.positions.size)).reshape(-1, 2)
     with jamlab.Session(p, newton=True) as on, jamlab.Session(p, newton=False) as off:
         assert_same(off.evaluate(), on.evaluate())
-        assert differ(off.forces_at(p.positions + 1e-3)[1], on.evaluate().forces) < 1e-10
+        for far in (1e-3, 0.02, 0.7):
+            moved = p.with_state(positions=p.positions + far + (1 + far) * wave)
+            wanted, before = jamlab.evaluate(moved), on.steps()
+            for session in (on, off):
+                energy, forces = session.forces_at(moved.positions)
+                assert energy == pytest.approx(wanted.energy, rel=1e-12)
+                assert differ(forces, wanted.forces) < 1e-10
+                assert session.contact_energy() == pytest.approx(wanted.contact_energy, rel=1e-11)
+            assert on.steps() == before + 1
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -171,6 +181,12 @@ def test_a_reused_session_equals_a_fresh_one(make, kind):
             assert_same(e, fresh, 1e-13)
             assert np.array_equal(session.packing().box, p.box)
             assert np.allclose(session.positions(), p.positions, rtol=0, atol=1e-13 * p.box[0, 0])
+
+
+def test_forces_without_a_setup_continue_a_run(lmp):
+    for line, message in (("jamlab/forces", "use run 0 first"), ("jamlab/forces 1", "takes no arguments")):
+        with pytest.raises(Exception, match=message):
+            lmp.command(line)
 
 
 def test_a_session_takes_edges_longer_than_it_was_built_for(random_polygons):
