@@ -10,6 +10,7 @@ import types
 import typing
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
@@ -211,6 +212,12 @@ _PLAIN: dict[Any, _Kind] = {
     type(None): _Kind(lambda value: value is None, "None"),
     Path: _Kind(lambda value: isinstance(value, Path), "a path"),
 }
+
+
+def name_meant(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = 0.6) -> str:
+    """The known name that looks most like one that is not known, as a question; `otherwise` where none does."""
+    near = get_close_matches(name, list(known), 1, cutoff)
+    return f"did you mean {near[0]}?" if near else otherwise
 
 
 def check_choice(name: str, value: object, choices: Iterable[str]) -> None:

@@ -57,7 +57,9 @@ def onset(eps):
     return jamlab.jam("dp", 6, 1, eps=eps, ka=300 * eps, gamma=0.4 * eps)
 
 
-@pytest.mark.parametrize("eps", [1e-9, 3.0, 7e5])
+@pytest.mark.parametrize(
+    "eps", [1e-9, pytest.param(3.0, marks=pytest.mark.slow), pytest.param(7e5, marks=pytest.mark.slow)]
+)
 def test_droplets_jam_alike_at_any_energy(eps):
     """All energies of the law times one number: the same onset, bit for bit."""
     one, other = onset(1.0), onset(eps)

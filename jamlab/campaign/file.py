@@ -13,7 +13,6 @@
 `observables.py` those of what is measured. Each wrong key is one line of the error, with its value and a remedy.
 """
 
-import difflib
 import math
 import os
 import re
@@ -37,7 +36,7 @@ from pydantic import (
 from jamlab.campaign.file_values import FileTable, LogGrid, Positive, Tolerances, as_list, distinct
 from jamlab.campaign.observable import Observable
 from jamlab.campaign.observables import OBSERVABLES
-from jamlab.checks import MOST_PARTICLES
+from jamlab.checks import MOST_PARTICLES, name_meant
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
 
@@ -315,8 +314,7 @@ class CampaignTable(FileTable):
                     f"{key} = {_show(given)}: leave it out, jamlab sets it; `ranks` of a sweep books cores"
                 )
             if key not in SLURM_KEYS:
-                near = difflib.get_close_matches(key, SLURM_KEYS, 1)
-                hint = f"did you mean {near[0]}?" if near else f"use {', '.join(sorted(SLURM_KEYS))}"
+                hint = name_meant(key, SLURM_KEYS, otherwise=f"use {', '.join(sorted(SLURM_KEYS))}")
                 raise ValueError(f"{key} = {_show(given)}: unknown key, {hint}")
             pattern, remedy = SLURM_KEYS[key]
             lines = given if remedy is _LINES and isinstance(given, list) else [given]
@@ -412,8 +410,7 @@ def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
         return f"{key} is missing: add it"
     if kind == "extra_forbidden":
         known = _known_keys(place)
-        near = difflib.get_close_matches(str(place[-1]), known, 1)
-        hint = f"did you mean {near[0]}?" if near else f"use {', '.join(known)}"
+        hint = name_meant(str(place[-1]), known, otherwise=f"use {', '.join(known)}")
         return f"{key} = {_show(problem['input'])}: unknown key, {hint}"
     if kind == "value_error":
         text = str(context["error"])

@@ -16,6 +16,7 @@ from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import Voids, voids
+from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import (
     add_size_bar,
@@ -159,6 +160,6 @@ def _chords(packing: Packing) -> NDArray[np.float64]:
     half = np.sqrt(np.maximum((0.5 * packing.diameters[cells.chord_i]) ** 2 - cells.chord_height**2, 0.0))
     kept = cells.chord_length > 0
     foot = packing.positions[cells.chord_i] + cells.chord_height[:, None] * cells.chord_normal
-    foot = foot - np.floor(foot @ np.linalg.inv(packing.box)) @ packing.box
+    foot = foot + moves_home(foot, packing.box)
     along = half[:, None] * np.column_stack([-cells.chord_normal[:, 1], cells.chord_normal[:, 0]])
     return np.asarray(np.stack([foot - along, foot + along], axis=1)[kept])

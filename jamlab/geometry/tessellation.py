@@ -24,7 +24,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
-from jamlab.packing.neighbors import periodic_copies, positive_image
+from jamlab.packing.neighbors import moves_home, periodic_copies, positive_image
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -77,7 +77,7 @@ class Tessellation:
 
         from jamlab.packing.packing_plot import draw_coloured
         from jamlab.plotting.axes import merged
-        from jamlab.plotting.periodic_cell import frame_cell, line_everywhere, moves_home
+        from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 
         packing, fraction = self.packing, covered_fraction(self)
         look = merged(LineCollection, {"color": RED, "linewidth": 1.0}, style)

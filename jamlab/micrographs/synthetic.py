@@ -17,6 +17,7 @@ from jamlab.arrays import Array, Mask
 from jamlab.checks import check_choice, check_seed, checked
 from jamlab.errors import InputError
 from jamlab.geometry.rims import rims
+from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 
 FINER = 2  # samples a pixel, in each direction
@@ -133,7 +134,7 @@ def _light(shape: tuple[int, int], light: float, vignette: float) -> Array:
 def _scene(packing: Packing, pixels: int, film: float, whole: bool) -> _Scene:
     """Draw every droplet, and its periodic images if the edges cut."""
     size = packing.box[0, 0] / (FINER * pixels)
-    home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
+    home = moves_home(packing.centroids, packing.box)
     edge = MARGIN * packing.box[0, 0] if whole else 0.0
     extent = [packing.box[0, 0] + 2 * edge, packing.box[1, 1] + 2 * edge]
     if whole:  # droplets that stick out of the cell need more room

@@ -47,6 +47,11 @@ def positive_image(shift: Indices) -> NDArray[np.bool_]:
     return np.asarray((shift[:, 0] > 0) | ((shift[:, 0] == 0) & (shift[:, 1] > 0)))
 
 
+def moves_home(points: Array, box: Array) -> Array:
+    """(n, 2) translations that bring each point into the cell."""
+    return np.asarray(-np.floor(points @ np.linalg.inv(box)) @ box)
+
+
 def periodic_pairs(points: Array, box: Array, cutoff: float | Array) -> Pairs:
     """Find every pair of points of one set nearer than the cutoff, once. `points`: (n, 2), anywhere (need not lie
     inside the box); `box`: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0]; `cutoff`: distance,

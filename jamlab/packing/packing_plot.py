@@ -15,9 +15,10 @@ from matplotlib.colors import Normalize, to_hex
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
+from jamlab.packing.neighbors import moves_home
 from jamlab.plotting.axes import merged
 from jamlab.plotting.palette import LARGE, OUTLINE, PARTICLE, SMALL
-from jamlab.plotting.periodic_cell import circles, fill_everywhere, lattice_moves, line_everywhere, moves_home
+from jamlab.plotting.periodic_cell import circles, fill_everywhere, lattice_moves, line_everywhere
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -49,7 +50,7 @@ def draw_svg(packing: Packing) -> str:
 
 def _copies(packing: Packing) -> list[tuple[int, np.ndarray]]:
     """Particles with the translations at which they, or an image of them, reach into the cell."""
-    home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
+    home = home_moves(packing)
     reach = _reach(packing)
     inverse = np.linalg.inv(packing.box)
     margin = reach[:, None] * np.hypot(*inverse)  # of lattice coordinates

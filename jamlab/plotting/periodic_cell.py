@@ -25,11 +25,6 @@ def lattice_moves(box: Array) -> Array:
     return np.asarray(np.array(list(product(range(-aside, aside + 1), (-1, 0, 1)))) @ box)
 
 
-def moves_home(points: Array, box: Array) -> Array:
-    """(n, 2) translations that bring each point into the cell."""
-    return np.asarray(-np.floor(points @ np.linalg.inv(box)) @ box)
-
-
 def circles(centres: Array, diameters: Array) -> list[Array]:
     """Closed ring of each disk."""
     turn = 2 * np.pi * np.arange(_ARC + 1) / _ARC

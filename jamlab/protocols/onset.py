@@ -8,13 +8,12 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 """
 
 import time
-from difflib import get_close_matches
 from inspect import signature
 from typing import Any
 
 import numpy as np
 
-from jamlab.checks import check_bidisperse, check_choice, check_number, checked
+from jamlab.checks import check_bidisperse, check_choice, check_number, checked, name_meant
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
@@ -144,8 +143,8 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
     for name in parameters.keys() - defaults("dp").keys():
-        if meant := get_close_matches(name, _ARGUMENTS, 1, cutoff=0.75):
-            raise InputError(f"jam has no argument {name!r}: did you mean {meant[0]!r}?")
+        if question := name_meant(name, _ARGUMENTS, cutoff=0.75):
+            raise InputError(f"jam has no argument {name!r}: {question}")
     if search == "paper" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import ClassVar
 import pandas as pd
 
 from jamlab.campaign.campaign import Campaign, open_campaign
+from jamlab.checks import name_meant
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, write_csv
@@ -88,9 +88,8 @@ def check_names(names: Sequence[str]) -> list[str]:
     """Names of the figures asked for; "all" stands for every one."""
     unknown = [name for name in names if name not in FIGURES and name != "all"]
     if unknown or not names:
-        meant = [found for name in unknown for found in get_close_matches(name, FIGURES, 1)]
-        guess = f"did you mean {', '.join(meant)}? " if meant else ""
-        raise InputError(f"no figure {', '.join(unknown) or 'named'}: {guess}Use all, or {', '.join(FIGURES)}")
+        hint = name_meant(" ".join(unknown[:1]), FIGURES, otherwise=f"use all, or {', '.join(FIGURES)}")
+        raise InputError(f"no figure {', '.join(unknown) or 'named'}: {hint}")
     return list(FIGURES) if "all" in names else list(dict.fromkeys(names))
 
 

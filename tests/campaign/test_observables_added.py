@@ -84,7 +84,7 @@ def assert_same_tables(one, other):
 PRESSED = {"n": 16, "compress": None, "pressures": [1e-2, 1e-3], "ensemble": "shear-stabilized", "seeds": 1}
 
 
-@pytest.mark.parametrize("protocol", [SHORT, PRESSED])
+@pytest.mark.parametrize("protocol", [pytest.param(SHORT, marks=pytest.mark.slow), PRESSED])
 def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimization, protocol):
     (tmp_path / "at_once").mkdir()
     at_once = run(written(tmp_path / "at_once" / "c.toml", **protocol, **MORE))

@@ -134,10 +134,11 @@ def test_disks_in_one_place_are_refused(lmp, tmp_path, disks):
     ("fix", "drag", "message"),
     [
         # ghosts reach as far as the longest edge allowed: beyond, contacts would be missed without a word
-        (
+        pytest.param(
             "rate 30 tolerance 0.1 solver 1e-2 stop 0.05",
             "background 1",
             r"the edge between atoms \d+ and \d+ is .* long, more than the 1.5",
+            marks=pytest.mark.slow,
         ),
         # what no drag holds moves at once; a background drag takes it through
         (

@@ -183,6 +183,7 @@ def compile(tmp_path_factory):
     return check
 
 
+@pytest.mark.slow
 def test_the_coding_standard_of_lammps(package):
     for path in (path for path in package.rglob("*") if path.is_file()):
         text = path.read_text()

@@ -373,6 +373,7 @@ def test_an_edge_that_meets_its_own_image_counts_once(form):
     assert differ(forces(p), wanted.forces) < 1e-12
 
 
+@pytest.mark.slow
 def test_only_segment_smooth_has_continuous_forces_everywhere():
     """Measured along paths of two polygons. No energy jumps; eq 8 has force jumps where sides are parallel, the outline
     form only where a vertex changes sides inside a dent."""

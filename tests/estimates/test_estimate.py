@@ -103,6 +103,7 @@ def test_differences_between_levels_lie_on_a_line_and_say_how_far_it_bends():
             assert abs(found.value - (shape(rho) - OFF)) < 3 * found.error < 3 * most
 
 
+@pytest.mark.slow
 def test_intervals_hold_in_95_of_100_cases():
     """Table and packings are drawn anew each time; 600 cases know the share to 0.009."""
     rng = np.random.default_rng(1)

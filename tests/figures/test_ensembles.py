@@ -119,6 +119,7 @@ def test_a_size_that_is_only_begun_takes_nobodys_place():
     assert select_largest(packings(n64=10, n256=5, n1024=1))["n"].unique() == [256]
 
 
+@pytest.mark.slow
 def test_begun_sizes_do_not_move_the_width_of_onsets():
     """Six packings of N = 1024 of any width; before, they widened every interval to that of six packings."""
     table = onset()
@@ -191,6 +192,7 @@ def both_ensembles(table, **scaled):
     return pd.concat([other, table], ignore_index=True)
 
 
+@pytest.mark.slow
 def test_no_packing_is_averaged_over_two_ensembles():
     """Fig 3 and 5 keep to fixed boxes, as the paper; fig 8 takes those that were sheared until stable."""
     mixed = {

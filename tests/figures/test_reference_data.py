@@ -94,6 +94,7 @@ def test_tables_are_never_lost(tmp_path):
         len(combine(other, read_folder(tmp_path)).flow)
 
 
+@pytest.mark.slow
 def test_reference_tables_are_written_alike_every_time(tmp_path):
     assert set(save(tables(), tmp_path / "a", {"commit": "old"})) == set(NAMES)
     for path in saved(tmp_path / "b").iterdir():

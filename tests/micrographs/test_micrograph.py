@@ -185,7 +185,9 @@ def test_refusals(picture, options, message):
         jamlab.micrograph(picture, **options)
 
 
-@pytest.mark.parametrize("name", ["coins", "page", "text", "brick", "horse", "logo"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("page", marks=pytest.mark.slow), "coins", "text", "brick", "horse", "logo"]
+)
 def test_photographs_of_something_else_are_doubted_or_refused(name):
     """Coins on cloth, print, a wall, a silhouette of one bit, a drawing with an opacity channel."""
     try:

@@ -100,6 +100,7 @@ def test_states_near_onset_are_log_spaced():
     assert [p.provenance["target"] for p in states] == pytest.approx(np.add(onset.onset, wanted), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_followed_basin_is_that_of_small_steps(start):
     """Two states 0.01 apart, pressures foretold to 1 %, against a hundred steps each without foresight."""
     followed = list(jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", error=1e-2))

@@ -233,7 +233,8 @@ def changed(solver, **numbers):
         ("pressed", "pressure", {"ladder": ((3e-2, 0.0),)}),
         ("pressed", "box_relaxation", {"rounds": 0}),
         ("pressed", "border", {"last_shift": 0.0}),
-        ("sheared", "box_shear", {"steps": 0}),  # a box that may not shear keeps its stress
+        # a box that may not shear keeps its stress
+        pytest.param("sheared", "box_shear", {"steps": 0}, marks=pytest.mark.slow),
     ],
 )
 def test_numbers_that_no_solver_can_work_with_end_the_work(made, solver, numbers):

@@ -149,7 +149,9 @@ def test_figure_breaks_its_axis_for_what_is_exact():
     assert "exact" not in [t.get_text() for t in curve_figure("t", "e", points[:1]).axes[0].get_yticklabels()]
 
 
-@pytest.mark.parametrize("name", ["other-codes", "disk-minimisers", "flow-in-time"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("other-codes", marks=pytest.mark.slow), "disk-minimisers", "flow-in-time"]
+)
 def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
     figure = curve_figure("title", "error", CHARTS[name].average(CHARTS[name].table().rows))
     FigureCanvasAgg(figure).draw()

@@ -24,6 +24,7 @@ from jamlab.geometry.voids.voids import Voids, void_paths, voids
 from jamlab.measure import measure, why_no_modulus
 from jamlab.packing.hdf5 import LABELS, NEGATIVE_G
 from jamlab.packing.law_parameters import UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
+from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
 
@@ -221,7 +222,7 @@ def _join_walls(packing: Packing, pieces: Array) -> Lines:
     coarse = _coarsen(walls, packing)
     line = np.repeat(np.arange(len(coarse.ends)), np.diff(coarse.ends, prepend=0))
     middle = np.column_stack([np.bincount(line, x) for x in coarse.points.T]) / np.bincount(line)[:, None]
-    move = -np.floor(middle @ np.linalg.inv(packing.box)) @ packing.box
+    move = moves_home(middle, packing.box)
     return Lines(coarse.points + move[line], coarse.ends)
 
 

@@ -24,6 +24,7 @@ from jamlab.geometry.voids.boundary_loops import Boundary
 from jamlab.geometry.voids.polygon_boundary import trace_disks, trace_polygons
 from jamlab.geometry.voids.void_rays import find_components, find_first_hits
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
@@ -146,7 +147,7 @@ def voids(packing: Packing) -> Voids:
         void, image, perimeter, sides, reference, moment,
     )  # fmt: skip
     centre = reference + moment / area[:, None]
-    centre -= np.floor(centre @ np.linalg.inv(packing.box)) @ packing.box
+    centre += moves_home(centre, packing.box)
     centre[percolates] = np.nan
     return Voids(sides, area, perimeter, centre, percolating, bounded.islands, boundary, void, image, packing)
 
