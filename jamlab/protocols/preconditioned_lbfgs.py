@@ -97,7 +97,6 @@ class _Pairs:
         self._count = k + 1
 
     def inverse_times(self, force: Array) -> Array:
-        """The step at the next force, which is that at the end of the newest pair."""
         k = self._count
         if k == 0:
             return self._solve(force)

@@ -148,8 +148,7 @@ def test_stress_is_minus_the_slope_of_the_energy_in_strain(make, kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_newton_on_and_off_agree(make, kind):
-    """Contacts that reach over the boundary are shared differently, to the same sums, with and without a setup, also
-    once particles have changed their neighbours."""
+    """Contacts over the boundary are shared differently; forces without a setup, also once neighbours have changed."""
     p = make(kind, 0.3, 5)
     apart = np.random.default_rng(5).uniform(-1, 1, (p.n, 2))[p.particle]
     with jamlab.Session(p, newton=True) as on, jamlab.Session(p, newton=False) as off, jamlab.Session(p) as full:
@@ -181,12 +180,6 @@ def test_a_reused_session_equals_a_fresh_one(make, kind):
             assert_same(e, fresh, 1e-13)
             assert np.array_equal(session.packing().box, p.box)
             assert np.allclose(session.positions(), p.positions, rtol=0, atol=1e-13 * p.box[0, 0])
-
-
-def test_forces_without_a_setup_continue_a_run(lmp):
-    for line, message in (("jamlab/forces", "use run 0 first"), ("jamlab/forces 1", "takes no arguments")):
-        with pytest.raises(Exception, match=message):
-            lmp.command(line)
 
 
 def test_a_session_takes_edges_longer_than_it_was_built_for(random_polygons):
