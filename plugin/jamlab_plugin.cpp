@@ -5,6 +5,7 @@
 
 #include "bond_line_tension.h"
 #include "citation.h"
+#include "command_forces.h"
 #include "command_quiet.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
@@ -82,6 +83,7 @@ static constexpr PluginStyle STYLES[] = {
      &create<ComputePolygonGroup>},
     {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles", nullptr,
      &create<FixPolygonOutline>},
+    {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>, nullptr},
     {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
      nullptr},
 };

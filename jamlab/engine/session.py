@@ -273,7 +273,7 @@ class Session:
         LAMMPS rebuilds its neighbour lists only when a position has moved by half the skin.
         """
         self.set_positions(positions)
-        self.command("run 1 post no" if self._stale else "run 1 pre no post no")
+        self.command("run 1 post no" if self._stale else "jamlab/forces")
         self._stale = False
         energy, forces = float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
         if self._scales == Scales():

@@ -100,13 +100,15 @@ class _Cholmod:
         _check_finite(matrix)
         if not matrix.has_sorted_indices:
             matrix = matrix.sorted_indices()
-        if self._pattern.known(matrix) and self._factors is not None:
+        if self._pattern.known(matrix):
             self._matrix.V = self._dense(matrix.data[self._lower])
         else:
             column = np.repeat(np.arange(matrix.shape[0], dtype=np.int64), np.diff(matrix.indptr))
             self._lower = matrix.indices >= column
             row = matrix.indices[self._lower].astype(np.int64)
             self._matrix = self._sparse(matrix.data[self._lower], row, column[self._lower], matrix.shape)
+            self._factors = None
+        if self._factors is None:
             self._factors = self._cholmod.symbolic(self._matrix)
         try:
             self._cholmod.numeric(self._matrix, self._factors)

@@ -16,8 +16,6 @@ from jamlab.errors import InputError
 def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
     """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0. `nv`:
     (n,) vertices of each droplet; `params`: `gamma`, `ka`, and `a0` of shape (n,)."""
-    from scipy.optimize import newton  # a tenth of a second to load, and disks do not need it
-
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)
     gamma, ka, a0 = params["gamma"], params["ka"], np.asarray(params["a0"], dtype=np.float64)
@@ -28,14 +26,9 @@ def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
             f"gamma = {gamma:g} at ka = {ka:g}: line tension shrinks a free droplet to a point; "
             f"lower gamma or raise ka, gamma/ka must not be above {largest:.4g}"
         )
-    unit = 2.0 ** (2 * np.round(np.log2(np.sqrt(a0)).mean()))  # newton's tolerance is absolute, for areas of order one
-    rest, tension = a0 / unit, gamma / unit**1.5
-    area: Array = newton(
-        lambda a: ka * (a - rest) + tension * np.sqrt(c / a),
-        rest,
-        fprime=lambda a: ka - 0.5 * tension * np.sqrt(c / a**3),
-    )
-    return np.asarray(area * unit)
+    # the largest root of the cubic s^3 - a0 s + gamma sqrt(c)/ka = 0 of s = sqrt(a), by Vieta's cosine
+    angle = np.arccos(np.maximum(-1.0, -1.5 * gamma * np.sqrt(3 * c / a0) / (ka * a0))) / 3  # -1 at the largest gamma
+    return np.asarray(4 / 3 * a0 * np.cos(angle) ** 2)
 
 
 def free_area(nv: ArrayLike, params: dict[str, Any]) -> Array:

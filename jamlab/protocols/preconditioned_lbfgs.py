@@ -42,7 +42,7 @@ def descend_by_lbfgs(
     energy, force = _flat(forces_at, x, shape)
     age, longest = settings.refresh, settings.reach
     for _ in range(steps):
-        largest = float(np.hypot(*force.reshape(shape).T).max())
+        largest = float(np.sqrt((force[::2] ** 2 + force[1::2] ** 2).max()))
         if largest <= tolerance or (enough is not None and enough(largest)):
             return x.reshape(shape), largest <= tolerance
         if age == settings.refresh:
@@ -63,7 +63,7 @@ def descend_by_lbfgs(
         change, bend = moved - x, force - new_force
         longest = min(settings.reach, settings.longer * float(np.abs(change).max()))
         curvature = float(change @ bend)
-        if curvature > settings.curved * np.linalg.norm(change) * np.linalg.norm(bend):
+        if curvature > settings.curved * np.sqrt((change @ change) * (bend @ bend)):
             pairs.add(change, bend)
         elif age > 1:
             age = settings.refresh  # the model is wrong here: factorise anew
@@ -79,20 +79,21 @@ def _flat(forces_at: Forces, x: Array, shape: tuple[int, ...]) -> tuple[float, A
 class _Pairs:
     """Steps s and the changes y of the force along them, which correct an inverse Hessian. The two loops of Nocedal &
     Wright's algorithm 7.4 as products with whole matrices: with R the upper triangle of S^T Y and D its diagonal, R a =
-    S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c."""
+    S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c. As y is the force before less the force after,
+    the newest column of R is the change of S^T F, and costs no product of its own."""
 
     def __init__(self, size: int, solve: Solve, most: int) -> None:
         self._solve, self._count = solve, 0
         self._s, self._y = np.empty((most, size)), np.empty((most, size))
         self._r = np.zeros((most, most), order="F")
+        self._along = np.empty(0)  # S^T F of the last force
 
     def clear(self) -> None:
-        self._count = 0
+        self._count, self._along = 0, np.empty(0)
 
     def add(self, change: Array, bend: Array) -> None:
         k = self._count
-        self._s[k], self._y[k] = change, bend
-        self._r[: k + 1, k] = self._s[: k + 1] @ bend
+        self._s[k], self._y[k], self._r[k, k] = change, bend, change @ bend
         self._count = k + 1
 
     def inverse_times(self, force: Array) -> Array:
@@ -100,7 +101,11 @@ class _Pairs:
         if k == 0:
             return self._solve(force)
         s, y, r = self._s[:k], self._y[:k], self._r[:k, :k]
-        a = dtrsv(r, s @ force)
+        along = s @ force
+        if len(self._along) < k:
+            r[:-1, -1] = self._along - along[:-1]
+        self._along = along
+        a = dtrsv(r, along)
         step = self._solve(force - a @ y)
         c = dtrsv(r, r.diagonal() * a - y @ step, trans=1)
         return np.asarray(step + c @ s)

