@@ -36,6 +36,7 @@ void CommandForces::command(int narg, char ** /*arg*/)
   else
     comm->forward_comm();
 
+  modify->pre_force(NO_VIRIAL);
   const int filled = atom->nlocal + (force->newton ? atom->nghost : 0);
   if (filled) std::fill_n(atom->f[0], 3 * filled, 0.0);
   if (force->pair) force->pair->compute(GLOBAL_ENERGY, NO_VIRIAL);

@@ -188,9 +188,8 @@ def _near_mean(values: Array, kept: Mask, reach: float, thin: int, shape: tuple[
 def _ground_level(grey: Array, ground: Mask, otherwise: Array, thin: int) -> tuple[Array, int, float]:
     """Surface through the middles of the widest voids; second degree, first or none by their number. `ground`: of every
     `thin`th pixel."""
-    depth = thin * ndimage.distance_transform_edt(ground) - (
-        thin - 1
-    )  # at least: a film may be one pixel of these wide
+    # at least, since a film may be one pixel of these wide
+    depth = thin * ndimage.distance_transform_edt(ground) - (thin - 1)
     tops = (depth == ndimage.maximum_filter(depth, 8 // thin + 1)) & (depth > 1.5)
     if not tops.any():
         return otherwise, 0, 0.0
