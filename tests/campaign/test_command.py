@@ -74,6 +74,7 @@ def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
     other = written(tmp_path / "d.toml", seeds=8).read_text()
     path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "more"))
     found = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)
+    assert f"{found['sweeps'][0]['bytes'] / 1e6:.1f} MB" in call(tmp_path, "campaign", "plan", "c.toml").stdout
     assert found["tasks"] == 8 and [line["left"] for line in found["sweeps"]] == [5, 3]
     assert json.loads(call(tmp_path, "campaign", "status", "c.toml", "--json").stdout)["tasks"] == 8
 

@@ -71,7 +71,8 @@ def test_exponents_and_the_scaling_function_are_recovered(q, w):
     assert [found.critical, found.q, found.w] == pytest.approx([0.84, q, w], abs=1e-5)
     z = np.linspace(-0.2, 0.3, 5)
     assert found.function(z) == pytest.approx(np.exp(np.polyval(SHAPE, z)), rel=1e-4)
-    assert found.spread < 1e-6 < found.before
+    left = np.log(data(q, w)) - np.polyval(np.polyfit(X, np.log(data(q, w)), 3), X)  # one curve for all s
+    assert found.spread < 1e-6 and found.before == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
 
 
 def test_limits_on_both_sides_follow_from_the_exponents():
