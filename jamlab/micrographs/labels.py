@@ -43,7 +43,8 @@ class Labelled:
     @cached_property
     def nearest(self) -> tuple[Array, Indices]:
         """(h, w) distance to the nearest droplet, 0 in one, and (2, h, w) row and column of its pixel there."""
-        return ndimage.distance_transform_edt(self.labels == 0, return_indices=True)
+        away, place = ndimage.distance_transform_edt(self.labels == 0, return_indices=True)
+        return np.asarray(away), np.asarray(place)
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
@@ -154,7 +155,7 @@ def label_darkness(found: Labelled) -> Darkness:
 
 def label_segments(found: Labelled) -> Segments:
     """Labels as droplets and their cells: a pixel belongs to the nearest label."""
-    cells = found.labels[tuple(found.nearest[1])] - 1 if (found.labels == 0).any() else found.labels - 1
+    cells = found.labels[tuple(found.nearest[1])] - 1
     wall = (found.labels == 0) | borders(cells)
     depth = ndimage.distance_transform_edt(~wall) if wall.any() else np.full(wall.shape, float(max(wall.shape)))
     inner, middle = highest(depth, cells)
