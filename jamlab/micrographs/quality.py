@@ -26,12 +26,12 @@ LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
 LEAST_RING = 4.0  # pixels, radius of the light in a ring: below, droplets are missed; set on the foams worked on
-# half-widths of intervals of rings: standard deviations of what chances say, and droplets beyond them; they hold 56 of 61
-# counts of pictures that chances were not fitted to, nine foams and 52 rendered ones in turns, and every mean area
+# half-widths of intervals of rings: standard deviations of what chances say, and droplets beyond them; of pictures that
+# chances were not fitted to, nine foams and 52 rendered ones in turns, they hold 56 counts and every mean area
 RING_SIGMAS, RING_COUNT = 1.25, 0.75
 # how far the edge of the light may be elsewhere: share of the wall, from the steepest rise of darkness to the darkest
-# line, less pixels that are none of it; on average one of the 52 rendered pictures and two of the foams are further off
-RING_EDGE, RING_SHARP = 0.35, 0.1
+# line, less pixels that are none of it; on average none of the 52 rendered pictures and two of the foams are further off
+RING_EDGE, RING_SHARP = 0.4, 0.15
 RING_LIGHT = 0.06  # of the picture: light of droplets at its edge, which hands draw and no wall closes
 RING_LIMIT = 0.1  # of count and mean area of rings
 RELATIVE = {"count": 0.045, "area": 0.03, "voids": 0.1}  # largest errors of good rendered pictures, of the value
