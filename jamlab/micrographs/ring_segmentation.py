@@ -54,7 +54,6 @@ class Candidates:
 
     odds: Array  # (m,) log odds that it is a droplet
     areas: Array  # (m,) of the light inside, pixels of the picture
-    walls: Array  # (m,) pixels of the picture from where darkness rises steepest to the darkest line, mean around it
     whole: Mask  # (m,) off the edge of the picture
     taken: int  # number of those taken for droplets
 
@@ -100,7 +99,7 @@ class Proposals:
     """Closed paths that may be droplets, and the picture that they were sought in."""
 
     paths: WallPaths
-    terms: Array  # (n, TERMS) what the log odds of a droplet are made of, see `path_terms`
+    terms: Array  # (n, 24) what the log odds of a droplet are linear in, see `path_terms`
     dark: Array  # (f h, f w) darkness between the envelopes
     leaves: Indices  # (f h, f w) region of each light spot, from 0
     finer: int  # f
@@ -157,15 +156,15 @@ def _paths_of(tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[WallP
 
 def _find_coarser(grey: Array, step: int) -> Rings | None:
     """Droplets of a large picture, found in one `step` times as coarse."""
-    found = find_rings(scikit_image().transform.downscale_local_mean(grey, (step, step)))
+    small = scikit_image().transform.downscale_local_mean(grey, (step, step))
+    found = find_rings(small)
     if found is None:
         return None
     labels, light = (
         np.kron(part[:: found.finer, :: found.finer], np.ones((step, step), dtype=np.int64))[: len(grey), : len(grey.T)]
         for part in (found.labels, found.light)
     )
-    small = found.candidates
-    candidates = replace(small, areas=step**2 * small.areas, walls=step * small.walls)
+    candidates = replace(found.candidates, areas=step**2 * found.candidates.areas)
     return replace(found, labels=labels, light=light, finer=1, candidates=candidates)
 
 
@@ -267,13 +266,12 @@ def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
             continue
         taken.flat[own] = True
         away = min(paths.light[k].min(), (last - paths.light[k]).min())
-        wall = np.hypot(*(paths.outer[k] - paths.inner[k]).T).mean() / seen.finer
-        kept.append((odds[k], len(own) / seen.finer**2, wall, away > EDGE * seen.finer))
+        kept.append((odds[k], len(own) / seen.finer**2, away > EDGE * seen.finer))
         if odds[k] > LEAST_SCORE:
             light.flat[own] = len(kept)
             outer.flat[pixels_within(paths.outer[k], shape)] = True
-    own_odds, areas, walls, off = np.array(kept).reshape(-1, 4).T
-    return light, outer | (light > 0), Candidates(own_odds, areas, walls, off > 0, int((own_odds > LEAST_SCORE).sum()))
+    own_odds, areas, off = np.array(kept).reshape(-1, 3).T
+    return light, outer | (light > 0), Candidates(own_odds, areas, off > 0, int((own_odds > LEAST_SCORE).sum()))
 
 
 def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:

@@ -3,9 +3,8 @@
 Around the middle of a region rays are cast. The path that crosses every ray once and gathers the steepest rise of
 darkness (dynamic programming) is the inner edge of a wall, also where the wall has a gap or is as light as noise. How
 evenly dark that wall is, how round and how light what it encloses, and how far it is from the region it was started
-from, say how likely it is a droplet: a logistic regression with one layer of hidden units, fitted to nine foams, forty
-rendered packings and twelve lattices of rings. Light in a Plateau border differs by its cusps, which the path cuts off.
-`tests/micrographs/benchmark_ring_weights.py` fits weights anew, and says how often these odds are right.
+from, say how likely it is a droplet: a logistic regression on nine foams, nine rendered packings and eight lattices of
+rings. `tests/micrographs/benchmark_ring_weights.py` fits weights anew, and says how often these odds are right.
 
 Source: A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990), for paths by dynamic programming.
 """
@@ -13,8 +12,6 @@ Source: A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
 
 import numpy as np
 from scipy import ndimage
@@ -30,10 +27,15 @@ BEYOND = 0.1  # gain beyond the edge of the picture: less than a wall has, more 
 MODES = 9  # of a path around the middle, from the mean on
 ROUNDS = 2  # the second path begins in the middle of the first
 BATCH = 500  # paths at once, which bounds memory
-FAR = 0.6  # of the way to the path: light that goes on beyond it counts up to here
 LIGHT_EDGE = 0.3  # of the way from the steepest rise to the darkest line, where hands draw the edge of the light
 
-TERMS, UNITS = 29, 6  # of `path_terms`, and hidden units that weigh them
+# log odds of a droplet: constant, and a weight for each term of `path_terms`
+CONSTANT = -13.83
+WEIGHTS = np.array(
+    """3.9 0.68 2.27 -2.53 1.33 4.46 3.35 -1.29 -9.38 6.96 1.31 26.14 -19.12 -4.84 2.7
+    0.28 0.38 0.46 3.65 0.28 -0.03 -1.23 -0.08 -0.14""".split(),
+    dtype=np.float64,
+)
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class WallPaths:
     inner: Array  # (n, RAYS, 2) x and y where darkness rises steepest
     light: Array  # (n, RAYS, 2) x and y where the light inside ends
     outer: Array  # (n, RAYS, 2) x and y of the darkest line
-    features: Array  # (n, 16) see `_features`
+    features: Array  # (n, 11) see `_features`
 
 
 def find_paths(dark: Array, depth: float, finer: int, middles: Array, radii: Array) -> WallPaths:
@@ -51,7 +53,7 @@ def find_paths(dark: Array, depth: float, finer: int, middles: Array, radii: Arr
     one of the picture; `middles`: (n, 2) x and y; `radii`: (n,) of the regions, pixels of `dark`."""
     if not len(radii):
         none = np.zeros((0, RAYS, 2))
-        return WallPaths(none, none, none, np.zeros((0, 16)))
+        return WallPaths(none, none, none, np.zeros((0, 11)))
     parts = [
         _paths(dark, depth, finer, middles[k : k + BATCH], radii[k : k + BATCH]) for k in range(0, len(radii), BATCH)
     ]
@@ -79,13 +81,10 @@ def _paths(dark: Array, depth: float, finer: int, middle: Array, radius: Array) 
         (along >= inner[:, :, None] - 0.5 * finer) & (along <= inner[:, :, None] + behind) & seen, values, -9
     )
     outer = np.maximum(_smooth(np.take_along_axis(along[:, 0], wall.argmax(2), 1)), inner)
-    share = along / inner[:, :, None]
-    found = _features(values, seen, share, wall.max(2), on, _points(middle, inner), depth)
-    half_way = depth * (found[:, 5] + 0.5 * np.maximum(found[:, 2], 0.1))  # from the level inside up to the wall
-    cusps = _cusps(values - half_way[:, None, None], seen, share)
+    found = _features(values, seen, along / inner[:, :, None], wall.max(2), on, _points(middle, inner), depth)
     light = inner + LIGHT_EDGE * (outer - inner)
     size = np.log(radius / finer)
-    return (*(_points(middle, r) for r in (inner, light, outer)), np.column_stack([found, size, cusps]))
+    return (*(_points(middle, r) for r in (inner, light, outer)), np.column_stack([found, size]))
 
 
 def _rise(values: Array, width: Array) -> Array:
@@ -172,24 +171,6 @@ def _features(values: Array, seen: Mask, share: Array, top: Array, on: Mask, poi
     return np.column_stack([levels.T, concave, solid, on.mean(axis=1)])
 
 
-def _cusps(above: Array, seen: Mask, share: Array) -> Array:
-    """(n, 5) how the line where darkness has risen half-way to the wall differs from the path, whose small steps pass
-    by the cusps that light has between three droplets: mean distance beyond the path over that to it, up to `FAR`, and
-    amplitudes of the Fourier modes 2, 3, 4, and 5 to 9 of its radius over the mean. `above`: (n, RAYS, STEPS) darkness
-    less what it is there; `share`: of the way to the path."""
-    passed = (above > 0) & (share > 0.5)
-    step = np.where(passed.any(axis=2), passed.argmax(axis=2), STEPS - 1)[:, :, None]
-    before = np.maximum(step - 1, 0)
-    low, high = np.take_along_axis(above, before, 2), np.take_along_axis(above, step, 2)
-    part = np.clip(-low / np.maximum(high - low, 1e-9), 0, 1)
-    first, last = np.take_along_axis(share, before, 2), np.take_along_axis(share, step, 2)
-    beyond = np.where(np.take_along_axis(seen, step, 2), first + part * (last - first), 1.0)[:, :, 0]
-    radius = beyond / share[:, :, 0]  # of the line, in units that all rays share
-    modes = np.abs(np.fft.rfft(radius / radius.mean(axis=1)[:, None], axis=1)) * (2 / RAYS)
-    more = np.sqrt((modes[:, 5:10] ** 2).sum(axis=1))
-    return np.column_stack([np.clip(beyond - 1, 0, FAR).mean(axis=1), modes[:, 2:5], more])
-
-
 def _quantiles(values: Array, kept: Mask, *shares: float) -> list[Array]:
     """(n,) of each share: that quantile of what is kept of every row; 9 where nothing is. `values`, `kept`: (n, k)."""
     order, last = np.sort(np.where(kept, values, 9.0), axis=1), np.maximum(kept.sum(axis=1) - 1, 0)
@@ -202,33 +183,22 @@ def _quantiles(values: Array, kept: Mask, *shares: float) -> list[Array]:
     return found
 
 
-@cache
-def odds_weights() -> Array:
-    """(TERMS + 2, UNITS + 1) a column for each hidden unit and a last one for what is linear: weights of the terms, a
-    constant, and what the unit adds to the log odds."""
-    with resources.files("jamlab.micrographs").joinpath("ring_weights.csv").open(encoding="utf-8") as file:
-        return np.loadtxt(file, delimiter=",")
-
-
-def path_odds(terms: Array, weights: Array | None = None) -> Array:
-    """(n,) log odds that what a path encloses is a droplet: linear in its terms, and in tanh of sums of them. `terms`:
-    (n, TERMS) of `path_terms`; `weights`: others than `odds_weights`."""
-    weights = odds_weights() if weights is None else weights
-    units = terms @ weights[:-2] + weights[-2]
-    return np.asarray(np.tanh(units[:, :-1]) @ weights[-1, :-1] + units[:, -1])
+def path_odds(terms: Array) -> Array:
+    """(n,) log odds that what a path encloses is a droplet. `terms`: (n, 24) of `path_terms`."""
+    return np.asarray(CONSTANT + terms @ WEIGHTS)
 
 
 def path_terms(paths: WallPaths, compact: Array, radii: Array, joined: Array, height: Array) -> Array:
-    """(n, TERMS) what the log odds are made of: levels over the median depth of the own wall, sizes as logarithms, also
+    """(n, 24) what the log odds are linear in: levels over the median depth of the own wall, sizes as logarithms, also
     over the typical size of what is certainly a droplet. `compact`, `radii`, `joined`, `height`: (n,) A^2/(2 pi I) and
     radius of the region that a path was started from, and depths of the wall by which that region merged and of the
     deepest wall within, over the depth of walls."""
     grown = np.log(np.maximum(path_areas(paths.inner), 1.0) / (np.pi * radii**2))
-    tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = paths.features[:, :11].T
+    tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = paths.features.T
     wall = np.maximum(half, 0.15)
     sure = (tenth > 0.4 * wall) & (solid > 0.93) & (compact > 0.93) & (np.abs(grown) < 0.35)
     if not len(size):
-        return np.zeros((0, TERMS))
+        return np.zeros((0, len(WEIGHTS)))
     sure = sure if sure.sum() >= 3 else np.ones(len(size), dtype=bool)
     order = np.sort(size[sure])
     along = np.cumsum(np.exp(order))
@@ -241,4 +211,4 @@ def path_terms(paths: WallPaths, compact: Array, radii: Array, joined: Array, he
     region = [compact, np.minimum(compact, 0.93), np.abs(np.clip(grown, -1, 0.5))]
     region += [np.clip(joined / wall, 0, 2), np.clip(height / wall, 0, 1.5)]
     sized = [size * term for term in (1.0, solid, concave, tenth, quarter, high)]
-    return np.column_stack([*own, *region, *sized, relative, relative * compact, paths.features[:, 11:]])
+    return np.column_stack([*own, *region, *sized, relative, relative * compact])

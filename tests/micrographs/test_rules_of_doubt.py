@@ -107,20 +107,18 @@ def test_few_droplets_are_doubted(count, change, reason):
     assert reason in found.text and found.numbers == (change.keys() or {"rho", "z", "shape_rim"})
 
 
-WALL = 1.2  # pixels
-EDGE = quality.RING_EDGE * WALL - quality.RING_SHARP
-ROUND_RINGS = Candidates(np.full(50, 6.0), np.full(50, 400.0), np.full(50, WALL), np.ones(50, dtype=bool), 50)
+ROUND_RINGS = Candidates(np.full(50, 6.0), np.full(50, 400.0), np.ones(50, dtype=bool), 50)
 
 
 def test_rings_that_are_plain_are_known():
     errors = quality.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)
-    edge = EDGE * 2 * np.pi * np.sqrt(400 / np.pi)
+    edge = quality.RING_EDGE * 2 * np.pi * np.sqrt(400 / np.pi)
     assert errors["count"] < 0.1 * 50 and errors["area"] < 0.1 * 400  # good
     assert errors["area"] == pytest.approx(edge)
     large = replace(ROUND_RINGS, odds=np.append(np.full(49, 99.0), 0.0), areas=np.append(np.full(49, 400.0), 890.0))
     mixed = 0.5 * (890 - large.areas.mean()) / 50  # one of even chance is taken
     errors = quality.ring_errors(large, large.areas, 0.5, 40_000)
-    edge = EDGE * 2 * np.sqrt(np.pi * large.areas).mean()
+    edge = quality.RING_EDGE * 2 * np.sqrt(np.pi * large.areas).mean()
     assert errors["area"] == pytest.approx(mixed + np.hypot(quality.RING_SIGMAS * mixed, edge))
     values = {"count": 50.0, "area": 400.0, "interior_fraction": 0.5}
     assert quality.doubt_rings(values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01}) == []
@@ -135,8 +133,9 @@ def test_rings_that_are_plain_are_known():
 @pytest.mark.parametrize(("odds", "taken"), [(-1.5, 50), (0.0, 60)], ids=["missed", "false"])
 def test_rings_that_may_be_none_and_none_that_may_be_rings_are_told(odds, taken):
     """Ten more of chance q: the count may be off by 10 q or 10 (1 - q), and scatters by sqrt(10 q (1 - q))."""
-    every = np.append(ROUND_RINGS.odds, np.full(10, odds))
-    more = Candidates(every, np.full(60, 400.0), np.full(60, WALL), np.ones(60, dtype=bool), taken)
+    more = Candidates(
+        np.append(ROUND_RINGS.odds, np.full(10, odds)), np.full(60, 400.0), np.ones(60, dtype=bool), taken
+    )
     sure, chance = 1 / (1 + np.exp([-6.0, -odds]))
     shift = abs(-50 * (1 - sure) + 10 * (chance if taken == 50 else chance - 1))
     scatter = quality.RING_SIGMAS * np.sqrt(50 * sure * (1 - sure) + 10 * chance * (1 - chance))
@@ -147,14 +146,11 @@ def test_rings_that_may_be_none_and_none_that_may_be_rings_are_told(odds, taken)
     assert quality.ring_errors(small, small.areas[:50], 0.5, 40_000)["count"] == pytest.approx(plain)
 
 
-def test_rings_as_large_as_the_limit_of_detection_may_count_or_not():
-    """One that is certain and sits on the limit counts with a chance of one half; thick walls leave more in doubt."""
-    sure = replace(ROUND_RINGS, odds=np.full(50, 99.0))
-    limit = np.pi * quality.LEAST_RING**2
-    for share, chance in ((1.0, 0.5), ((1 + EDGE / quality.LEAST_RING) ** 2, 0.8413447)):
-        one = replace(sure, areas=np.append(np.full(49, 400.0), share * limit + 1e-9))
-        found = quality.ring_errors(one, one.areas, 0.5, 40_000)["count"]
-        expected = (1 - chance) + quality.RING_SIGMAS * np.sqrt(chance * (1 - chance))
-        assert found == pytest.approx(quality.RING_COUNT + expected, abs=1e-6)
-    thick = quality.ring_errors(replace(one, walls=3 * one.walls), one.areas, 0.5, 40_000)
-    assert thick["count"] > found and thick["area"] > quality.ring_errors(one, one.areas, 0.5, 40_000)["area"]
+@pytest.mark.parametrize(("above", "chance"), [(0.0, 0.5), (1.0, 0.8413447), (-1.0, 0.1586553)])
+def test_rings_as_large_as_the_limit_of_detection_may_count_or_not(above, chance):
+    """Of one that is certain, by how far it is above the limit, in uncertainties of the edge of the light."""
+    radius = quality.LEAST_RING + above * quality.RING_EDGE + 1e-9
+    one = replace(ROUND_RINGS, odds=np.full(50, 99.0), areas=np.append(np.full(49, 400.0), np.pi * radius**2))
+    found = quality.ring_errors(one, one.areas, 0.5, 40_000)["count"]
+    shift, scatter = 1 - chance if above >= 0 else chance, np.sqrt(chance * (1 - chance))
+    assert found == pytest.approx(quality.RING_COUNT + shift + quality.RING_SIGMAS * scatter, abs=1e-6)

@@ -36,28 +36,6 @@ def test_a_droplet_beyond_the_edge_ends_beyond_it():
     assert found.inner[0, :, 1].min() < -0.5 and found.features[0, 9] < 0.8
 
 
-def test_the_line_half_way_up_the_wall_is_an_ellipse():
-    found = paths_of(ring(33.0, 27.0), [(60, 60)], [28.0])
-    beyond, second, *others = found.features[0, 11:]
-    assert second == pytest.approx((33 - 27) / (33 + 27), rel=0.15)  # (a - b)/(a + b) of its inner edge, to first order
-    assert beyond < 0.02 and max(others) < 0.02
-
-
-def between(count):
-    """Darkness of the walls of that many circles around the middle, each beside the next, with a void between them."""
-    angles = 2 * np.pi * np.arange(count) / count
-    away = 38 / np.sin(np.pi / count)
-    walls = [abs(np.hypot(X - 60 - away * np.cos(q), Y - 60 - away * np.sin(q)) - 38) for q in angles]
-    return ndimage.gaussian_filter((np.min(walls, axis=0) < 2.0).astype(float), 1.0)
-
-
-@pytest.mark.parametrize(("count", "radius"), [(3, 9.0), (4, 17.0)])
-def test_a_void_between_droplets_has_cusps(count, radius):
-    found = paths_of(between(count), [(60, 60)], [radius])
-    beyond, *modes = found.features[0, 11:]
-    assert beyond > 0.03 and int(np.argmax(modes[:3])) + 2 == count and max(modes) > 0.08
-
-
 def test_a_droplet_is_likelier_than_the_void_between_four():
     away = np.min([abs(np.hypot(X - x, Y - y) - 38) for x in (20, 100) for y in (20, 100)], axis=0)
     dark = ndimage.gaussian_filter((away < 2.0).astype(float), 1.0)
