@@ -68,8 +68,8 @@ def micrograph(
         channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
-        InputError: without scikit-image; if a file is no picture, values are not finite, arguments are not positive or
-            contradict each other, nothing stands out from noise, or no whole droplet is found.
+        InputError: without scikit-image or edt; if a file is no picture, values are not finite, arguments are not
+            positive or contradict each other, nothing stands out from noise, or no whole droplet is found.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
