@@ -149,4 +149,5 @@ def distance_inside(mask: Mask) -> Array:
         import edt
     except ImportError:
         raise InputError(f"pictures need edt: {REMEDY}") from None
-    return np.sqrt(edt.edtsq(np.ascontiguousarray(mask)), dtype=np.float64)  # squares are whole numbers, exact to 2^24
+    squares = np.asarray(edt.edtsq(np.ascontiguousarray(mask)))  # whole numbers, exact to 2^24
+    return np.sqrt(squares.astype(np.float64))
