@@ -65,10 +65,10 @@ def noise_level(grey: Array) -> float:
     return float(MAD * np.median(np.abs(ndimage.convolve(grey, kernel))))
 
 
-def remove_background(bright: Array, valid: Mask) -> Darkness | None:
+def remove_background(bright: Array, valid: Mask, noise: float) -> Darkness | None:
     """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise. `bright`: (h,
-    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations."""
-    noise = noise_level(bright)
+    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations; `noise`: standard
+    deviation of the noise."""
     first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
     quiet = _blur(bright, first)
     high, low = envelope(quiet, valid, ENVELOPE), envelope(quiet, valid, 1 - ENVELOPE)
