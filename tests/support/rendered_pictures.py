@@ -263,7 +263,7 @@ def small_ring_conditions(count: int, seed: int) -> list[dict[str, Any]]:
     return found
 
 
-SMALL_RINGS_TO_FIT, SMALL_RINGS_TO_JUDGE = small_ring_conditions(24, 7000), small_ring_conditions(12, 8000)
+SMALL_RINGS_TO_JUDGE = small_ring_conditions(12, 8000)  # never used for a rule; those from 7000 on were
 RINGS_TO_FIT, RINGS_TO_JUDGE = ring_conditions(16, 1), ring_conditions(30, 2)  # the latter were never used for a rule
 PIXELS = 450  # width of a picture of 64 droplets: radius 30 pixels
 PLAIN: dict[str, Any] = {"light": 1.0, "noise": 0.02, "blur": 0.7, "film": 2.0}  # what does not vary
