@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit
+from scipy.special import expit, ndtr
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
@@ -132,13 +132,16 @@ def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int)
     pixels; `light`: share of the picture that it covers; `pixels`: of the picture."""
     chance, mean = expit(candidates.odds), float(areas.mean()) if len(areas) else float("nan")
     taken = np.arange(len(chance)) < candidates.taken
-    wrong = np.where(taken, -(1 - chance), chance)  # what the count lacks on average
-    counted = candidates.whole & (candidates.areas >= np.pi * LEAST_RING**2)
+    wrong = chance - taken  # what the count lacks on average
+    unsure = abs((wrong * candidates.areas).sum())
+    unsure += RING_SIGMAS * np.sqrt((chance * (1 - chance) * candidates.areas**2).sum())
+    above = np.sqrt(candidates.areas / np.pi) - LEAST_RING
+    chance = chance * candidates.whole * ndtr(above / RING_EDGE)  # that it is one, whole and above the limit
+    wrong = chance - (taken & candidates.whole & (above >= 0))
     spread, larger = chance * (1 - chance), candidates.areas - mean  # variance of each being one; what it adds
     rim = 2 * np.sqrt(np.pi * areas)  # pixels of area for a pixel by which the edge of the light is elsewhere
-    unsure = abs((wrong * candidates.areas).sum()) + RING_SIGMAS * np.sqrt((spread * candidates.areas**2).sum())
-    count = abs(wrong[counted].sum()) + RING_SIGMAS * np.sqrt(spread[counted].sum())
-    shift, scatter = abs((wrong * larger)[counted].sum()), np.sqrt((spread * larger**2)[counted].sum())
+    count = abs(wrong.sum()) + RING_SIGMAS * np.sqrt(spread.sum())
+    shift, scatter = abs((wrong * larger).sum()), np.sqrt((spread * larger**2).sum())
     area = shift + np.hypot(RING_SIGMAS * scatter, RING_EDGE * rim.sum())  # summed over rings; independent causes
     return {
         "count": float(count + RING_COUNT),

@@ -5,9 +5,9 @@ falls to 0.35, noise reaches 0.2, blur 3 pixels, with and without a scale bar, d
 Seeds 101 to 103 and 105 to 107 judged earlier versions, whose wrong counts and shapes led to rules of doubt; who tunes
 on what this prints takes new seeds.
 
-Sixty pictures of rings, thirty of the same droplets and thirty of disks of wide sizes: no count, mean area or share of
-light that is called good is off by more than its limit; rho, z, A and voids are all doubtful. JAMLAB_RESULTS names a
-folder in which rows are kept, so that a run that was stopped goes on.
+Sixty pictures of rings, thirty of the same droplets and thirty of disks of wide sizes, and twelve of small disks: no
+count, mean area or share of light that is called good is off by more than its limit; rho, z, A and voids are all
+doubtful. JAMLAB_RESULTS names a folder in which rows are kept, so that a run that was stopped goes on.
 """
 
 from functools import cache
@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from rendered_pictures import (
     RINGS_TO_JUDGE,
+    SMALL_RINGS_TO_JUDGE,
     kept,
     picture_errors,
     print_ring_errors,
@@ -100,6 +101,9 @@ def test_no_ring_is_silently_wrong(held_out):
     def wide(k):
         return *rendered_ring(**RINGS_TO_JUDGE[k]), RINGS_TO_JUDGE[k]["wall"]
 
+    def small(k):
+        return *rendered_ring(**SMALL_RINGS_TO_JUDGE[k]), SMALL_RINGS_TO_JUDGE[k]["wall"]
+
     def errors(picture, distance, wall):
         try:
             return ring_errors(jamlab.micrograph(picture), *ring_truth(distance, wall))
@@ -107,8 +111,8 @@ def test_no_ring_is_silently_wrong(held_out):
             return {"quality": "refused", "reasons": str(error)}
 
     walls, blurs = rng.uniform(2, 5, 30), rng.uniform(0.5, 1.8, 30)
-    for kind in (wide, squeezed):
-        for k in range(30):
+    for kind, count in ((wide, 30), (squeezed, 30), (small, len(SMALL_RINGS_TO_JUDGE))):
+        for k in range(count):
             row = kept(f"{kind.__name__}-ring-{k}", lambda k=k, kind=kind: errors(*kind(k)))
             print(kind.__name__, k, row, flush=True)
             rows += [row] if "count" in row else []

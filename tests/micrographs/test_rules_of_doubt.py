@@ -141,6 +141,16 @@ def test_rings_that_may_be_none_and_none_that_may_be_rings_are_told(odds, taken)
     scatter = quality.RING_SIGMAS * np.sqrt(50 * sure * (1 - sure) + 10 * chance * (1 - chance))
     errors = quality.ring_errors(more, more.areas[:taken], 0.5, 40_000)
     assert errors["count"] == pytest.approx(quality.RING_COUNT + shift + scatter)
-    small = replace(more, areas=np.where(np.arange(60) < 50, 400.0, 40.0))  # below the limit of detection
+    small = replace(more, areas=np.where(np.arange(60) < 50, 400.0, 12.0))  # below the limit of detection
     plain = quality.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)["count"]
     assert quality.ring_errors(small, small.areas[:50], 0.5, 40_000)["count"] == pytest.approx(plain)
+
+
+@pytest.mark.parametrize(("above", "chance"), [(0.0, 0.5), (1.0, 0.8413447), (-1.0, 0.1586553)])
+def test_rings_as_large_as_the_limit_of_detection_may_count_or_not(above, chance):
+    """Of one that is certain, by how far it is above the limit, in uncertainties of the edge of the light."""
+    radius = quality.LEAST_RING + above * quality.RING_EDGE + 1e-9
+    one = replace(ROUND_RINGS, odds=np.full(50, 99.0), areas=np.append(np.full(49, 400.0), np.pi * radius**2))
+    found = quality.ring_errors(one, one.areas, 0.5, 40_000)["count"]
+    shift, scatter = 1 - chance if above >= 0 else chance, np.sqrt(chance * (1 - chance))
+    assert found == pytest.approx(quality.RING_COUNT + shift + quality.RING_SIGMAS * scatter, abs=1e-6)

@@ -241,6 +241,29 @@ def ring_conditions(count: int, seed: int) -> list[dict[str, Any]]:
     ]
 
 
+def small_ring_conditions(count: int, seed: int) -> list[dict[str, Any]]:
+    """The same for droplets of 5 to 12 pixels in radius with thin walls, as in pictures of wet foams."""
+    found = []
+    for k in range(seed, seed + count):
+        rng = np.random.default_rng(k)
+        radius, n, spread = rng.uniform(5.5, 12), int(rng.choice([40, 60, 80])), float(rng.choice([0.3, 0.45, 0.6]))
+        found.append(
+            {
+                "n": n,
+                "spread": spread,
+                "pixels": round(radius * np.sqrt(np.pi * n / 0.85) * np.exp(0.5 * spread**2)),
+                "swell": float(rng.choice([0.93, 0.97, 1.0, 1.03, 1.06])),
+                "wall": float(rng.uniform(1.2, 2.8)),
+                "blur": float(rng.uniform(0.3, 0.9)),
+                "noise": float(rng.choice([0, 0.02, 0.05])),
+                "light": float(rng.choice([1, 0.7])),
+                "seed": k,
+            }
+        )
+    return found
+
+
+SMALL_RINGS_TO_JUDGE = small_ring_conditions(12, 8000)  # never used for a rule; those from 7000 on were
 RINGS_TO_FIT, RINGS_TO_JUDGE = ring_conditions(16, 1), ring_conditions(30, 2)  # the latter were never used for a rule
 PIXELS = 450  # width of a picture of 64 droplets: radius 30 pixels
 PLAIN: dict[str, Any] = {"light": 1.0, "noise": 0.02, "blur": 0.7, "film": 2.0}  # what does not vary
