@@ -15,6 +15,7 @@ from scipy.interpolate import griddata
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.picture_files import distance_inside
 
 LEAST_NOISE = 0.004  # of the range of the picture, one grey level of 8 bit: below, flat pixels are no sign
 LEAST_FLAT = 24  # pixels alike, side by side
@@ -107,7 +108,7 @@ def sort_annotations(drawn: Mask, radius: float) -> Annotations:
         return Annotations(empty, empty, 0)
     grown = ndimage.binary_dilation(drawn, np.ones((3, 3)), iterations=GROW)
     label, count = ndimage.label(grown)
-    thickness = ndimage.maximum(ndimage.distance_transform_edt(grown), label, np.arange(1, count + 1))
+    thickness = ndimage.maximum(distance_inside(grown), label, np.arange(1, count + 1))
     thick = np.concatenate([[False], thickness > THIN * radius])[label]
     return Annotations(grown & ~thick, thick, count)
 

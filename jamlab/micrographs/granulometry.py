@@ -12,9 +12,9 @@ from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from jamlab.arrays import Array, Mask
+from jamlab.micrographs.picture_files import distance_inside
 
 RADII = 20  # discs, in equal ratios
 LONGEST = 600  # pixels along a side on which openings are made
@@ -45,7 +45,7 @@ def granulometry(mask: Mask) -> Granulometry:
     def lost(k: int) -> float:
         if k not in gone:
             centres = depth >= radii[k]
-            left = np.count_nonzero(ndimage.distance_transform_edt(~centres) < radii[k]) if centres.any() else 0
+            left = np.count_nonzero(distance_inside(~centres) < radii[k]) if centres.any() else 0
             gone[k] = 1 - min(left / total, 1.0)
         return gone[k]
 
@@ -60,6 +60,4 @@ def granulometry(mask: Mask) -> Granulometry:
 
 def _depth(mask: Mask) -> Array:
     """Distance from the ground; beyond the edge of the picture droplets go on."""
-    if mask.all():
-        return np.zeros(mask.shape)
-    return np.asarray(ndimage.distance_transform_edt(mask))
+    return np.zeros(mask.shape) if mask.all() else distance_inside(mask)

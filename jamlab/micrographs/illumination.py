@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.granulometry import granulometry
-from jamlab.micrographs.picture_files import scikit_image
+from jamlab.micrographs.picture_files import distance_inside, scikit_image
 
 ENVELOPE = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
 ROUNDS = 12  # of an asymmetric fit: its weights settle in six to ten
@@ -65,20 +65,20 @@ def noise_level(grey: Array) -> float:
     return float(MAD * np.median(np.abs(ndimage.convolve(grey, kernel))))
 
 
-def remove_background(bright: Array, valid: Mask) -> Darkness | None:
+def remove_background(bright: Array, valid: Mask, noise: float) -> Darkness | None:
     """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise. `bright`: (h,
-    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations."""
-    noise = noise_level(bright)
+    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations; `noise`: standard
+    deviation of the noise."""
     first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
     quiet = _blur(bright, first)
     high, low = envelope(quiet, valid, ENVELOPE), envelope(quiet, valid, 1 - ENVELOPE)
-    radius, ground, opening = 0.0, 0, 0.0
+    radius, ground, opening, few = 0.0, 0, 0.0, _samples(bright.shape)
     for turn in range(REFINEMENTS + 2):
-        contrast = float(np.median(high - low))
+        contrast = float(np.median((high - low)[few]))
         if contrast < max(LEAST_CONTRAST, 0.5 * noise):
             return None
         step = np.maximum(high - low, 0.2 * contrast)
-        values, width = (high - bright) / step, width_of_filter(noise / float(np.quantile(step, DIM)))
+        values, width = (high - bright) / step, width_of_filter(noise / float(np.quantile(step[few], DIM)))
         smooth = _blur(values, width)
         if turn > REFINEMENTS:
             break
@@ -89,10 +89,10 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
             return None
         every = max(1, int(radius / FINE))
         thin = np.s_[::every, ::every]
-        inner = every * ndimage.distance_transform_edt(mask[thin])
+        inner = every * distance_inside(mask[thin])
         high = _droplet_level(bright, valid[thin] & (inner > max(INNER * radius, 1.5)), REACH * radius, every)
         low, ground, opening = _ground_level(bright, (valid & ~mask)[thin], low, every)
-    light = np.quantile(step, [0.02, 0.98])
+    light = np.quantile(step[few], [0.02, 0.98])
     return Darkness(
         values, smooth, noise / contrast, width, float(light[1] / light[0]), radius, ground, opening, contrast
     )
@@ -121,14 +121,19 @@ def _grid(shape: tuple[int, ...]) -> tuple[Array, Array]:
     return np.broadcast_to(y[:, None], shape), np.broadcast_to(x, shape)
 
 
+def _samples(shape: tuple[int, ...]) -> tuple[slice, ...]:
+    """Pixels that are enough for what varies more slowly than droplets."""
+    step = max(1, round(max(shape) / COARSE))
+    return tuple(slice(min(step, side) // 2, None, step) for side in shape)
+
+
 def envelope(grey: Array, valid: Mask, above: float) -> Array:
     """Surface of second degree that pixels are above of (`above` small) or below of (large)."""
-    step = max(1, round(max(grey.shape) / COARSE))
-    rows, columns = (slice(step // 2, None, step) for _ in range(2))
+    few = _samples(grey.shape)
     y, x = _grid(grey.shape)
-    kept = valid[rows, columns]
-    terms = _terms(y[rows, columns][kept], x[rows, columns][kept], 2)
-    return _surface(_asymmetric_fit(terms, grey[rows, columns][kept], above), grey.shape, 2)
+    kept = valid[few]
+    terms = _terms(y[few][kept], x[few][kept], 2)
+    return _surface(_asymmetric_fit(terms, grey[few][kept], above), grey.shape, 2)
 
 
 def _asymmetric_fit(terms: Array, values: Array, above: float) -> Array:
@@ -189,7 +194,7 @@ def _ground_level(grey: Array, ground: Mask, otherwise: Array, thin: int) -> tup
     """Surface through the middles of the widest voids; second degree, first or none by their number. `ground`: of every
     `thin`th pixel."""
     # at least, since a film may be one pixel of these wide
-    depth = thin * ndimage.distance_transform_edt(ground) - (thin - 1)
+    depth = thin * distance_inside(ground) - (thin - 1)
     tops = (depth == ndimage.maximum_filter(depth, 8 // thin + 1)) & (depth > 1.5)
     if not tops.any():
         return otherwise, 0, 0.0

@@ -21,7 +21,7 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
-from jamlab.micrographs.picture_files import check_pixels, read_values, scikit_image
+from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image
 from jamlab.micrographs.segmentation import Segments, borders, highest
 
 ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
@@ -157,7 +157,7 @@ def label_segments(found: Labelled) -> Segments:
     """Labels as droplets and their cells: a pixel belongs to the nearest label."""
     cells = found.labels[tuple(found.nearest[1])] - 1
     wall = (found.labels == 0) | borders(cells)
-    depth = ndimage.distance_transform_edt(~wall) if wall.any() else np.full(wall.shape, float(max(wall.shape)))
+    depth = np.minimum(distance_inside(~wall), float(max(wall.shape)))
     inner, middle = highest(depth, cells)
     return Segments(cells, found.labels > 0, inner, middle, _radius(found.areas, 0.5), _radius(found.areas, 0.08))
 

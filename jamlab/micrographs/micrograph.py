@@ -68,8 +68,8 @@ def micrograph(
         channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
-        InputError: without scikit-image; if a file is no picture, values are not finite, arguments are not positive or
-            contradict each other, nothing stands out from noise, or no whole droplet is found.
+        InputError: without scikit-image or edt; if a file is no picture, values are not finite, arguments are not
+            positive or contradict each other, nothing stands out from noise, or no whole droplet is found.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -139,14 +139,14 @@ def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
     noise = noise_level(grey)
     flat = find_flat(grey, noise)
     grown = sort_annotations(flat, 0.0).thick
-    darkness = remove_background(fill_in(grey, grown), ~grown)
+    darkness = remove_background(fill_in(grey, grown), ~grown, noise)
     if darkness is None:
         raise InputError("no droplets stand out from light and noise: check the picture")
     drawn = flat | find_drawn(darkness.smooth, left_noise(darkness), darkness.radius)
     found = sort_annotations(drawn, darkness.radius)
     if found.count:
         hidden = found.thin | found.thick
-        again = remove_background(fill_in(grey, hidden), ~hidden)
+        again = remove_background(fill_in(grey, hidden), ~hidden, noise)
         if again is None:
             raise InputError("no droplets stand out from light and noise beside bars and labels: cut them off")
         darkness = again.covered(found.thick)
@@ -181,7 +181,7 @@ def find_contrast(grey: Array) -> str:
 
 
 def _roundness_of_bright(grey: Array) -> float:
-    darkness = remove_background(grey, np.ones(grey.shape, dtype=bool))
+    darkness = remove_background(grey, np.ones(grey.shape, dtype=bool), noise_level(grey))
     return roundness(None if darkness is None else find_droplets(darkness.smooth, darkness.noise))
 
 

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Mask
 from jamlab.errors import InputError
 
 MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
 MOST_STACK = 10 * MOST_PIXELS  # of all pages of a stack, which are read before the first is measured
 LEAST_SIDE = 8  # pixels
 CHANNELS = ("grey", "red", "green", "blue")
+REMEDY = "install it with pip install 'jamlab[images]'"
 
 
 def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
@@ -137,5 +138,16 @@ def scikit_image() -> Any:
         import skimage.segmentation
         import skimage.transform
     except ImportError:
-        raise InputError("pictures need scikit-image: install it with pip install 'jamlab[images]'") from None
+        raise InputError(f"pictures need scikit-image: {REMEDY}") from None
     return skimage
+
+
+def distance_inside(mask: Mask) -> Array:
+    """Distance of each pixel of a mask from the nearest one of the picture that is not in it. `mask`: (h, w). Returns
+    (h, w) pixels: 0 outside the mask, inf everywhere if all of the picture is in it."""
+    try:
+        import edt
+    except ImportError:
+        raise InputError(f"pictures need edt: {REMEDY}") from None
+    squares = np.asarray(edt.edtsq(np.ascontiguousarray(mask)))  # whole numbers, exact to 2^24
+    return np.sqrt(squares.astype(np.float64))

@@ -25,7 +25,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
-from jamlab.micrographs.picture_files import scikit_image
+from jamlab.micrographs.picture_files import distance_inside, scikit_image
 from jamlab.micrographs.segmentation import PAIR, highest
 from jamlab.micrographs.wall_paths import WallPaths, find_paths, path_odds, path_terms
 
@@ -320,4 +320,4 @@ def _within(droplets: Indices, away: float) -> Indices:
         differ = droplets[a] != droplets[b]
         edge[a] |= differ
         edge[b] |= differ
-    return np.where(ndimage.distance_transform_edt(~edge) + 0.5 >= away, droplets, 0) if edge.any() else droplets
+    return np.where(distance_inside(~edge) + 0.5 >= away, droplets, 0)

@@ -18,7 +18,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.granulometry import granulometry
-from jamlab.micrographs.picture_files import scikit_image
+from jamlab.micrographs.picture_files import distance_inside, scikit_image
 
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
 SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
@@ -27,6 +27,7 @@ COARSE = 10  # pixels: radius of small droplets in the picture on which markers 
 SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels
 STRAIGHT = (0.05, 0.4)  # of the smallest radius, over which walls are straightened: in itself, and per noise
 STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
+NARROW = 0.4  # pixels, standard deviation of a Gaussian whose middle pixel holds most of it, so that no pixel moves
 PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 FILM = 1.0  # weight of darkness beside distance over radius
 
@@ -58,7 +59,7 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     markers, count = find_markers(droplets, scale.radius, scale.smallest)
     if not count:
         return None
-    depth = ndimage.distance_transform_edt(droplets)
+    depth = distance_inside(droplets)
     width = SMOOTHING * scale.radius
     seen, even = (ndimage.gaussian_filter(field, width) for field in (np.clip(smooth, 0, 1), depth))
     cells = _flood(FILM * seen - even / scale.radius, markers, _thinning(scale.smallest)) - 1
@@ -110,7 +111,7 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
     pixels; `smallest`: radius of small droplets, pixels; `neck`: see `NECK`. Returns (h, w) int64, a number from 1 in
     each marker, 0 elsewhere; number of those that lie off the edge."""
     step = _thinning(smallest)
-    depth = step * ndimage.distance_transform_edt(droplets[::step, ::step])
+    depth = step * distance_inside(droplets[::step, ::step])
     even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)
     lowest = max(EDGE_SPECK * smallest, 1.0)
     height = np.log(np.maximum(even, 0.5 * lowest)).astype(np.float32)  # sorts faster, to a millionth of its range
@@ -130,6 +131,8 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
 
 def _straighten(cells: Indices, width: float) -> Indices:
     """Give each pixel to the cell that fills most of its surroundings, so that walls do not follow noise."""
+    if width < NARROW:
+        return cells
     best, owner = np.full(cells.shape, -1.0), cells.copy()
     reach = int(np.ceil(4 * width))
     for label, box in enumerate(ndimage.find_objects(cells + 1)):

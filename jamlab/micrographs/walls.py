@@ -15,6 +15,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.picture_files import distance_inside
 from jamlab.micrographs.segmentation import PAIR
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
@@ -73,7 +74,7 @@ def find_walls(
     numbers[wall] = short + 1
     narrowest = np.zeros(len(names))
     if labelled:  # a strip as wide as the widest contact: voids beside it darken wider ones
-        free = ndimage.distance_transform_edt(darkness.values > 0.5)
+        free = distance_inside(darkness.values > 0.5)
         narrowest[:] = np.inf
         np.minimum.at(narrowest, short, 2 * free[wall])
         reach = 0.5 * (film or _film_between_labels(narrowest, tolerance)[1])
@@ -97,7 +98,7 @@ def find_walls(
     if labelled:  # reach is less than two pixels
         near_void = (away <= half) | ndimage.binary_dilation(dark, np.ones((3, 3)))
     else:
-        near_void = (away <= half) | (ndimage.distance_transform_edt(~dark) <= reach)
+        near_void = (away <= half) | (distance_inside(~dark) <= reach)
     void_pixels = ~is_film[tuple(nearest)] & near_void
     void = np.where(void_pixels, label, 0).astype(np.int64) - 1
     inside = 1 - 2 * darkness.values  # what is labelled is droplet

@@ -11,6 +11,7 @@ from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.illumination import noise_level, remove_background
 from jamlab.micrographs.measured_droplets import size_distribution
 from jamlab.micrographs.measurement import shape_factor
+from jamlab.micrographs.picture_files import distance_inside
 from jamlab.micrographs.segmentation import _flood, find_markers
 
 pytest.importorskip("skimage")
@@ -24,9 +25,28 @@ def test_noise_level_sees_noise_and_no_edges():
     assert noise_level(0.01 * X + 0.1 * noise) == pytest.approx(0.1, rel=0.05)
 
 
+def test_distances_are_those_of_pixels():
+    """Half of the mask as a view with strides, since thinned pictures are views."""
+    mask = np.random.default_rng(2).random((90, 170)) < 0.97
+    thin = mask[:, ::2]
+    away = np.argwhere(~thin)
+    places = np.indices(thin.shape).reshape(2, -1).T
+    exact = np.sqrt(((places[:, None] - away) ** 2).sum(axis=2).min(axis=1)).reshape(thin.shape)
+    np.testing.assert_array_equal(distance_inside(thin), exact)
+    assert np.isinf(distance_inside(np.ones((9, 12), dtype=bool))).all()
+
+
+def test_light_of_a_strip_is_levelled():
+    """A strip is narrower than the pixels that its light is taken from are apart."""
+    y, x = np.mgrid[:3000, :10]
+    tall = (np.hypot(y % 12 - 6, x - 5) < 4.5) + 0.2 * y / 3000
+    for strip in (tall, tall.T):
+        assert remove_background(strip, np.ones(strip.shape, dtype=bool), 0.0) is not None
+
+
 def test_background_is_divided_out():
     light = np.linspace(1, 0.4, X.shape[1])
-    darkness = remove_background(0.1 + 0.8 * light * DISCS, np.ones(DISCS.shape, dtype=bool))
+    darkness = remove_background(0.1 + 0.8 * light * DISCS, np.ones(DISCS.shape, dtype=bool), 0.0)
     assert np.abs(darkness.values[DISCS > 0]).max() < 0.05
     assert np.abs(darkness.values[DISCS == 0] - 1).max() < 0.05
     assert darkness.light == pytest.approx(2.4, rel=0.1)
