@@ -242,6 +242,20 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
             assert np.array_equal(session.packing().positions, packing.positions)
 
 
+@pytest.mark.parametrize("walls", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_only_what_pushes_back_either_way_holds(walls, monkeypatch):
+    """One disk on the top of a hill, energy -x^2/2, with a wall on either side or none."""
+    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
+
+    def forces_at(positions):
+        x = positions[0, 0]
+        return 0.0, np.array([[1e-11 * x - x * walls[int(x > 0)], 0.0], [0.0, 0.0]])
+
+    session = SimpleNamespace(packing=lambda: start, forces_at=forces_at, set_positions=lambda _: None)
+    monkeypatch.setattr(saddles, "unstable_direction", lambda _: (np.array([[1.0, 0], [0, 0]]), -1e-11))
+    assert saddles.rests_on_rattlers(session, jamlab.SolverSettings()) is all(walls)
+
+
 def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     """The same mechanism for `relaxed` and for `compress` with an error, which would follow the saddle."""
     on_saddle = jamlab.read(SADDLE)
