@@ -115,7 +115,7 @@ def draw_shown(name: str, tables: EnsembleTables) -> Shown:
 class FigureStudy(CampaignStudy):
     """A figure that is drawn from the tables of a campaign."""
 
-    made_by: str | None  # name of the campaign, one of those that ship; None: a table that ships is all that it draws
+    made_by: str  # name of the campaign, one of those that ship; empty: a table that ships is all that it draws
     kind: ClassVar[str] = "figure"
 
     @property
@@ -141,7 +141,7 @@ class FigureStudy(CampaignStudy):
 
 
 # by the first letters of a figure; reference: all others
-_CAMPAIGNS = {"dynamics-": "dynamics", "beyond-": "beyond_the_papers", "micrograph-errors": None}
+_CAMPAIGNS = {"dynamics-": "dynamics", "beyond-": "beyond_the_papers", "micrograph-errors": ""}
 
 
 def studies() -> list[FigureStudy]:
