@@ -354,8 +354,9 @@ double FixOverdamped::longest_step() const
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
     error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
-               "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
-               "rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least);
+               "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as {} k tau, or lower the "
+               "rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least,
+               droplets ? "1e-2" : "1e-4");
   return least;
 }
 

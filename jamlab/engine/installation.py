@@ -105,8 +105,15 @@ def start_lammps() -> Any:
     parent has run LAMMPS on more than one. LAMMPS asks for one if OMP_NUM_THREADS is not set.
     """
     threads = os.environ.pop("OMP_NUM_THREADS", None)
+    silent = "-screen none -log none -nocite"
     try:
-        return lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+        lmp = lammps_class()(cmdargs=silent.split())
+        if not lmp.has_style(*PLUGIN_STYLES[0]):
+            # LAMMPS of 2023 has one list of plugins for all instances: one that finds ours there does not take its
+            # styles, and empties the list when it ends, so that the next one does
+            lmp.close()
+            lmp = lammps_class()(cmdargs=silent.split())
+        return lmp
     finally:
         if threads is not None:
             os.environ["OMP_NUM_THREADS"] = threads

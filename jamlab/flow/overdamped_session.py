@@ -207,7 +207,8 @@ class OverdampedSession:
         if state.rate:
             smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
         if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
-            more = f"background = {max(1e-2, 10 * self._background):.1g}, or " if self._damping.at_contacts else ""
+            least = max(background_drag(self._given, self._damping, None), 10 * self._background)
+            more = f"background = {least:.1g}, or " if self._damping.at_contacts else ""
             raise ConvergenceError(
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
                 f"drag, and steps of {step:.1g} lead nowhere: give {more}a lower rate"

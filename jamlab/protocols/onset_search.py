@@ -1,6 +1,6 @@
 """Search for jamming onset in one LAMMPS session, by the steps of Boromand et al. or by bisection."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax, settle
-from jamlab.protocols.saddles import leave_saddles
+from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
 from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 
@@ -92,16 +92,17 @@ class OnsetSearch:
             if jammed is not None and jammed.phi - packing.phi <= self.protocol["step_fine"]:
                 end = self._stabilize(jammed)
                 if self._jammed(end):
-                    end = self._leave_saddles(self._decompress(packing.phi, end))
+                    late = falls >= self.settings.onset.falls
+                    end = self._leave_saddles(self._decompress(packing.phi, end), on_rattlers=late)
                 if self._at_onset(end):
                     return end
-                # it fell apart in one go and found a denser basin: compress that one
+                # it fell apart in one go and found a denser basin, or ended on a saddle: compress what is left
                 falls += 1
                 packing, jammed, step = end.packing, None, self.protocol["step_fine"]
-            if falls > self.settings.onset.falls:
+            if falls > self.settings.onset.most_falls:
                 raise ConvergenceError(
                     f"no jamming onset near phi = {packing.phi:.8f}: {falls} jammed states came loose on the way down "
-                    "to it; try another seed or a smaller step"
+                    "to it, or ended on saddles; try another seed or a smaller step"
                 )
             if packing.phi >= 1.0:
                 raise ConvergenceError(
@@ -155,11 +156,15 @@ class OnsetSearch:
             "smaller step"
         )
 
-    def _leave_saddles(self, state: SearchState) -> SearchState:
-        """The minimum beside a state at onset, see `jamlab.protocols.saddles`."""
+    def _leave_saddles(self, state: SearchState, on_rattlers: bool = False) -> SearchState:
+        """The minimum beside a state at onset, see `jamlab.protocols.saddles`; with `on_rattlers` also a state that is
+        none by its Hessian alone."""
         if not self._at_onset(state):
             return state
-        return self._measure(leave_saddles(self.session, state.found, lambda: self._relax(near=True), self.settings))
+        found = leave_saddles(self.session, state.found, lambda: self._relax(near=True), self.settings)
+        if on_rattlers and found.evaluation.max_force <= found.tolerance and not found.converged:
+            found = replace(found, converged=rests_on_rattlers(self.session, self.settings))
+        return self._measure(found)
 
     def _settle(self, start: Packing, phi: float) -> SearchState:
         self.session.load(at_phi(start, phi))

@@ -49,6 +49,22 @@ def leave_saddles(
     return replace(found, converged=False)
 
 
+def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
+    """Whether the state that a session holds is pushed back either way along the mode that gives way.
+
+    A droplet squeezed between two others slides until it touches a rattler, which stops it with hardly any force. The
+    Hessian leaves rattlers out and sees a saddle for ever, though what is left of the slide is below rounding.
+    """
+    packing = session.packing()
+    if (unstable := unstable_direction(packing)) is None:
+        return False
+    unit = unstable[0] / np.linalg.norm(unstable[0])
+    steps = settings.saddles.probe * mean_size(packing) * np.array([-1.0, 1.0])
+    pushes = [-np.sign(step) * np.vdot(session.forces_at(packing.positions + step * unit)[1], unit) for step in steps]
+    session.set_positions(packing.positions)
+    return bool(min(pushes) > settings.saddles.pushed)
+
+
 def _slid(session: Session, packing: Packing, direction: Array, settings: SolverSettings) -> Array:
     """Positions downhill along a mode, where it goes uphill again: at the next contact, found by bisection."""
     numbers, start = settings.saddles, packing.positions

@@ -167,8 +167,9 @@ class OnsetSettings:
     jump: float = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
     least_root: float = 0.03  # part of sqrt(U) that remains at least in one decompression
     stride: float = 0.7  # factor of a decompression that did not converge: come from elsewhere
-    # jammed states at most that come loose on the way down; a box that shears may repeat itself for ever
+    # jammed states that come loose on the way down, or end on a saddle, until one counts that rests on rattlers
     falls: int = 8
+    most_falls: int = 24  # at most: a box that shears may repeat itself for ever
 
 
 @dataclass(frozen=True)
@@ -179,6 +180,10 @@ class SaddleSettings:
     slide: float = 0.05  # longest, mean particle size
     held: float = 1e-3  # force uphill, over pressure times particle size, at which a slide ends
     finest: float = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
+    # probe, pushed: move either way, mean particle size, that rattlers push back, and the least force that is not
+    # rounding: 1.4e-12 to 7e-10 were seen, where a curvature of -1e-11 alone leaves 1e-15
+    probe: float = 1e-4
+    pushed: float = 5e-13
 
 
 @dataclass(frozen=True)

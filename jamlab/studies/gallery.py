@@ -27,7 +27,7 @@ from jamlab.studies.dynamics import collapse, flow_curves
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
-from jamlab.studies.study import CampaignStudy, Failure, Page, Shown, write_page
+from jamlab.studies.study import CampaignStudy, Failure, Page, Plan, Shown, write_page
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": pictures.figure_1,
@@ -115,7 +115,7 @@ def draw_shown(name: str, tables: EnsembleTables) -> Shown:
 class FigureStudy(CampaignStudy):
     """A figure that is drawn from the tables of a campaign."""
 
-    made_by: str  # name of the campaign, one of those that ship
+    made_by: str  # name of the campaign, one of those that ship; empty: a table that ships is all that it draws
     kind: ClassVar[str] = "figure"
 
     @property
@@ -123,8 +123,16 @@ class FigureStudy(CampaignStudy):
         return f"{self.name}: {self.title}"
 
     def draw(self, folder: Path | None = None) -> Shown:
-        tables = reference_tables() if folder is None else EnsembleTables(self.campaign(folder).table)
-        return draw_shown(self.name, tables)
+        if folder is None or not self.made_by:
+            return draw_shown(self.name, reference_tables())
+        return draw_shown(self.name, EnsembleTables(self.campaign(folder).table))
+
+    def plan(self, folder: Path) -> Plan:
+        return super().plan(folder) if self.made_by else Plan(self.name, 0, 0.0)
+
+    def run(self, folder: Path, progress: Progress = no_progress, *, workers: int | None = None) -> None:
+        if self.made_by:
+            super().run(folder, progress, workers=workers)
 
     def campaign(self, folder: Path) -> Campaign:
         """Open the campaign, which other figures share."""
@@ -132,7 +140,8 @@ class FigureStudy(CampaignStudy):
         return open_campaign(file, folder / self.made_by)
 
 
-_CAMPAIGNS = {"dynamics-": "dynamics", "beyond-": "beyond_the_papers"}  # reference: all others
+# by the first letters of a figure; reference: all others
+_CAMPAIGNS = {"dynamics-": "dynamics", "beyond-": "beyond_the_papers", "micrograph-errors": ""}
 
 
 def studies() -> list[FigureStudy]:

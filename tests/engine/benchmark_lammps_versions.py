@@ -28,6 +28,7 @@ CHECKS = {  # tests that answer for a column
         "-k",
         "law[1]",
     ],
+    "sessions": ["test_session.py"],  # several at once in one process
     "force styles": ["test_force_styles.py"],
     "restart": ["test_plugin_on_ranks.py::test_files_of_lammps_give_the_same_bits"],
     "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[1]"],

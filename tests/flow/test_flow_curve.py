@@ -109,7 +109,7 @@ def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
     """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
     monkeypatch.setattr(overdamped_session, "_LOOK", 10)
     monkeypatch.setattr(overdamped_session, "_CRAWL", 1e3)
-    for given, more in ((None, 0.01), (0.1, 1)):
+    for given, more in ((0.0, 0.0001), (None, 0.001), (0.1, 1)):
         with pytest.raises(
             jamlab.ConvergenceError, match=rf"rate 0.1 contacts leave motion.*give background = {more},"
         ):

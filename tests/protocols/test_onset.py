@@ -8,6 +8,7 @@ import pytest
 
 import jamlab
 from jamlab.measure import why_no_modulus
+from jamlab.mechanics import elasticity
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import FLOPPY
 from jamlab.mechanics.stiffness import stiffness
@@ -229,6 +230,30 @@ def test_a_slide_goes_downhill_until_it_goes_uphill(sign):
 
 
 SADDLE = Path(__file__).parents[1] / "states" / "droplets_on_a_saddle.h5"
+
+
+def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
+    """Onset of 64, seed 197: nine searches ended so. The Hessian, without rattlers, gives way in both states."""
+    on_rattler = jamlab.read(Path(__file__).parent / "states" / "droplet_on_a_rattler.h5")
+    for packing, held in ((on_rattler, True), (jamlab.read(SADDLE), False)):
+        with jamlab.Session(packing) as session:
+            assert elasticity.unstable_direction(packing)[1] < 0
+            assert saddles.rests_on_rattlers(session, jamlab.SolverSettings()) is held
+            assert np.array_equal(session.packing().positions, packing.positions)
+
+
+@pytest.mark.parametrize("walls", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_only_what_pushes_back_either_way_holds(walls, monkeypatch):
+    """One disk on the top of a hill, energy -x^2/2, with a wall on either side or none."""
+    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
+
+    def forces_at(positions):
+        x = positions[0, 0]
+        return 0.0, np.array([[1e-11 * x - x * walls[int(x > 0)], 0.0], [0.0, 0.0]])
+
+    session = SimpleNamespace(packing=lambda: start, forces_at=forces_at, set_positions=lambda _: None)
+    monkeypatch.setattr(saddles, "unstable_direction", lambda _: (np.array([[1.0, 0], [0, 0]]), -1e-11))
+    assert saddles.rests_on_rattlers(session, jamlab.SolverSettings()) is all(walls)
 
 
 def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():

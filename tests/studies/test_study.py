@@ -103,6 +103,9 @@ def test_all_that_ships_is_one_list(tmp_path):
 def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path):
     plan = studies()["dynamics-collapse"].plan(tmp_path)
     assert plan.left > 100 and plan.seconds > 600
+    errors = studies()["micrograph-errors"]  # of rendered pictures, not of a campaign
+    errors.run(tmp_path / "none")
+    assert errors.plan(tmp_path).left == 0 and not (tmp_path / "none").exists()
     assert studies()["size-scaling"].plan(tmp_path).seconds is None  # the table that ships lacks the largest sizes
     done = call(tmp_path, "study", "draw", "baumgarten-5", "moved", "--out", "d")
     assert done.exit_code == 0, done.stderr
