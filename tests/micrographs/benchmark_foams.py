@@ -2,8 +2,8 @@
 
 JAMLAB_FOAMS names the folder `data_set` of github.com/larrygoyeau/bubble_segmentation_Unet, which has no licence and
 does not ship. `jamlab/micrographs/wall_paths.py` was fitted to the half that was worked on, with rendered pictures and
-lattices of rings; the other half, by a hash of the name of the mask, was measured once when that was done. Who looks at
-it or tunes on what this prints needs other pictures.
+lattices of rings; the other half, by a hash of the name of the mask, is measured when that is done. Who looks at it or
+tunes on what this prints needs other pictures.
 """
 
 import numpy as np

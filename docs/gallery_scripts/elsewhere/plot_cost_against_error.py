@@ -10,18 +10,16 @@ speed-accuracy`` draws all of them, and ``--measure`` makes them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.studies.cost.chart import curve_figure
 from jamlab.studies.registry import CHARTS
 
 
 def show(name):
     """Draw one chart from the data that ship, and say what its errors are measured against."""
-    chart = CHARTS[name]
-    drawn = curve_figure(chart.title, chart.error, chart.points())
-    canvas = FigureCanvasAgg(drawn)
+    shown = CHARTS[name].draw()
+    canvas = FigureCanvasAgg(shown.figure)
     canvas.draw()
-    plt.figure(figsize=drawn.get_size_inches()).figimage(canvas.buffer_rgba())
-    print(f"reference: {chart.reference}\nmade {chart.table().made}")
+    plt.figure(figsize=shown.figure.get_size_inches()).figimage(canvas.buffer_rgba())
+    print(shown.caption)
 
 
 # %%
