@@ -71,7 +71,7 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
     measured = [m for m in sampled_sizes(onset, model) if m in conventions.SIZES]
     each, means = (onset.groupby("n")[name].mean().loc[measured].to_dict() for name in ("z_J", column))
     found = [mean_over_packings([at_onset[name].dropna().to_numpy()])[0] for name in ("z_J", column)]
-    groups = groups_by(onset, "n", "z_J", measured)
+    groups = groups_by(onset.dropna(subset=["z_J"]), "n", "z_J", measured)
     every = {f"mean over N = {write_list(measured)}": bootstrap(groups, lambda g: np.mean([v.mean() for v in g]))}
     if model == "sp":
         words = {"cause": f"it is {write_by(each, '.3f')}, 4 - 2/N' by counting", "shown_by": "boromand-10 f"}
