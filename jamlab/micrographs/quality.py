@@ -136,12 +136,12 @@ def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int)
     unsure = abs((wrong * candidates.areas).sum())
     unsure += RING_SIGMAS * np.sqrt((chance * (1 - chance) * candidates.areas**2).sum())
     above = np.sqrt(candidates.areas / np.pi) - LEAST_RING
-    chance = chance * candidates.whole * ndtr(above / RING_EDGE)  # that it is one, whole and above the limit
-    wrong = chance - (taken & candidates.whole & (above >= 0))
-    spread, larger = chance * (1 - chance), candidates.areas - mean  # variance of each being one; what it adds
+    counts = chance * candidates.whole * ndtr(above / RING_EDGE)  # chance that it is one, whole and above the limit
+    lacking = counts - (taken & candidates.whole & (above >= 0))
+    spread, larger = counts * (1 - counts), candidates.areas - mean  # variance of each being one; what it adds
     rim = 2 * np.sqrt(np.pi * areas)  # pixels of area for a pixel by which the edge of the light is elsewhere
-    count = abs(wrong.sum()) + RING_SIGMAS * np.sqrt(spread.sum())
-    shift, scatter = abs((wrong * larger).sum()), np.sqrt((spread * larger**2).sum())
+    count = abs(lacking.sum()) + RING_SIGMAS * np.sqrt(spread.sum())
+    shift, scatter = abs((lacking * larger).sum()), np.sqrt((spread * larger**2).sum())
     area = shift + np.hypot(RING_SIGMAS * scatter, RING_EDGE * rim.sum())  # summed over rings; independent causes
     return {
         "count": float(count + RING_COUNT),

@@ -53,7 +53,7 @@ def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
     """Whether the state that a session holds is pushed back either way along the mode that gives way.
 
     A droplet squeezed between two others slides until it touches a rattler, which stops it with hardly any force. The
-    Hessian leaves rattlers out and sees a saddle for ever, though what is left of the slide is below rounding.
+    Hessian leaves rattlers out and sees a saddle for ever. The rattler is held fixed here.
     """
     packing = session.packing()
     if (unstable := unstable_direction(packing)) is None:
