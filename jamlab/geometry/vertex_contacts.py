@@ -96,29 +96,30 @@ def _check_apart(packing: Packing) -> None:
         refuse_crossings(packing, within=not long_edges)
 
 
-def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
-    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids. A
-    polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
-    polygon that meets its own image; the two opposite images are one contact."""
-    rows = unique_rows(name_pairs(packing, contacts)[0])[0]
-    i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
+def pair_polygons(packing: Packing, pairs: Indices) -> Pairs:
+    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids. `pairs`:
+    of `name_pairs`. A polygon that meets two periodic images of another, as in very small boxes, has two contacts with
+    it. i == j is a polygon that meets its own image; the two opposite images are one contact."""
+    i, j, shift = pairs[:, 0], pairs[:, 1], pairs[:, 2:]
     centre = packing.centroids
     return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
 
 
-def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDArray[np.bool_]]:
-    """Name the pair of polygons that each meeting belongs to, alike from both sides. Returns (m, 4) int64: i <= j and
-    the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool: the vertex is one of j, not of
-    i."""
+PairNames = tuple[Indices, Indices, NDArray[np.bool_]]
+
+
+def name_pairs(packing: Packing, contacts: VertexContacts) -> PairNames:
+    """Name the pairs of polygons that meet, alike from both sides. Returns (k, 4) int64, sorted: i <= j and the image
+    of j; (m,) which of them each meeting belongs to; (m,) bool: the vertex is one of j, not of i."""
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
     swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
-    return np.column_stack([np.minimum(i, j), np.maximum(i, j), image]), swapped
+    return *_unique_rows(np.column_stack([np.minimum(i, j), np.maximum(i, j), image])), swapped
 
 
-def unique_rows(rows: Indices) -> tuple[Indices, Indices]:
+def _unique_rows(rows: Indices) -> tuple[Indices, Indices]:
     """Sorted rows (m, 4) without repeats, and (m,) which of them each row is; `np.unique` takes four times as long."""
     order = np.lexsort(rows.T[::-1])
     in_turn = rows[order]

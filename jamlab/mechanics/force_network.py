@@ -24,7 +24,7 @@ LARGEST_IMBALANCE = (
 class ForceNetwork:
     """Particles that bear force, what presses on what among them, and their energy."""
 
-    packing: Packing  # without its rattlers; droplets that two contacts squeeze are among them for z, and remain here
+    packing: Packing  # without its rattlers; droplets that two contacts squeeze are among those of z, and remain here
     held: NDArray[np.bool_]  # (n_sites,) bool, positions of the whole packing that remain
     meetings: Meetings  # disks that touch, or vertices and edges, numbered as in `packing`
     terms: list[Terms]  # energy terms, numbered as in `packing`
@@ -59,20 +59,22 @@ def force_network(packing: Packing, *, prestress: bool = True, network: Contacts
 
 
 def _without_load(packing: Packing, network: Contacts) -> NDArray[np.bool_]:
-    """(n,) rattlers, but for the droplets that bear a load between two contacts. Two forces hold a disk on one line
-    only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of
-    balance. A load below the imbalance that is allowed is left out as before."""
+    """(n,) rattlers, but for the droplets that bear a load between two contacts, and with the weakest contacts counted.
+    Two forces hold a disk on one line only, and it gives way to the side; the flats of a droplet hold it, and where it
+    would slide on them, a contact too weak for z stops it. Without it its neighbors would be out of balance. A load
+    below the imbalance that is allowed is left out as before."""
     if not isinstance(network.meetings, VertexContacts):
         return network.rattlers
-    squeezed = network.rattlers & ~find_rattlers(network.pairs, network.rattlers, least=2)[0]
+    rattlers, _ = find_rattlers(network.pairs, np.ones(packing.n, dtype=bool))
+    squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least=2)[0]
     if not squeezed.any():
-        return network.rattlers
+        return rattlers
     load = np.zeros(packing.n)
     push = np.abs(rim_law(packing, network.meetings.distance)[1])
     for site in (network.meetings.vertex, network.meetings.tail):
         np.maximum.at(load, packing.particle[site], push)
     pressure = 0.5 * float(np.trace(stress(packing, energy_terms(packing, network.meetings))))
-    return network.rattlers & ~(squeezed & (load > LARGEST_IMBALANCE * pressure * mean_size(packing)))
+    return rattlers & ~(squeezed & (load > LARGEST_IMBALANCE * pressure * mean_size(packing)))
 
 
 def _renumber(meetings: Meetings, held: NDArray[np.bool_]) -> Meetings:

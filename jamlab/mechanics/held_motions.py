@@ -21,8 +21,8 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import LEAST_CONTACTS, find_meetings, find_rattlers
-from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs, pair_polygons, unique_rows
+from jamlab.geometry.contact_network import LEAST_CONTACTS, find_meetings, find_rattlers, pairs_in_contact
+from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
@@ -84,16 +84,17 @@ def held_motions(packing: Packing) -> HeldMotions:
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
-    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
+    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive. Contacts
+    of droplets too weak for z are left out: what they stop is a motion left free."""
     meetings = find_meetings(packing)
-    disks = isinstance(meetings, Pairs)
-    near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, meetings)
-    ends = np.column_stack([near.i, near.j])
+    near, loaded, pair = pairs_in_contact(packing, meetings)
+    disks, ends = isinstance(meetings, Pairs), np.column_stack([near.i, near.j])[loaded]
     rattlers, bearing = find_rattlers(ends, np.ones(packing.n, dtype=bool), LEAST_CONTACTS if disks else _LEAST_DROPLET)
     loose = np.repeat(rattlers, 2 if disks else 3)
     if rattlers.all():
         return np.zeros((0, 0)), 0, 0
-    rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing, meetings)
+    strong = meetings.select(loaded[pair])
+    rows = _disk_conditions(packing, strong) if isinstance(strong, Pairs) else conditions(packing, strong)
     rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
     return rows, int((~rattlers).sum()), int(bearing.sum())
 
@@ -117,7 +118,7 @@ def _disk_conditions(packing: Packing, meetings: Pairs) -> Array:
 def conditions(packing: Packing, meetings: VertexContacts) -> Array:
     """(contacts, 3 n) change of every gap with positions and angles of droplets, in mean diameters."""
     size = float(np.mean(np.sqrt(packing.params["a0"])))
-    names, swapped = name_pairs(packing, meetings)
+    names, pair, swapped = name_pairs(packing, meetings)
     sign = np.where(swapped, 1.0, -1.0)[:, None]  # the normal points from the first of a pair to the second
     normal = sign * meetings.separation / meetings.distance[:, None]
     vertex, centre = packing.positions[meetings.vertex], packing.centroids
@@ -126,9 +127,8 @@ def conditions(packing: Packing, meetings: VertexContacts) -> Array:
     on_edge = cross(vertex - meetings.separation - meetings.shift - centre[of_edge], normal) / size
     lever_i, lever_j = np.where(swapped, (on_edge, on_vertex), (on_vertex, on_edge))
     marks = np.round(np.column_stack([normal, lever_i]) / _SAME).astype(np.int64)
-    pair = unique_rows(names)[1]
     first = np.unique(np.column_stack([pair, marks]), axis=0, return_index=True)[1]
-    i, j = names[first, 0], names[first, 1]
+    i, j = names[pair[first], :2].T
     rows = np.zeros((len(first), packing.n, 3))
     each = np.arange(len(first))
     np.add.at(rows, (each, j), np.column_stack([normal[first], lever_j[first]]))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from packings_by_hand import SQUARE, droplets
+from packings_by_hand import SQUARE, disks, droplets
 from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
@@ -76,6 +76,35 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
     network = jamlab.contacts(packing)
     assert network.rattlers.all() and set(packing.particle[network.meetings.vertex]) == {1, 2}
     assert _without_load(packing, network).tolist() == [False, False, True]
+
+
+def rows_of_three(overlap):
+    """Squares flat on flat in their periodic cell, rows of three: each touches four, by a fifth of delta, but for the third
+    row, which touches the others by a part `overlap` of it."""
+    gap = 0.1 * (1 - overlap)
+    rows = [[1.08 * x, y] for y in (0.0, 1.08, 2.08 + gap) for x in range(3)]
+    return droplets([SQUARE + at for at in np.array(rows)], 0.1, np.diag([3.24, 3.08 + 2 * gap]))
+
+
+def test_what_hardly_presses_holds_no_droplet_but_stops_it():
+    """Of 18 forces 12 are strong, so an overlap of 4e-5 of delta bears 3e-4 of their mean."""
+    packing = rows_of_three(3.5e-5)
+    network, held = jamlab.contacts(packing), np.repeat([True, True, False], 3)
+    assert len(network.pairs) == 18 and np.array_equal(network.rattlers, ~held) and (network.count, network.z) == (9, 3)
+    assert force_network(packing).packing.n == 9  # what stops a slide belongs to the Hessian
+    stronger = jamlab.contacts(rows_of_three(4.5e-5))
+    assert not stronger.rattlers.any() and (stronger.count, stronger.z) == (18, 4)
+    assert [jamlab.held_motions(rows_of_three(part)).pairs for part in (3.5e-5, 4.5e-5)] == [12, 18]
+    alike = replace(packing, params={**packing.params, "eps": 1e-6})  # whatever the unit of force
+    assert np.array_equal(jamlab.contacts(alike).rattlers, network.rattlers)
+
+
+def test_disks_are_held_however_weakly_they_are_pressed():
+    places = np.array([[x, y] for y in (0.0, 0.9, 1.9 - 1e-6) for x in (0.0, 0.9, 1.8)])
+    packing = disks(places, 1.0, np.diag([2.7, 2.9 - 2e-6]))
+    network = jamlab.contacts(packing)
+    assert network.forces.size.min() < 1e-4 * network.forces.size.mean()
+    assert not network.rattlers.any() and network.z == 4
 
 
 def views(packing):
