@@ -79,8 +79,8 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
 
 
 def rows_of_three(overlap):
-    """Squares flat on flat in their periodic cell, rows of three: each touches four, by a fifth of delta, but for the third
-    row, which touches the others by a part `overlap` of it."""
+    """Squares flat on flat in their periodic cell, rows of three: each touches four, by a fifth of delta, but for the
+    third row, which touches the others by a part `overlap` of it."""
     gap = 0.1 * (1 - overlap)
     rows = [[1.08 * x, y] for y in (0.0, 1.08, 2.08 + gap) for x in range(3)]
     return droplets([SQUARE + at for at in np.array(rows)], 0.1, np.diag([3.24, 3.08 + 2 * gap]))
