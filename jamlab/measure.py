@@ -92,7 +92,7 @@ def _check_names(quantities: str | Iterable[str]) -> tuple[str, ...]:
 def why_no_modulus(packing: Packing) -> str:
     """Say why g, g_x and b of a packing are nan; "" if they are not."""
     network = contacts(packing)
-    if network.rattlers.all():
+    if network.loose:
         return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
     bearing = force_network(packing, network=network)
     try:

@@ -156,6 +156,11 @@ class Contacts:
         return int((~self.rattlers).sum())
 
     @property
+    def loose(self) -> bool:
+        """Whether no particle is held, not even by the weakest contacts of droplets: the packing is not jammed."""
+        return bool(find_rattlers(self.pairs, np.ones(self.packing.n, dtype=bool))[0].all())
+
+    @property
     def z(self) -> float:
         """Coordination number 2 N_c/N' (Boromand et al. print N_c/N); nan if every particle rattles."""
         return 2 * self.count / self.backbone if self.backbone else float("nan")

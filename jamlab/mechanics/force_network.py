@@ -50,7 +50,7 @@ def force_network(packing: Packing, *, prestress: bool = True, network: Contacts
     """Take the rattlers out of a packing and build the energy terms of the others. `prestress`: see
     `jamlab.mechanics.energy_terms.energy_terms`; `network`: contacts of the packing, if they are known already."""
     network = network or contacts(packing)
-    if network.rattlers.all():
+    if network.loose:
         raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
     loose = _without_load(packing, network)
     held = ~loose[packing.particle]

@@ -54,7 +54,7 @@ def relax_disks_and_box(
         return _judge(session.packing(), state, border, tolerance, newton_steps, settings)
     floor = max(least_pressure, tolerance / numbers.jammed)
     state = quench(session, numbers.jammed, floor=floor, settings=settings.relaxation)
-    if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
+    if state.pressure < least_pressure or contacts(session.packing()).loose:
         return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
     for noise in numbers.noise * numbers.finer ** np.arange(numbers.rounds):
         floor = max(least_pressure, tolerance / noise)
@@ -98,7 +98,7 @@ def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float,
     excess = border.excess(state.stress)
     noise = stress_noise(packing, state.pressure, settings.border)
     balanced = excess <= settings.box_relaxation.balanced * noise
-    return state.max_force <= tolerance and (balanced or bool(contacts(packing).rattlers.all()))
+    return state.max_force <= tolerance and (balanced or contacts(packing).loose)
 
 
 def _judge(
@@ -111,7 +111,7 @@ def _judge(
 def _is_minimum(packing: Packing, state: Evaluation, border: Border) -> bool:
     """Whether no shear of the box lowers the energy; few contacts that balance by symmetry alone are a saddle."""
     may_shear = any(not np.trace(m) for m in border.strains)
-    if not may_shear or contacts(packing).rattlers.all():
+    if not may_shear or contacts(packing).loose:
         return True
     try:
         relaxed = elastic_tensor(packing).relaxed

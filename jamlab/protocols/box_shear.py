@@ -90,7 +90,7 @@ def _shear_droplets(
         if tensor is not None:
             curvature = shear_curvature(tensor.relaxed, state.pressure)
             stiffness = compression_modulus(tensor.relaxed, state.pressure)
-        elif contacts(packing).rattlers.all():
+        elif contacts(packing).loose:
             return found  # nothing is held, so there is no stress to relax
         elif curvature is None:
             stiffness = numbers.first_curvature * packing.params["eps"]

@@ -78,12 +78,12 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
     assert _without_load(packing, network).tolist() == [False, False, True]
 
 
-def rows_of_three(overlap):
-    """Squares flat on flat in their periodic cell, rows of three: each touches four, by a fifth of delta, but for the
-    third row, which touches the others by a part `overlap` of it."""
-    gap = 0.1 * (1 - overlap)
-    rows = [[1.08 * x, y] for y in (0.0, 1.08, 2.08 + gap) for x in range(3)]
-    return droplets([SQUARE + at for at in np.array(rows)], 0.1, np.diag([3.24, 3.08 + 2 * gap]))
+def rows_of_three(overlap, first=0.2):
+    """Squares flat on flat in their periodic cell, rows of three: each touches four, in its row by a fifth of delta.
+    The third row touches the others by a part `overlap` of delta, and those each other by `first`."""
+    second, third = np.cumsum([1 + 0.1 * (1 - first), 1 + 0.1 * (1 - overlap)])
+    rows = [[1.08 * x, y] for y in (0.0, second, third) for x in range(3)]
+    return droplets([SQUARE + at for at in np.array(rows)], 0.1, np.diag([3.24, third + 1 + 0.1 * (1 - overlap)]))
 
 
 def test_what_hardly_presses_holds_no_droplet_but_stops_it():
@@ -95,6 +95,8 @@ def test_what_hardly_presses_holds_no_droplet_but_stops_it():
     stronger = jamlab.contacts(rows_of_three(4.5e-5))
     assert not stronger.rattlers.any() and (stronger.count, stronger.z) == (18, 4)
     assert [jamlab.held_motions(rows_of_three(part)).pairs for part in (3.5e-5, 4.5e-5)] == [12, 18]
+    chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5))  # rows alone press: no z, but they are jammed
+    assert chains.rattlers.all() and np.isnan(chains.z) and not chains.loose
     alike = replace(packing, params={**packing.params, "eps": 1e-6})  # whatever the unit of force
     assert np.array_equal(jamlab.contacts(alike).rattlers, network.rattlers)
 

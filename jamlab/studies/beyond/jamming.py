@@ -107,7 +107,7 @@ def unjamming_fraction(packing: Packing) -> float:
         aim = max(jammed.phi - 0.9 * pressure / slope, 0.5 * (jammed.phi + loose))
         (state,) = compress(jammed, aim, 1.0, by="phi")
         left = _pressure(state)
-        if left < 0.01 * _LOWEST or contacts(state).rattlers.all():  # came loose at once
+        if left < 0.01 * _LOWEST or contacts(state).loose:  # came loose at once
             loose = aim
             if jammed.phi - loose < _LOWEST:
                 return jammed.phi

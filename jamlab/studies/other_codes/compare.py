@@ -183,7 +183,7 @@ def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[
     for trial in range(_TRIES):
         rng = np.random.default_rng([seed, trial])
         with Session(random_disks(n, seed + trial, phi=phi)) as session:
-            if not relax(session).converged or contacts(session.packing()).rattlers.all():
+            if not relax(session).converged or contacts(session.packing()).loose:
                 continue
             first = session.packing()
             start = first.with_state(positions=first.positions + jolt * rng.standard_normal((n, 2)))
