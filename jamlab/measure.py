@@ -102,7 +102,9 @@ def why_no_modulus(packing: Packing) -> str:
         squeezed = rattlers - (packing.n - bearing.packing.n)
         if not (rattlers and packing.converged):
             return str(error)
-        kept = f", but for {squeezed} that two contacts squeeze and that may roll between them" if squeezed else ""
+        kept = (
+            f", but for {squeezed} that two contacts squeeze, or weak ones stop, and that may roll" if squeezed else ""
+        )
         return f"with its {rattlers} rattlers taken out{kept}, {error}"
     return ""
 

@@ -40,7 +40,7 @@ def renamed(old: str, new: str) -> Any:
 def check_touching(packing: Packing) -> None:
     """Refuse particles of which no two touch."""
     particles = "disks" if packing.model == "sp" else "droplets"
-    if not contacts(packing).count:
+    if contacts(packing).loose:
         raise InputError(
             f"no {particles} touch at phi = {packing.phi:.4g}, so nothing holds or resists: give a jammed packing, or "
             "shear it at a rate"

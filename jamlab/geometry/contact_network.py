@@ -35,8 +35,9 @@ LEAST_CONTACTS = 3
 # A contact of droplets that bears less than this, over the mean force, holds no droplet. One that is squeezed between
 # two others slides on its flats until a third stops it: such stops, and the rattlers that they push about, are a second
 # tier of forces. Of 45 701 contacts of 361 packings of 64 at onset 713 are in it, most at 1e-7 to 1e-4; 15 lie between
-# 3e-4 and 1e-3, more on either side, and states of self-stress are as many without it. In 24 states at rho of .85 and
-# above no contact is as weak. Small forces of disks come down to any border in one tier: all of their contacts hold.
+# 3e-4 and 1e-3, more on either side, and states of self-stress are as many without it. Above onset stops bear more and
+# more, and by 1e-3 in phi they are contacts as others. Small forces of disks come down to any border in one tier: all
+# of their contacts hold.
 LEAST_LOAD = 3e-4
 
 
@@ -123,7 +124,7 @@ class Contacts:
             contact; contacts with two periodic images of one particle, in very small boxes, are two.
         rattlers: (n,) bool, particles with fewer than three contacts, found recursively. Droplets: with fewer than
             three that bear 3e-4 of the mean force; weaker ones stop droplets that slide, and hold nothing.
-        bearing: (m,) bool, contacts between two particles that are not rattlers.
+        bearing: (m,) bool, contacts between two particles that are not rattlers, weak ones of droplets among them.
         r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         meetings: SP: the touching disks, the same rows as `pairs`. DP: every contact of a vertex with an edge.
@@ -157,7 +158,7 @@ class Contacts:
 
     @property
     def loose(self) -> bool:
-        """Whether no particle is held, not even by the weakest contacts of droplets: the packing is not jammed."""
+        """Whether three contacts hold no particle, not even the weakest of droplets: the packing is not jammed."""
         return bool(find_rattlers(self.pairs, np.ones(self.packing.n, dtype=bool))[0].all())
 
     @property
@@ -269,7 +270,7 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
     """
     kept = ~(network or contacts(packing)).rattlers
     if not kept.any():
-        raise InputError("every particle is a rattler: the packing is not jammed, no particle would be left")
+        raise InputError("every particle is a rattler: no particle would be left")
     return packing.select(kept)
 
 
@@ -283,7 +284,7 @@ def contacts_are_certain(packing: Packing) -> bool:
     if reach >= (packing.params["delta"] if packing.diameters is None else packing.diameters.min()):
         return False
     larger, smaller = (contacts(_grow(packing, growth)) for growth in (reach, -reach))
-    return np.array_equal(larger.pairs, smaller.pairs)
+    return np.array_equal(larger.pairs, smaller.pairs) and np.array_equal(larger.rattlers, smaller.rattlers)
 
 
 def _grow(packing: Packing, growth: float) -> Packing:

@@ -10,6 +10,8 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.flow.flow_run import check_touching
+from jamlab.geometry.contact_network import contacts_are_certain
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import _without_load, force_network
 from jamlab.mechanics.held_motions import MOST, conditions, count_motions
@@ -78,12 +80,18 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
     assert _without_load(packing, network).tolist() == [False, False, True]
 
 
-def rows_of_three(overlap, first=0.2):
+def rows_of_three(overlap, first=0.2, beside=0.2):
     """Squares flat on flat in their periodic cell, rows of three: each touches four, in its row by a fifth of delta.
-    The third row touches the others by a part `overlap` of delta, and those each other by `first`."""
+    The third row, whose squares touch each other by `beside`, touches the others by a part `overlap` of delta, and
+    those each other by `first`."""
     second, third = np.cumsum([1 + 0.1 * (1 - first), 1 + 0.1 * (1 - overlap)])
     rows = [[1.08 * x, y] for y in (0.0, second, third) for x in range(3)]
-    return droplets([SQUARE + at for at in np.array(rows)], 0.1, np.diag([3.24, third + 1 + 0.1 * (1 - overlap)]))
+    sides = np.array([[1.0, 1.0]] * 6 + [[1.08 - 0.1 * (1 - beside), 1.0]] * 3)
+    return droplets(
+        [SQUARE * size + at for size, at in zip(sides, np.array(rows), strict=True)],
+        0.1,
+        np.diag([3.24, third + 1 + 0.1 * (1 - overlap)]),
+    )
 
 
 def test_what_hardly_presses_holds_no_droplet_but_stops_it():
@@ -91,14 +99,23 @@ def test_what_hardly_presses_holds_no_droplet_but_stops_it():
     packing = rows_of_three(3.5e-5)
     network, held = jamlab.contacts(packing), np.repeat([True, True, False], 3)
     assert len(network.pairs) == 18 and np.array_equal(network.rattlers, ~held) and (network.count, network.z) == (9, 3)
-    assert force_network(packing).packing.n == 9  # what stops a slide belongs to the Hessian
+    all_weak = rows_of_three(3.5e-5, beside=3.5e-5)  # what stops a slide belongs to the Hessian
+    assert np.array_equal(jamlab.contacts(all_weak).rattlers, ~held) and force_network(all_weak).packing.n == 9
     stronger = jamlab.contacts(rows_of_three(4.5e-5))
     assert not stronger.rattlers.any() and (stronger.count, stronger.z) == (18, 4)
-    assert [jamlab.held_motions(rows_of_three(part)).pairs for part in (3.5e-5, 4.5e-5)] == [12, 18]
-    chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5))  # rows alone press: no z, but they are jammed
-    assert chains.rattlers.all() and np.isnan(chains.z) and not chains.loose
+    found = [jamlab.held_motions(rows_of_three(part)) for part in (3.5e-5, 4.5e-5)]
+    assert [(each.pairs, each.contacts) for each in found] == [(12, 24), (18, 36)]
+    chains = rows_of_three(1e-5, first=1e-5)  # rows alone press: no z, but they are jammed
+    assert jamlab.contacts(chains).rattlers.all() and np.isnan(jamlab.contacts(chains).z)
+    assert force_network(chains).packing.n == 9 and check_touching(chains) is None
     alike = replace(packing, params={**packing.params, "eps": 1e-6})  # whatever the unit of force
     assert np.array_equal(jamlab.contacts(alike).rattlers, network.rattlers)
+
+
+@pytest.mark.parametrize(("overlap", "certain"), [(3.99e-5, False), (4.01e-5, False), (3e-5, True), (5e-5, True)])
+def test_rounding_that_may_let_a_droplet_go_leaves_no_z(overlap, certain):
+    packing = rows_of_three(overlap).with_state(provenance={"rounding": 2e-8})
+    assert contacts_are_certain(packing) == certain != np.isnan(jamlab.measure(packing, "z")["z"])
 
 
 def test_disks_are_held_however_weakly_they_are_pressed():
