@@ -237,7 +237,8 @@ def contacts(packing: Packing) -> Contacts:
     near, loaded, _ = pairs_in_contact(packing, meetings)
     pairs = np.column_stack([near.i, near.j])
     rattlers, _ = find_rattlers(pairs[loaded], np.ones(packing.n, dtype=bool))
-    return Contacts(pairs, rattlers, ~rattlers[pairs].any(axis=1), near.r, near.shift, meetings, packing)
+    bearing = np.asarray(~rattlers[pairs].any(axis=1))
+    return Contacts(pairs, rattlers, bearing, near.r, near.shift, meetings, packing)
 
 
 def pairs_in_contact(packing: Packing, meetings: Meetings) -> tuple[Pairs, NDArray[np.bool_], Indices]:
