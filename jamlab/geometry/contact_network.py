@@ -36,8 +36,7 @@ LEAST_CONTACTS = 3
 # two others slides on its flats until a third stops it: such stops, and the rattlers that they push about, are a second
 # tier of forces. Of 45 701 contacts of 361 packings of 64 at onset 713 are in it, most at 1e-7 to 1e-4; 15 lie between
 # 3e-4 and 1e-3, more on either side, and states of self-stress are as many without it. Above onset stops bear more and
-# more, and by 1e-3 in phi they are contacts as others. Small forces of disks come down to any border in one tier: all
-# of their contacts hold.
+# more, so that the tiers are apart at onset alone. Contacts of disks, which count exactly at onset, all hold.
 LEAST_LOAD = 3e-4
 
 
@@ -158,7 +157,7 @@ class Contacts:
 
     @property
     def loose(self) -> bool:
-        """Whether three contacts hold no particle, not even the weakest of droplets: the packing is not jammed."""
+        """Whether every particle rattles, the weakest contacts of droplets counted too: the packing is not jammed."""
         return bool(find_rattlers(self.pairs, np.ones(self.packing.n, dtype=bool))[0].all())
 
     @property
