@@ -24,7 +24,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import relax
-from jamlab.protocols.target_pressure import pack
+from jamlab.protocols.target_pressure import decompress, pack
 from jamlab.storage.verified_file import versions
 
 
@@ -42,13 +42,18 @@ def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
 def _at_pressures(
     parameters: Parameters, ranks: int, missing: list[dict[str, str]]
 ) -> tuple[list[Packing], list[float]]:
-    """Pack at each pressure from a new random start of the same seed, so that states do not depend on each other."""
-    packings, targets = [], []
+    """Pack at each pressure from a new random start of the same seed, so that states do not depend on each other; with
+    `decompress` only until one is met, from which the others are reached one after the other."""
+    packings: list[Packing] = []
+    targets = []
+    effort: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
+    how = {"ensemble": parameters.ensemble, **_particles(parameters)}
     for pressure in parameters.pressures or ():
         try:
-            how: dict[str, Any] = {"ensemble": parameters.ensemble, "tolerance": parameters.tolerances.max_force}
-            how |= _particles(parameters)
-            packings.append(pack(parameters.n, pressure, parameters.seed, ranks=ranks, **how))
+            if parameters.decompress and packings:
+                packings.append(decompress(packings[-1], pressure, **effort))
+            else:
+                packings.append(pack(parameters.n, pressure, parameters.seed, **effort, **how))
             targets.append(pressure)
         except ConvergenceError as error:
             missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})

@@ -53,6 +53,7 @@ class Parameters:
     phi: tuple[float, ...] | None = None
     # a distribution by name, or diameters; None: half of the particles are large
     sizes: str | tuple[float, ...] | None = None
+    decompress: bool = False  # whether each pressure is reached from the one above
 
     @property
     def label(self) -> str:
@@ -91,6 +92,8 @@ class Parameters:
             record["compress"] = self.compress.record()
         elif self.pressures is not None:
             record["pressures"] = list(self.pressures)
+            if self.decompress:  # younger than stored tasks
+                record["decompress"] = True
         elif self.phi is not None:
             record["phi"] = list(self.phi)
         else:
@@ -121,6 +124,7 @@ class Parameters:
                 pressures=tuple(record["pressures"]) if "pressures" in record else None,
                 phi=tuple(record["phi"]) if "phi" in record else None,
                 sizes=_frozen(record.get("sizes")),
+                decompress=record.get("decompress", False),
             )
         except (KeyError, TypeError, ValidationError) as error:
             raise StorageError(f"parameters of another version of jamlab: {error!r:.200}") from error
@@ -236,6 +240,7 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
         pressures=None if sweep.pressures is None else tuple(sorted(map(float, sweep.pressures), reverse=True)),
         phi=None if sweep.phi is None else tuple(sorted(map(float, sweep.phi))),
         sizes=_frozen(sweep.sizes),
+        decompress=sweep.decompress,
     )
 
 

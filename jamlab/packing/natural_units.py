@@ -28,7 +28,7 @@ _PARAMETERS = {
 _ENTRIES = {
     **{name: (0, 1) for name in ("rounding", "moved")},
     **{name: (1, -1) for name in ("max_force", "force_tolerance")},
-    "pressure": (1, -2),
+    **{name: (1, -2) for name in ("pressure", "from_pressure")},
 }
 
 

@@ -1,14 +1,18 @@
-"""Pack disks at a target pressure, in the law and units of Baumgarten & Tighe."""
+"""Pack disks at a target pressure, from a random start or down from a packing at a higher one."""
 
 import time
+from typing import Any
 
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.session import Session
+from jamlab.engine.mpi_ranks import check_ranks
+from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import contacts
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
@@ -18,7 +22,7 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance, quench
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance, quench
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
@@ -83,7 +87,6 @@ def pack(
     search = {name: float(value) for name, value in defaults("pressure").items()}
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
-    strains = COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
     began = time.perf_counter()
     law = DiskLaw.of(disk_params("k", **parameters))
     overlap = law.linear_in_phi(pressure)
@@ -98,30 +101,105 @@ def pack(
     start = scales.to_natural(given)
     with Session(start, ranks=ranks) as session:
         _walk(session, pressure, search, settings, progress)
-        found = relax_disks_and_box(session, Border(strains, pressure), force, settings=settings)
+        found = relax_disks_and_box(session, Border(_strains(ensemble), pressure), force, settings=settings)
         packing = session.packing()
+    _check_met(packing, found, pressure, 1.0, "try another seed, or `decompress` a packing of a higher pressure")
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
-    reached = found.evaluation.pressure
-    if not found.converged or abs(reached / pressure - 1) > search["miss"]:
+    entries = {"protocol": "pressure", "seed": seed, "pressure": found.evaluation.pressure}
+    entries |= sizes_record(sizes, diameters) | {"wall_time": time.perf_counter() - began}
+    return scales.from_natural(record(packing, found, **entries, **versions()))
+
+
+@checked
+def decompress(
+    packing: Packing,
+    pressure: float,
+    *,
+    ranks: int = 1,
+    tolerance: float | None = None,
+    settings: SolverSettings = SOLVERS,
+    progress: Progress | None = None,
+) -> Packing:
+    """Take a jammed packing of disks down to a lower pressure, its box free on the way.
+
+    As in `pack`, the enthalpy U + p A is minimised over positions and box, at pressures that fall by at most the part
+    `fall` of `pressure.parameters` at a time. It brings large packings near onset, where one that starts at random has
+    too few contacts to hold a free box. What is reached depends on where it starts.
+
+    Args:
+        packing: SP; jammed, at a higher pressure.
+        pressure: target, in the units of the packing, k or eps over area; from 1e-8 k.
+        ranks: processors for FIRE; pays from about 10 000 disks.
+        tolerance: largest force at the minimum, as in `compress`; at most 1e-4 of the pressure.
+        settings: numbers of the solvers.
+        progress: called after each pressure with the share of the way that is done, and in words.
+
+    Returns:
+        Packing with p met to 1e-6 relative and `converged` True, of the same ensemble; `provenance["pressure"]` holds
+        the value, `provenance["from_pressure"]` that of the start.
+
+    Raises:
+        InputError: droplets, a packing that is not jammed, or a pressure that is not below its own.
+        ConvergenceError: the pressure was not met.
+
+    Example:
+        >>> from jamlab.protocols.target_pressure import decompress
+        >>> p = decompress(jamlab.pack(n=32, pressure=1e-2, seed=1), 1e-4)
+        >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
+        (True, 'decompress', 0.01)
+    """
+    if packing.model != "sp":
+        raise InputError("decompress takes disks to a pressure: take droplets down by `compress`, to a lower rho or phi")
+    check_ranks(ranks)
+    began, scales = time.perf_counter(), natural_scales(packing)
+    force = _check_force(pressure, tolerance, scales.stress)
+    high = evaluate(packing).pressure
+    if contacts(packing).loose or not pressure < high:
+        state = "not jammed" if contacts(packing).loose else f"at a pressure of {high:g}"
+        raise InputError(f"pressure = {pressure:g}: the packing is {state}: give one that is jammed at a higher pressure")
+    search = {name: float(value) for name, value in defaults("pressure").items()}
+    steps = int(np.ceil(np.log(pressure / high) / np.log(1 - search["fall"])))
+    with Session(scales.to_natural(packing), ranks=ranks) as session:
+        for step, target in enumerate(np.geomspace(high, pressure, steps + 1)[1:] / scales.stress, 1):
+            noise = force if step == steps else max(force, LEAST_NOISE * target)
+            how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target, "settings": settings}
+            found = relax_disks_and_box(session, Border(_strains(packing.ensemble), target), noise, **how)
+            reached = session.packing()
+            if progress is not None:
+                progress(step / steps, f"packing fraction {reached.phi:.4f}")
+            if found.evaluation.pressure < how["least_pressure"]:
+                break
+    _check_met(reached, found, pressure, scales.stress, "start from a packing of a lower pressure, or of another seed")
+    entries = {"protocol": "decompress", "pressure": found.evaluation.pressure, "from_pressure": high / scales.stress}
+    entries |= {"wall_time": time.perf_counter() - began}
+    return scales.from_natural(record(reached, found, **entries, **versions()))
+
+
+def _strains(ensemble: str) -> Array:
+    """Strains that the box of an ensemble may take."""
+    return COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
+
+
+def _check_met(packing: Packing, found: Relaxed, pressure: float, unit: float, remedy: str) -> None:
+    """Refuse a state, given in natural units, whose pressure in `unit` is not that asked for."""
+    reached = unit * found.evaluation.pressure
+    if not found.converged or abs(reached / pressure - 1) > float(defaults("pressure")["miss"]):
         raise ConvergenceError(
-            f"pressure {pressure:g} not met with n = {n}: the search ended at {reached:g} with a force of "
-            f"{found.evaluation.max_force:.2g}; try another seed"
+            f"pressure {pressure:g} not met with n = {packing.n}: the search ended at {reached:g} with a force of "
+            f"{found.evaluation.max_force:.2g}, where {found.tolerance:.2g} is asked for; {remedy}"
         )
-    entries = {"protocol": "pressure", "seed": seed, "pressure": reached, **sizes_record(sizes, diameters)}
-    recorded = record(packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
-    return scales.from_natural(recorded)
 
 
-def _check_force(pressure: float, tolerance: float | None) -> float:
-    """Give the force tolerance, small beside the pressure."""
-    check_number("pressure", pressure, HIGHEST_PRESSURE)
+def _check_force(pressure: float, tolerance: float | None, unit: float = 1.0) -> float:
+    """Give the force tolerance, small beside the pressure, which is in `unit`."""
+    check_number("pressure", pressure, HIGHEST_PRESSURE * unit)
     force = force_tolerance("sp") if tolerance is None else tolerance
     check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
-    if force > LEAST_NOISE * pressure:
+    if force * unit > LEAST_NOISE * pressure:
         raise InputError(
             f"pressure = {pressure:g}: a force tolerance of {force:g} is not small beside it: raise the pressure to "
-            f"{force / LEAST_NOISE:g} k or more, or lower the tolerance"
+            f"{force * unit / LEAST_NOISE:g} or more, or lower the tolerance"
         )
     return force
 
