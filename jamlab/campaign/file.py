@@ -216,7 +216,7 @@ class Sweep(FileTable):
         if self.phi is not None and self.ensemble != "fixed-box":
             raise ValueError("phi is for ensemble fixed-box: a quench keeps the box")
         if self.decompress and len(self.pressures or ()) < 2:
-            raise ValueError("decompress goes from one pressure to the next: give two pressures or more, or leave it out")
+            raise ValueError("decompress goes from pressure to pressure: give two pressures or more, or leave it out")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only("sp", f"{key} are", " (units k)", "compress")

@@ -150,18 +150,20 @@ def decompress(
         (True, 'decompress', 0.01)
     """
     if packing.model != "sp":
-        raise InputError("decompress takes disks to a pressure: take droplets down by `compress`, to a lower rho or phi")
+        raise InputError("decompress is for disks: take droplets down by `compress`, to a lower rho or phi")
     check_ranks(ranks)
     began, scales = time.perf_counter(), natural_scales(packing)
     force = _check_force(pressure, tolerance, scales.stress)
     high = evaluate(packing).pressure
-    if contacts(packing).loose or not pressure < high:
-        state = "not jammed" if contacts(packing).loose else f"at a pressure of {high:g}"
-        raise InputError(f"pressure = {pressure:g}: the packing is {state}: give one that is jammed at a higher pressure")
+    loose = contacts(packing).loose
+    if loose or pressure >= high:
+        state = "not jammed" if loose else f"at a pressure of {high:g}"
+        raise InputError(f"pressure = {pressure:g}: the packing is {state}: give one jammed at a higher pressure")
     search = {name: float(value) for name, value in defaults("pressure").items()}
-    steps = int(np.ceil(np.log(pressure / high) / np.log(1 - search["fall"])))
+    start, end = high / scales.stress, pressure / scales.stress
+    steps = int(np.ceil(np.log(end / start) / np.log(1 - search["fall"])))
     with Session(scales.to_natural(packing), ranks=ranks) as session:
-        for step, target in enumerate(np.geomspace(high, pressure, steps + 1)[1:] / scales.stress, 1):
+        for step, target in enumerate(np.geomspace(start, end, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
             how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target, "settings": settings}
             found = relax_disks_and_box(session, Border(_strains(packing.ensemble), target), noise, **how)
@@ -171,7 +173,7 @@ def decompress(
             if found.evaluation.pressure < how["least_pressure"]:
                 break
     _check_met(reached, found, pressure, scales.stress, "start from a packing of a lower pressure, or of another seed")
-    entries = {"protocol": "decompress", "pressure": found.evaluation.pressure, "from_pressure": high / scales.stress}
+    entries = {"protocol": "decompress", "pressure": found.evaluation.pressure, "from_pressure": start}
     entries |= {"wall_time": time.perf_counter() - began}
     return scales.from_natural(record(reached, found, **entries, **versions()))
 

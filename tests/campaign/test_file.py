@@ -50,6 +50,8 @@ from jamlab.errors import InputError
         ({"compress": 0.9}, r"compress = 0.9: must be a table"),
         ({"compress": None, "pressures": [0.5]}, r"pressures\[1\] = 0.5: must be 0.3 or less"),
         ({"compress": None, "pressures": [0.01], "model": ["sp", "dp"]}, r"pressures are for model sp"),
+        ({"compress": None, "pressures": [0.01], "decompress": True}, r"decompress .*: give two pressures or more"),
+        ({"decompress": True}, r"decompress .*: give two pressures or more"),
         ({"model": "dp", "prestress": False}, r"prestress = false is for model sp"),
         ({"model": "dp", "observables": ["quasistatic"]}, r"'quasistatic' is for model sp"),
         ({"observables": ["modes"]}, r"'modes' is for model dp"),

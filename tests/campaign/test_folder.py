@@ -19,6 +19,8 @@ from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.errors import InputError, StorageError
+from jamlab.packing.hdf5 import read_all
+from jamlab.protocols.target_pressure import decompress
 
 
 def test_status_counts_and_more_seeds_leave_what_is_there(full, tmp_path):
@@ -128,6 +130,34 @@ def test_pressures_that_are_not_met(tmp_path, monkeypatch):
     assert list(campaign.status(verify=True).gaps.values()) == ["sp n=8 seed=1 lacks pressure 0.001: not met"]
     alone = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-3]))
     assert run_here(alone)[0][0] == "failed"
+
+
+def test_pressures_one_from_the_other(tmp_path, monkeypatch):
+    """The highest starts at random; one that is not met is left out, and the next comes down from the one before it."""
+
+    def fussy(packing, pressure, **how):
+        if pressure == 1e-3:
+            raise jamlab.ConvergenceError("not met")
+        return decompress(packing, pressure, **how)
+
+    monkeypatch.setattr(sweep_states, "decompress", fussy)
+    keys = {"n": 16, "seeds": 1, "compress": None, "pressures": [1e-4, 1e-3, 1e-2]}
+    path = written(tmp_path / "c.toml", decompress=True, **keys)
+    campaign = jamlab.open_campaign(path)
+    assert run_here(campaign)[0][0] == "finished"
+    assert campaign.table("states")["target_pressure"].tolist() == [1e-2, 1e-4]
+    assert list(campaign.status(verify=True).gaps.values()) == ["sp n=16 seed=1 lacks pressure 0.001: not met"]
+    (name,) = campaign.finished()
+    first, last = read_all(campaign.folder.task_file(name))
+    assert first.provenance["protocol"] == "pressure"
+    assert last.provenance["from_pressure"] == pytest.approx(1e-2, rel=1e-6)
+    assert last.phi == decompress(jamlab.pack(16, 1e-2, 1), 1e-4).phi
+    # the key enters names only where it is given, and survives the way into a file and back
+    (task,) = (task for batch in batches(campaign.content) for task in batch.tasks())
+    assert Parameters.from_record(task.parameters.record()) == task.parameters
+    plain = jamlab.open_campaign(written(path, **keys)).content
+    (other,) = (task for batch in batches(plain) for task in batch.tasks())
+    assert "decompress" not in other.parameters.record() and other.name != task.name
 
 
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):
