@@ -197,6 +197,7 @@ _PACK_TIME: dict[str, tuple[Points, Points]] = {  # at these pressures
         ((32, 0.07), (128, 0.14), (512, 1.1), (2048, 13.0)),
     ),
 }
+_DECOMPRESS_TIME: Points = ((32, 0.15), (512, 0.22), (2048, 1.6), (32768, 130.0))  # by half a decade, near onset
 _RANKED_SHARE = 0.95  # of the time to make a large packing, which first-order minimisation by ranks takes
 _RANKED_SECONDS = 4.0  # wall time to start ranks for the minimisations of one packing, half a second each
 _STATES_TIME: dict[str, Points] = {  # to measure table "states"
@@ -231,7 +232,10 @@ def _making_seconds(parameters: Parameters) -> float:
         dense, soft = map(size.seconds, _PACK_TIME[parameters.ensemble])
         high, low = _PACK_PRESSURES
         share = np.log(np.array(parameters.pressures) / high) / np.log(low / high)
-        return float(np.sum(dense * (soft / dense) ** share))
+        each = dense * (soft / dense) ** share
+        if parameters.decompress:
+            each[1:] = size.seconds(_DECOMPRESS_TIME)
+        return float(np.sum(each))
     if parameters.phi is not None:  # a quench each, which takes the longest near onset
         return size.states * size.seconds(_PACK_TIME["fixed-box"][0])
     sheared = parameters.ensemble == "shear-stabilized" and size.model == "sp"

@@ -133,6 +133,11 @@ def usual_law(table: pd.DataFrame) -> dict[str, float]:
     return dict(select_usual(droplets, LAW, None)[LAW].iloc[0])
 
 
+def of_usual_size(table: pd.DataFrame) -> pd.DataFrame:
+    """Select the size that most rows have."""
+    return table[table["n"].isin(table["n"].mode().head(1))]
+
+
 def droplets_with(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
     """Select the droplets of the usual force law, but for some of its parameters."""
     return _with(table, usual_law(table) | changes)

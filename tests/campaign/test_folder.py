@@ -160,6 +160,16 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     assert "decompress" not in other.parameters.record() and other.name != task.name
 
 
+def test_plan_counts_the_way_down_for_less_than_random_starts(tmp_path):
+    """Where it pays; the first pressure takes as long, and alone it would take all."""
+    keys = {"n": 2048, "seeds": 1, "compress": None, "pressures": [1e-5, 1e-6], "observables": ["states"]}
+    apart, down, first = (
+        jamlab.open_campaign(written(tmp_path / "c.toml", **keys | more)).plan()[0].seconds
+        for more in ({}, {"decompress": True}, {"pressures": [1e-5]})
+    )
+    assert first < down < 0.5 * apart
+
+
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaign.folder.prepare()

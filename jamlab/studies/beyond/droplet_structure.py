@@ -12,7 +12,7 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies.claims import write_interval
-from jamlab.studies.ensemble_tables import LAW, PACKING, EnsembleTables, counts_at_onset, usual_law
+from jamlab.studies.ensemble_tables import LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size, usual_law
 from jamlab.studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings, sampled_sizes
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style, style
 
@@ -93,7 +93,7 @@ KEPT = (0.88, 0.94, 0.98)  # packing fractions at which the mean shape is kept
 
 def droplet_voids(tables: EnsembleTables) -> Drawing:
     """Shape factor of voids between three droplets, by vertices and stiffness, over packing fraction and overlap."""
-    table = tables.droplet_voids
+    table = of_usual_size(tables.droplet_voids)
     packings = table.drop_duplicates(PACKING).groupby(["eps", "nv_small", "gamma"], as_index=False).size()
     laws = packings.loc[packings["size"] >= FEWEST, LAW].to_numpy(dtype=np.float64)
     if not len(laws):
@@ -127,7 +127,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
     label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)
     out.legend_above(by_overlap, ncols=3)
-    size = int(table["n"].mode()[0])
+    size = int(table["n"].iloc[0])
     out.caption = (
         f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
         "(b) Over the area that droplets share with each other, of that of the cell; full: voids of a triangular "

@@ -13,10 +13,11 @@ from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, Verdict, write_by, write_list
+from jamlab.studies.claims import Kind, Verdict, write_by, write_interval, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
+    FEWEST,
     Ensemble,
     average,
     bootstrap,
@@ -110,7 +111,7 @@ def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, n: int) -> dict[str, s
 
 
 def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
-    """Keep contacts at onset beyond 2N' - 1 by number of vertices, of the largest size that has several."""
+    """Keep contacts at onset beyond 2N' - 1 by vertices and stiffness of rims, of the largest size that has several."""
     try:
         rows = tables.droplet_states
     except (InputError, StorageError, KeyError):
@@ -118,19 +119,19 @@ def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
     onset = tables.onset.query("model == 'dp'").rename(columns={"z_J": "z"})
     usual = usual_law(rows)
     every = pd.concat([rows[rows["state"] == 0], onset], ignore_index=True).fillna(usual).drop_duplicates(PACKING)
-    every = every[np.isclose(every["eps"], usual["eps"]) & np.isclose(every["gamma"], usual["gamma"])]
+    held = every["n"] - every["rattlers"]
+    every = every.assign(extra=0.5 * every["z"] * held - (2 * held - 1)).dropna(subset=["extra"])
+    every = every[np.isclose(every["gamma"], usual["gamma"])].sort_values(["eps", "nv_small"])
+    every = every[every.groupby(["n", "eps", "nv_small"])["seed"].transform("size") >= FEWEST]
     several = every.groupby("n")["nv_small"].nunique()
     n = several.index[several > 1].max()
-    held = every["n"] - every["rattlers"]
-    part = every.assign(extra=0.5 * every["z"] * held - (2 * held - 1))[every["n"] == n].dropna(subset=["extra"])
-    if part.empty:
-        return ""
-    vertices = sorted(part["nv_small"].unique())
-    found = [mean_over_packings([values])[0] for values in groups_by(part, "nv_small", "extra", vertices)]
-    name = f"contacts beyond 2N' - 1, N = {n:g}"
-    out.keep(name, found, vertices=vertices)
-    parts = ", ".join(f"{out.write(f'{name}, vertices = {v:g}', 1)} with {v:g}" for v in vertices)
-    return f"; facets: at N = {n:g} they are {parts} vertices of small droplets"
+    said = []
+    for (eps, vertices), part in every[every["n"] == n].groupby(["eps", "nv_small"]):
+        name = f"contacts beyond 2N' - 1, N = {n:g}, {vertices:g} vertices, rims {eps / usual['eps']:g} times as stiff"
+        found = out.keep(name, mean_over_packings([part["extra"].to_numpy()])[0])
+        stiff = "" if np.isclose(eps, usual["eps"]) else f" and rims {eps / usual['eps']:g} times as stiff"
+        said.append(f"{write_interval(found, 1)} with {vertices:g}{stiff}")
+    return f"; vertices of small droplets: at N = {n:g} they are {', '.join(said)}" if said else ""
 
 
 def _by_size(

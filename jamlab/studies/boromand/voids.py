@@ -11,8 +11,8 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.claims import Kind, write_list
-from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.claims import Kind, write_interval, write_list
+from jamlab.studies.ensemble_tables import EnsembleTables, of_usual_size
 from jamlab.studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, part_of, unmeasured, vary_bootstrap
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
 
@@ -112,7 +112,7 @@ def _means(cube: Array) -> Array:
 def _shapes_of_laws(out: Drawing, tables: EnsembleTables) -> str:
     """Keep A of voids between three droplets of other vertices and stiffer rims, at onset and where rho > 0.97."""
     try:
-        table = tables.droplet_voids
+        table = of_usual_size(tables.droplet_voids)
     except (InputError, StorageError, KeyError):
         return ""
     said = []
@@ -175,22 +175,25 @@ def _beyond(x: Array, cube: Array, statistic: Statistic, rho: float, *choices: d
 
 
 def _share_by_vertices(out: Drawing, tables: EnsembleTables) -> str:
-    """Keep P_3 at onset of droplets with more vertices, and write it; "" where none is known."""
+    """Keep P_3 at onset of droplets of the largest size with more vertices, and write it; "" where none is known."""
     try:
         rows = tables.droplet_voids
     except (InputError, StorageError, KeyError):
         return ""
-    rows = rows[(rows["state"] == 0) & (rows["eps"] == rows["eps"].mode()[0])]
-    sums = rows.groupby("nv_small")[["three", "voids"]].sum()
-    shares = out.keep("P_3 at onset, DP", (sums["three"] / sums["voids"]).tolist(), vertices=sums.index)
-    return f"with {write_list(sums.index)} vertices it is {write_list(shares, '.3f')} at N = {rows['n'].min()}"
+    n, said = rows["n"].max(), []
+    for (eps, vertices), part in rows[(rows["state"] == 0) & (rows["n"] == n)].groupby(["eps", "nv_small"]):
+        sums = part[["three", "voids"]].to_numpy(dtype=np.float64)
+        share = bootstrap([sums], lambda g: g[0][:, 0].sum() / g[0][:, 1].sum())
+        law = f"{vertices:g} vertices and rims {eps:g} times as stiff"
+        said.append(f"{write_interval(out.keep(f'P_3 at onset, DP, N = {n}, {law}', share), 3)} with {law}")
+    return f"at N = {n} P_3 of droplets is {', '.join(said)}" if said else ""
 
 
 def _claim_same_at_onset(
     out: Drawing, summed: dict[str, tuple[Array, Array]], first: list[Array | None], by_vertices: str
 ) -> None:
     """Claim that shares at onset are those of the other model, and that triangles of droplets come from squares."""
-    (apart, near), (rise, later) = unmeasured(), unmeasured()
+    (apart, near), (rise, later), cause = unmeasured(), unmeasured(), by_vertices
     if len(summed) == 2:
         (x, sp), (u, dp) = (summed[model] for model in ("sp", "dp"))
 
@@ -206,10 +209,13 @@ def _claim_same_at_onset(
             return -less(there, 4) / rise if rise else float("nan")
 
         known = [cube for cube in first if cube is not None]
-        apart = bootstrap(known, less) if len(known) == 2 else None
+        if len(known) == 2:
+            apart = bootstrap(known, less)
+            shares = write_list([_share(cube, (3,))[0, 0] for cube in known], ".3f")
+            cause = f"disks and droplets have {shares}" + (f"; {by_vertices}" if by_vertices else "")
         near = {f"rho = {NEAR_ONSET:g}": bootstrap(at(NEAR_ONSET, [sp, dp]), less)}
         rise, later = vary_bootstrap([sp, dp], traded, {"rho": 0.905}, {"rho": 0.945})
-    words = {"how": "states at onset", "cause": by_vertices, "shown_by": "boromand-8 a, beyond-droplet-voids"}
+    words = {"how": "states at onset", "cause": cause, "shown_by": "boromand-8 a, beyond-droplet-voids"}
     out.claim("P_3 at onset, DP less SP", apart, published.SAME_VOIDS, family=near, **words)
     text, words = "fall of P_4 over rise of P_3, DP less SP", {"how": "bin of rho at 0.925", "shown_by": "boromand-8 a"}
     out.claim(text, rise, published.TRIANGLES_FOR_SQUARES, family=later, **words)
