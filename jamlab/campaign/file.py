@@ -149,8 +149,8 @@ class Sweep(FileTable):
     compress: Compression | None = None
     # target pressures of disks, in units of k
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], AfterValidator(distinct)] | None = None
-    # true: reach each pressure but the highest from the packing at the one above, as large packings near onset need; by
-    # default every pressure starts at random
+    # true: pack disks at the highest pressure that a random start meets, and reach each lower one from the packing at
+    # the one above, as large packings near onset need; by default every pressure starts at random
     decompress: bool = False
     # packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start
     phi: Annotated[list[Annotated[float, Field(ge=0.1, le=2)]], AfterValidator(distinct)] | None = None
@@ -216,7 +216,8 @@ class Sweep(FileTable):
         if self.phi is not None and self.ensemble != "fixed-box":
             raise ValueError("phi is for ensemble fixed-box: a quench keeps the box")
         if self.decompress and len(self.pressures or ()) < 2:
-            raise ValueError("decompress goes from pressure to pressure: give two pressures or more, or leave it out")
+            remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
+            raise ValueError(f"decompress goes from one of the pressures to the next: {remedy}")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only("sp", f"{key} are", " (units k)", "compress")

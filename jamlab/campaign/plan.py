@@ -197,7 +197,7 @@ _PACK_TIME: dict[str, tuple[Points, Points]] = {  # at these pressures
         ((32, 0.07), (128, 0.14), (512, 1.1), (2048, 13.0)),
     ),
 }
-_DECOMPRESS_TIME: Points = ((32, 0.15), (512, 0.22), (2048, 1.6), (32768, 130.0))  # by half a decade, near onset
+_DECOMPRESS_TIME: Points = ((32, 0.15), (512, 0.22), (2048, 1.6), (32768, 130.0))  # half a decade down, near onset
 _RANKED_SHARE = 0.95  # of the time to make a large packing, which first-order minimisation by ranks takes
 _RANKED_SECONDS = 4.0  # wall time to start ranks for the minimisations of one packing, half a second each
 _STATES_TIME: dict[str, Points] = {  # to measure table "states"
@@ -234,7 +234,8 @@ def _making_seconds(parameters: Parameters) -> float:
         share = np.log(np.array(parameters.pressures) / high) / np.log(low / high)
         each = dense * (soft / dense) ** share
         if parameters.decompress:
-            each[1:] = size.seconds(_DECOMPRESS_TIME)
+            half_decades = -2 * np.diff(np.log10(parameters.pressures))
+            each[1:] = size.seconds(_DECOMPRESS_TIME) * np.maximum(half_decades, 1)
         return float(np.sum(each))
     if parameters.phi is not None:  # a quench each, which takes the longest near onset
         return size.states * size.seconds(_PACK_TIME["fixed-box"][0])

@@ -191,7 +191,7 @@ def quench(
         left = max(state.max_force, 0.0 if border is None else border.excess(state.stress))
         if left <= target:
             break
-        if left <= settings.close * target:  # a stage may have ended there: its sums differ from these by rounding
+        if border is not None and left <= settings.close * target:  # a stage that ended there sums in another order
             target /= settings.close
         before = state.pressure
         numbers = fire if session.springs else _longer_steps(session, fire or fire_settings(), before, settings.softest)

@@ -74,7 +74,7 @@ class RelaxationSettings:
     stages: int = 12  # at most
     # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
     jump: float = 0.5
-    close: float = 2.0  # a stage that starts with forces of its target times this aims lower by as much
+    close: float = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much
     cg_steps: int = 20_000  # at most, in one call
     fire_stretch: int = 3000  # FIRE steps after which it starts anew
     fire_steps_droplets: int = 300  # FIRE steps between two rounds, droplets: away from where the last one stalled

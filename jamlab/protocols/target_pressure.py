@@ -16,7 +16,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
@@ -28,6 +28,9 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
+DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
+_KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
+_ANOTHER = "start from a packing of a lower pressure, or of another seed"
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
 
 
@@ -103,7 +106,9 @@ def pack(
         _walk(session, pressure, search, settings, progress)
         found = relax_disks_and_box(session, Border(_strains(ensemble), pressure), force, settings=settings)
         packing = session.packing()
-    _check_met(packing, found, pressure, 1.0, "try another seed, or `decompress` a packing of a higher pressure")
+    _check_met(
+        packing, found, pressure, Scales(), f"try another seed, or come down from a higher pressure: {DECOMPRESS}"
+    )
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
     entries = {"protocol": "pressure", "seed": seed, "pressure": found.evaluation.pressure}
@@ -128,7 +133,7 @@ def decompress(
     too few contacts to hold a free box. What is reached depends on where it starts.
 
     Args:
-        packing: SP; jammed, at a higher pressure.
+        packing: SP; jammed and relaxed, at a higher pressure.
         pressure: target, in the units of the packing, k or eps over area; from 1e-8 k.
         ranks: processors for FIRE; pays from about 10 000 disks.
         tolerance: largest force at the minimum, as in `compress`; at most 1e-4 of the pressure.
@@ -136,12 +141,13 @@ def decompress(
         progress: called after each pressure with the share of the way that is done, and in words.
 
     Returns:
-        Packing with p met to 1e-6 relative and `converged` True, of the same ensemble; `provenance["pressure"]` holds
-        the value, `provenance["from_pressure"]` that of the start.
+        Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, as it is
+        not the one it was compressed from any more. `provenance["pressure"]` holds the value, and
+        `provenance["from_pressure"]` that from which it came down, by whatever steps.
 
     Raises:
-        InputError: droplets, a packing that is not jammed, or a pressure that is not below its own.
-        ConvergenceError: the pressure was not met.
+        InputError: droplets, a packing that is not jammed or not relaxed, or a pressure that is not below its own.
+        ConvergenceError: the pressure was not met, or the packing came loose on the way.
 
     Example:
         >>> from jamlab.protocols.target_pressure import decompress
@@ -154,15 +160,11 @@ def decompress(
     check_ranks(ranks)
     began, scales = time.perf_counter(), natural_scales(packing)
     force = _check_force(pressure, tolerance, scales.stress)
-    high = evaluate(packing).pressure
-    loose = contacts(packing).loose
-    if loose or pressure >= high:
-        state = "not jammed" if loose else f"at a pressure of {high:g}"
-        raise InputError(f"pressure = {pressure:g}: the packing is {state}: give one jammed at a higher pressure")
+    natural = scales.to_natural(packing)
+    start, end = _check_start(natural, pressure, scales), pressure / scales.stress
     search = {name: float(value) for name, value in defaults("pressure").items()}
-    start, end = high / scales.stress, pressure / scales.stress
     steps = int(np.ceil(np.log(end / start) / np.log(1 - search["fall"])))
-    with Session(scales.to_natural(packing), ranks=ranks) as session:
+    with Session(natural, ranks=ranks) as session:
         for step, target in enumerate(np.geomspace(start, end, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
             how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target, "settings": settings}
@@ -171,11 +173,35 @@ def decompress(
             if progress is not None:
                 progress(step / steps, f"packing fraction {reached.phi:.4f}")
             if found.evaluation.pressure < how["least_pressure"]:
-                break
-    _check_met(reached, found, pressure, scales.stress, "start from a packing of a lower pressure, or of another seed")
-    entries = {"protocol": "decompress", "pressure": found.evaluation.pressure, "from_pressure": start}
-    entries |= {"on_target": True, "wall_time": time.perf_counter() - began}  # a sweep before may have missed its own
-    return scales.from_natural(record(reached, found, **entries, **versions()))
+                raise ConvergenceError(
+                    f"pressure {pressure:g} not met with n = {packing.n}: the packing came loose on its way, at "
+                    f"{target * scales.stress:.3g}; {_ANOTHER}"
+                )
+    _check_met(reached, found, pressure, scales, _ANOTHER)
+    said = natural.provenance  # what it says of other protocols does not hold any more
+    entries: dict[str, Any] = {name: said[name] for name in _KEPT if name in said}
+    entries |= {"protocol": "decompress", "pressure": found.evaluation.pressure, "from_pressure": start}
+    if said.get("protocol") == "decompress":
+        entries["from_pressure"] = said["from_pressure"]
+    entries["wall_time"] = time.perf_counter() - began
+    fresh = reached._trusted(provenance={}, onset=None)
+    return scales.from_natural(record(fresh, found, **entries, **versions()))
+
+
+def _check_start(natural: Packing, pressure: float, scales: Scales) -> float:
+    """Give the pressure of a packing in natural units; refuse one that cannot come down to `pressure`, in its own."""
+    state = evaluate(natural)
+    high = state.pressure * scales.stress
+    if contacts(natural).loose:
+        what, remedy = "not jammed", "give one jammed at a higher pressure"
+    elif state.max_force > LEAST_NOISE * state.pressure:
+        force = state.max_force * scales.force
+        what, remedy = f"not relaxed, with a force of {force:.2g} at {high:g}", "give `jamlab.relaxed` of it"
+    elif pressure >= high:
+        what, remedy = f"at a pressure of {high:g}", "give one jammed at a higher pressure"
+    else:
+        return state.pressure
+    raise InputError(f"pressure = {pressure:g}: the packing is {what}: {remedy}")
 
 
 def _strains(ensemble: str) -> Array:
@@ -183,13 +209,14 @@ def _strains(ensemble: str) -> Array:
     return COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
 
 
-def _check_met(packing: Packing, found: Relaxed, pressure: float, unit: float, remedy: str) -> None:
-    """Refuse a state, given in natural units, whose pressure in `unit` is not that asked for."""
-    reached = unit * found.evaluation.pressure
+def _check_met(packing: Packing, found: Relaxed, pressure: float, scales: Scales, remedy: str) -> None:
+    """Refuse a state, found in natural units, whose pressure in units of the packing is not that asked for."""
+    reached = scales.stress * found.evaluation.pressure
+    force, tolerance = scales.force * found.evaluation.max_force, scales.force * found.tolerance
     if not found.converged or abs(reached / pressure - 1) > float(defaults("pressure")["miss"]):
         raise ConvergenceError(
             f"pressure {pressure:g} not met with n = {packing.n}: the search ended at {reached:g} with a force of "
-            f"{found.evaluation.max_force:.2g}, where {found.tolerance:.2g} is asked for; {remedy}"
+            f"{force:.2g}, where {tolerance:.2g} is asked for; {remedy}"
         )
 
 

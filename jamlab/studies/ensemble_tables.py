@@ -1,6 +1,6 @@
 """Prepare the tables that figures are drawn from, those of a campaign or of the reference data."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -131,6 +131,19 @@ def usual_law(table: pd.DataFrame) -> dict[str, float]:
     if droplets.empty:
         raise InputError("the table has no droplets: run the campaign beyond_the_papers")
     return dict(select_usual(droplets, LAW, None)[LAW].iloc[0])
+
+
+def at_onset_by_law(table: pd.DataFrame) -> Iterator[tuple[int, str, pd.DataFrame]]:
+    """Yield the size, vertices and stiffness of rims in words, and rows at onset, where `FEWEST` packings have one: of
+    the largest size that has several such laws, with the usual line tension."""
+    usual = usual_law(table)
+    rows = table[(table["state"] == 0) & np.isclose(table["gamma"], usual["gamma"])]
+    rows = rows[rows.groupby(["n", "eps", "nv_small"])["seed"].transform("nunique") >= FEWEST]
+    laws = rows.drop_duplicates(["n", "eps", "nv_small"]).groupby("n").size()
+    n = laws.index[laws > 1].max()
+    for (eps, vertices), part in rows[rows["n"] == n].groupby(["eps", "nv_small"]):
+        stiff = "" if np.isclose(eps, usual["eps"]) else f" and rims {eps / usual['eps']:g} times as stiff"
+        yield n, f"{vertices:g} vertices{stiff}", part
 
 
 def of_usual_size(table: pd.DataFrame) -> pd.DataFrame:

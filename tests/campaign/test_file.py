@@ -51,7 +51,7 @@ from jamlab.errors import InputError
         ({"compress": None, "pressures": [0.5]}, r"pressures\[1\] = 0.5: must be 0.3 or less"),
         ({"compress": None, "pressures": [0.01], "model": ["sp", "dp"]}, r"pressures are for model sp"),
         ({"compress": None, "pressures": [0.01], "decompress": True}, r"decompress .*: give two pressures or more"),
-        ({"decompress": True}, r"decompress .*: give two pressures or more"),
+        ({"decompress": True}, r"decompress .*: leave it out"),
         ({"model": "dp", "prestress": False}, r"prestress = false is for model sp"),
         ({"model": "dp", "observables": ["quasistatic"]}, r"'quasistatic' is for model sp"),
         ({"observables": ["modes"]}, r"'modes' is for model dp"),

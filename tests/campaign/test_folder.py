@@ -17,6 +17,7 @@ from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.driver import run_task
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
+from jamlab.campaign.plan import task_seconds
 from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all
@@ -135,23 +136,28 @@ def test_pressures_that_are_not_met(tmp_path, monkeypatch):
 def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     """The highest starts at random; one that is not met is left out, and the next comes down from the one before it."""
 
+    began = []
+
     def fussy(packing, pressure, **how):
+        began.append((packing.provenance["pressure"], how))
         if pressure == 1e-3:
             raise jamlab.ConvergenceError("not met")
         return decompress(packing, pressure, **how)
 
     monkeypatch.setattr(sweep_states, "decompress", fussy)
-    keys = {"n": 16, "seeds": 1, "compress": None, "pressures": [1e-4, 1e-3, 1e-2]}
+    keys = {"n": 16, "seeds": 1, "compress": None, "pressures": [1e-5, 1e-4, 1e-3, 1e-2]}
+    keys |= {"tolerances": {"max_force": 1e-13}}
     path = written(tmp_path / "c.toml", decompress=True, **keys)
     campaign = jamlab.open_campaign(path)
     assert run_here(campaign)[0][0] == "finished"
-    assert campaign.table("states")["target_pressure"].tolist() == [1e-2, 1e-4]
+    assert campaign.table("states")["target_pressure"].tolist() == [1e-2, 1e-4, 1e-5]
     assert list(campaign.status(verify=True).gaps.values()) == ["sp n=16 seed=1 lacks pressure 0.001: not met"]
+    assert [p for p, _ in began] == pytest.approx([1e-2, 1e-2, 1e-4], rel=1e-6)
+    assert all(how == {"tolerance": 1e-13, "ranks": 1} for _, how in began)
     (name,) = campaign.finished()
-    first, last = read_all(campaign.folder.task_file(name))
+    first, _, last = read_all(campaign.folder.task_file(name))
     assert first.provenance["protocol"] == "pressure"
     assert last.provenance["from_pressure"] == pytest.approx(1e-2, rel=1e-6)
-    assert last.phi == decompress(jamlab.pack(16, 1e-2, 1), 1e-4).phi
     # the key enters names only where it is given, and survives the way into a file and back
     (task,) = (task for batch in batches(campaign.content) for task in batch.tasks())
     assert Parameters.from_record(task.parameters.record()) == task.parameters
@@ -162,12 +168,12 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
 
 def test_plan_counts_the_way_down_for_less_than_random_starts(tmp_path):
     """Where it pays; the first pressure takes as long, and alone it would take all."""
-    keys = {"n": 2048, "seeds": 1, "compress": None, "pressures": [1e-5, 1e-6], "observables": ["states"]}
-    apart, down, first = (
-        jamlab.open_campaign(written(tmp_path / "c.toml", **keys | more)).plan()[0].seconds
-        for more in ({}, {"decompress": True}, {"pressures": [1e-5]})
+    keys = {"n": 2048, "compress": None, "pressures": [1e-5, 1e-6]}
+    apart, down, near, first = (
+        task_seconds(batches(jamlab.open_campaign(written(tmp_path / "c.toml", **keys | more)).content)[0].parameters)
+        for more in ({}, {"decompress": True}, {"decompress": True, "pressures": [1e-5, 3e-6]}, {"pressures": [1e-5]})
     )
-    assert first < down < 0.5 * apart
+    assert 1 < near - first < down - first < 0.2 * (apart - first)
 
 
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):

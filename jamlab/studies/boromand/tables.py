@@ -15,9 +15,8 @@ from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
 from jamlab.studies.claims import Kind, Verdict, write_by, write_interval, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
-from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
+from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, at_onset_by_law, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
-    FEWEST,
     Ensemble,
     average,
     bootstrap,
@@ -118,20 +117,18 @@ def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
         return ""
     onset = tables.onset.query("model == 'dp'").rename(columns={"z_J": "z"})
     usual = usual_law(rows)
-    every = pd.concat([rows[rows["state"] == 0], onset], ignore_index=True).fillna(usual).drop_duplicates(PACKING)
+    every = (
+        pd.concat([rows, onset.assign(state=0)], ignore_index=True).fillna(usual).drop_duplicates([*PACKING, "state"])
+    )
     held = every["n"] - every["rattlers"]
-    every = every.assign(extra=0.5 * every["z"] * held - (2 * held - 1)).dropna(subset=["extra"])
-    every = every[np.isclose(every["gamma"], usual["gamma"])].sort_values(["eps", "nv_small"])
-    every = every[every.groupby(["n", "eps", "nv_small"])["seed"].transform("size") >= FEWEST]
-    several = every.groupby("n")["nv_small"].nunique()
-    n = several.index[several > 1].max()
+    extra = 0.5 * every["z"] * held - (2 * held - 1)
     said = []
-    for (eps, vertices), part in every[every["n"] == n].groupby(["eps", "nv_small"]):
-        name = f"contacts beyond 2N' - 1, N = {n:g}, {vertices:g} vertices, rims {eps / usual['eps']:g} times as stiff"
-        found = out.keep(name, mean_over_packings([part["extra"].to_numpy()])[0])
-        stiff = "" if np.isclose(eps, usual["eps"]) else f" and rims {eps / usual['eps']:g} times as stiff"
-        said.append(f"{write_interval(found, 1)} with {vertices:g}{stiff}")
-    return f"; vertices of small droplets: at N = {n:g} they are {', '.join(said)}" if said else ""
+    for n, law, part in at_onset_by_law(every.assign(extra=extra).dropna(subset=["extra"])):
+        found = out.keep(
+            f"contacts beyond 2N' - 1, N = {n:g}, {law}", mean_over_packings([part["extra"].to_numpy()])[0]
+        )
+        said.append(f"{write_interval(found, 1)} with {law} at N = {n:g}")
+    return f"; they are {', '.join(said)}" if said else ""
 
 
 def _by_size(

@@ -12,7 +12,7 @@ from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies.claims import Kind, write_interval, write_list
-from jamlab.studies.ensemble_tables import EnsembleTables, of_usual_size
+from jamlab.studies.ensemble_tables import EnsembleTables, at_onset_by_law, of_usual_size
 from jamlab.studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, part_of, unmeasured, vary_bootstrap
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
 
@@ -180,13 +180,13 @@ def _share_by_vertices(out: Drawing, tables: EnsembleTables) -> str:
         rows = tables.droplet_voids
     except (InputError, StorageError, KeyError):
         return ""
-    n, said = rows["n"].max(), []
-    for (eps, vertices), part in rows[(rows["state"] == 0) & (rows["n"] == n)].groupby(["eps", "nv_small"]):
+    said = []
+    for n, law, part in at_onset_by_law(rows):
         sums = part[["three", "voids"]].to_numpy(dtype=np.float64)
         share = bootstrap([sums], lambda g: g[0][:, 0].sum() / g[0][:, 1].sum())
-        law = f"{vertices:g} vertices and rims {eps:g} times as stiff"
-        said.append(f"{write_interval(out.keep(f'P_3 at onset, DP, N = {n}, {law}', share), 3)} with {law}")
-    return f"at N = {n} P_3 of droplets is {', '.join(said)}" if said else ""
+        found = out.keep(f"P_3 at onset, DP, N = {n:g}, {law}", share)
+        said.append(f"{write_interval(found, 3)} with {law} at N = {n:g}")
+    return f"it is {', '.join(said)}" if said else ""
 
 
 def _claim_same_at_onset(
