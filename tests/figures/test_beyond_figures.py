@@ -25,8 +25,10 @@ from jamlab.studies.ensemble_tables import (
     OBSERVABLE,
     SHARED,
     EnsembleTables,
+    at_onset_by_law,
     droplet_states,
     modes_at_fractions,
+    of_usual_size,
     spectra_at_fractions,
     voids_by_state,
 )
@@ -230,3 +232,29 @@ def test_table_holds_states_above_onset_of_both_laws():
     assert set(table["exponent"]) == set(NAMES) and (table[["distance", "pressure", "g"]] > 0).all().all()
     near = table[table["distance"] < 2e-3]
     assert near["excess"].abs().max() < 0.3
+
+
+def test_laws_are_told_apart_at_the_largest_size_that_has_several():
+    """Not where packings are too few, away from onset, of another line tension, or of one law alone."""
+
+    def rows(n, packings, **changes):
+        usual = {"model": "dp", "gamma": 0.4, "eps": 2.0, "nv_small": 12, "state": 0}
+        return [usual | {"n": n, "seed": seed} | changes for seed in range(packings)]
+
+    table = pd.DataFrame(
+        [
+            *(row for state in range(3) for row in rows(16, 9, state=state)),
+            *rows(16, 9, nv_small=24),
+            *rows(64, 5, nv_small=24),
+            *rows(64, 6, nv_small=24, eps=20.0),
+            *rows(64, 9, nv_small=24, gamma=4.0),
+            *rows(64, 4, nv_small=48),
+            *rows(128, 9, nv_small=24),
+            *rows(128, 1, nv_small=48),
+            *rows(256, 9, state=1),
+        ]
+    )
+    found = {law: (n, len(part)) for n, law, part in at_onset_by_law(table)}
+    assert found == {"24 vertices": (64, 5), "24 vertices and rims 10 times as stiff": (64, 6)}
+    assert list(at_onset_by_law(table[table["n"] == 128])) == []
+    assert set(of_usual_size(table)["n"]) == {16} and of_usual_size(table.head(0)).empty
