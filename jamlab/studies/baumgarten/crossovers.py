@@ -1,5 +1,6 @@
 """Claim where the regimes of G* end in Baumgarten & Tighe: at frequencies of order p, and of order 1."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -9,7 +10,8 @@ from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
 from jamlab.studies.baumgarten.spectral_groups import Group
-from jamlab.studies.ensembles import part_of, unmeasured, vary_bootstrap
+from jamlab.studies.claims import write_interval
+from jamlab.studies.ensembles import bootstrap, part_of, unmeasured, vary_bootstrap
 from jamlab.studies.panels import Drawing
 
 _CLAIMS = (
@@ -19,19 +21,34 @@ _CLAIMS = (
 )
 
 
-def claim_crossovers(out: Drawing, groups: dict[float, Group]) -> None:
+def claim_crossovers(out: Drawing, groups: dict[float, Group], unstressed: dict[float, Group]) -> None:
     """Claim where the law omega^0.5 through G'' at one frequency meets eta_0 omega and eta_inf omega, at the lowest
-    pressure, and how the second goes with pressure; the family holds other frequencies, and the highest pressure."""
-    wide = {p: g for p, g in groups.items() if CRITICAL * p < HIGHEST}
+    pressure, and how the second goes with pressure; the family holds other frequencies, and the highest pressure.
+    Beside them stand those of the same packings without pre-stress."""
+    wide, plain = ({p: g for p, g in held.items() if CRITICAL * p < HIGHEST} for held in (groups, unstressed))
     varied = unmeasured()
     if len(wide) > 2:
-        drawn = [np.column_stack([g.eta0, g.eta_inf, g.loss]) for g in wide.values()]
-        numbers = partial(_ends, list(wide), [g.omega for g in wide.values()])
-        varied = vary_bootstrap(drawn, numbers, {"at": 0.05}, {"at": 0.2}, {"pressure": 0})
+        varied = vary_bootstrap(_drawn(wide), _numbers(wide), {"at": 0.05}, {"at": 0.2}, {"pressure": 0})
+    without = bootstrap(_drawn(plain), _numbers(plain)) if len(plain) > 2 else None
     how = f"{len(wide)} pressures down to p = {min(wide, default=np.nan):g}, root law through G'' at {HIGHEST:g}"
     for k, (text, paper, panel) in enumerate(_CLAIMS):
         found, every = part_of(varied, k)
-        out.claim(text, found, paper, family=every, how=how, shown_by=f"baumgarten-3 {panel}")
+        words = {"how": how, "shown_by": f"baumgarten-3 {panel}"}
+        if without is not None:
+            words["cause"] = (
+                f"without pre-stress it is {write_interval(out.keep(f'{text}, no pre-stress', without[k]))}"
+            )
+        out.claim(text, found, paper, family=every, **words)
+
+
+def _drawn(groups: dict[float, Group]) -> list[Array]:
+    """(packings, 2 + frequencies) eta_0, eta_inf and G'' at each pressure."""
+    return [np.column_stack([g.eta0, g.eta_inf, g.loss]) for g in groups.values()]
+
+
+def _numbers(groups: dict[float, Group]) -> Callable[..., Array]:
+    """What computes the three numbers from packings that are drawn."""
+    return partial(_ends, list(groups), [g.omega for g in groups.values()])
 
 
 def _ends(p: list[float], omega: list[Array], drawn: list[Array], at: float = HIGHEST, pressure: int = -1) -> Array:

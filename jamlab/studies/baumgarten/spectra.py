@@ -217,7 +217,8 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     both = select_law(tables.spectra, "contact", beta=1.0)
     both = both[both["n"] == table["n"].iloc[0]]
     _claim_exponents(out, both, "contact damping", {"beta": 1.0})
-    claim_crossovers(out, select_sampled(groups))
+    plain = group_by_pressure(both[~both["prestress"].astype(bool)])
+    claim_crossovers(out, select_sampled(groups), select_sampled(plain))
     _claim_without_rotations(out, tables)
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
