@@ -242,7 +242,7 @@ def test_the_record_of_the_reference_data_names_every_table_its_rows_and_its_run
         assert {line.count(",") for line in lines} == {count} and count > 0
     assert [run["campaign"] for run in record["runs"]] == ["dynamics"] + 2 * ["beyond_the_papers"] + 10 * [
         "reference"
-    ] + ["beyond_the_papers"] + 6 * ["reference"]
+    ] + ["beyond_the_papers"] + 11 * ["reference"] + 3 * ["beyond_the_papers"]
     assert all(run["commit"] and run["file"] and run["rows"] for run in record["runs"])
 
 

@@ -210,8 +210,8 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     scale(a, b)
     _draw_collapse(out, a, b, groups)
     w = next(iter(groups.values())).omega
-    lowest = list(groups.values())[-1]
-    out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
+    least = min(group.loss.mean(axis=0)[0] for group in groups.values())
+    out.slope(a, 1.0, (w[0], 1e3 * w[0]), 0.25 * least)
     _draw_largest(out, a, b, every)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
     both = select_law(tables.spectra, "contact", beta=1.0)
