@@ -28,7 +28,7 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
-DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
+_DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
 _ANOTHER = "start from a packing of a lower pressure, or of another seed"
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
@@ -107,7 +107,7 @@ def pack(
         found = relax_disks_and_box(session, Border(_strains(ensemble), pressure), force, settings=settings)
         packing = session.packing()
     _check_met(
-        packing, found, pressure, Scales(), f"try another seed, or come down from a higher pressure: {DECOMPRESS}"
+        packing, found, pressure, Scales(), f"try another seed, or come down from a higher pressure: {_DECOMPRESS}"
     )
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
