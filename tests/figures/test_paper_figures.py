@@ -212,6 +212,30 @@ def test_mean_squares_of_slow_shear_stand_beside_the_medians():
     assert squares.format("nonaffine") not in values
 
 
+def test_means_beside_medians_are_of_one_size_at_a_time():
+    """Two sizes of other exponents, at other pressures: the larger is the number, the smaller one of its choices."""
+    rng = np.random.default_rng(5)
+
+    def rows(n, pressures, power):
+        who = {"ensemble": "fixed-box", "prestress": False, "n": n}
+        for seed in range(1, 6):
+            for p in pressures:
+                f = (1 + 0.01 * rng.normal()) * p**power
+                moved = {"approach": f, "sliding": 1 / f, "nonaffine": 1 / f, "sheared": 1 / f}
+                means = {f"mean_{name}": value for name, value in list(moved.items())[:3]}
+                yield {**who, "seed": seed, "pressure": p, "target_pressure": p, **moved, **means}
+
+    table = pd.DataFrame([*rows(512, (1e-2, 1e-3, 1e-4), 0.1), *rows(16384, (1e-4, 1e-5, 1e-6), 0.3)])
+    empty = TABLES["spectra"]().head(0)
+    given = EnsembleTables(lambda name: table if name == "quasistatic" else empty)
+    claims = {claim.quantity: claim for claim in gallery.draw("baumgarten-5", given).claims}
+    claim = claims["exponent of mean approach in p"]
+    assert claim.value == pytest.approx(0.3, abs=0.01)
+    assert claim.family["N = 512"].value == pytest.approx(0.1, abs=0.01)
+    assert "N = 16384, 3 pressures down to 1e-06" in claim.how and claim.cause.endswith("0.30")
+    assert claims["exponent of sliding without its affine part in p"].value == pytest.approx(-0.3, abs=0.01)
+
+
 def test_a_curve_without_points_has_no_name_in_the_legend():
     out, (axes,) = drawing("boromand-6", 1, 1, 3.0, 3.0)
     out.curve(axes, "N = 16", [1.0], [np.nan])
