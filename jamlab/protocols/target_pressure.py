@@ -129,8 +129,8 @@ def decompress(
     """Take a jammed packing of disks down to a lower pressure, its box free on the way.
 
     As in `pack`, the enthalpy U + p A is minimised over positions and box, at pressures that fall by at most the part
-    `fall` of `pressure.parameters` at a time. It brings large packings near onset, where one that starts at random has
-    too few contacts to hold a free box. What is reached depends on where it starts.
+    `fall` of `pressure.parameters` at a time. It brings large packings near onset, where those that start at random may
+    not come to rest. What is reached depends on where it starts.
 
     Args:
         packing: SP; jammed and relaxed, at a higher pressure.

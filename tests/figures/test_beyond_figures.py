@@ -2,11 +2,13 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import beyond_tables
 import numpy as np
 import pandas as pd
 import pytest
+from drawn_figures import TABLES as MADE_UP
 from drawn_figures import drawn
 
 from jamlab.campaign.observable import load_function
@@ -14,6 +16,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.packing_fraction import shared_fraction
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.studies import gallery
+from jamlab.studies.baumgarten.crossovers import claim_crossovers
 from jamlab.studies.beyond.droplet_modes import group_share
 from jamlab.studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
 from jamlab.studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
@@ -33,6 +36,7 @@ from jamlab.studies.ensemble_tables import (
     voids_by_state,
 )
 from jamlab.studies.gallery import FIGURES
+from jamlab.studies.panels import drawing
 from jamlab.studies.reference_data import reference_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
@@ -258,3 +262,39 @@ def test_laws_are_told_apart_at_the_largest_size_that_has_several():
     assert found == {"24 vertices": (64, 5), "24 vertices and rims 10 times as stiff": (64, 6)}
     assert list(at_onset_by_law(table[table["n"] == 128])) == []
     assert set(of_usual_size(table)["n"]) == {16} and of_usual_size(table.head(0)).empty
+
+
+def test_droplets_of_more_vertices_are_counted_at_onset():
+    """P_3 of the made-up voids, one in 13; two contacts of ten droplets with a rattler beyond 2N' - 1."""
+    held, extra = 9, 2
+    state = {"model": "dp", "n": 10, "state": 0, "gamma": 0.4, "eps": 1.0, "rattlers": 1}
+    state |= {"z": 2 * (2 * held - 1 + extra) / held}
+    rows = pd.DataFrame([state | {"nv_small": nv, "seed": seed} for nv in (24, 48) for seed in range(5)])
+    given = {**MADE_UP, "droplet_states": lambda: rows, "droplet_voids": beyond_tables.droplet_voids}
+    tables = EnsembleTables(lambda name: given[name]())
+    contacts = gallery.draw("tables", tables).values
+    shares = gallery.draw("boromand-8", tables).values
+    for vertices in (24, 48):
+        assert contacts[f"contacts beyond 2N' - 1, N = 10, {vertices} vertices"].value == pytest.approx(extra)
+        assert shares[f"P_3 at onset, DP, N = 32, {vertices} vertices"].value == pytest.approx(1 / 13)
+
+
+def test_crossovers_lie_where_the_laws_meet_with_and_without_pre_stress():
+    """eta_0 w and eta_inf w meet the root law at w = 3 p and at 0.5, without pre-stress at 30 p."""
+    omega = np.geomspace(1e-6, 1.0, 61)
+
+    def groups(at):
+        ones = np.ones(6)
+        return {
+            p: SimpleNamespace(
+                omega=omega, eta0=ones * (at * p) ** -0.5, eta_inf=ones * 0.5**-0.5, loss=np.tile(omega**0.5, (6, 1))
+            )
+            for p in (1e-4, 1e-5, 1e-6)
+        }
+
+    out, _ = drawing("baumgarten-3", 1, 1, 3.0, 3.0)
+    claim_crossovers(out, groups(3.0), groups(30.0))
+    affine, slow, fast = out.claims
+    assert affine.value == pytest.approx(0, abs=1e-3)
+    assert (slow.value, fast.value) == pytest.approx((np.log10(3), np.log10(0.5)), abs=1e-2)
+    assert out.values[f"{slow.quantity}, no pre-stress"].value == pytest.approx(np.log10(30), abs=1e-2)
