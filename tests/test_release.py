@@ -1,7 +1,8 @@
-"""One version everywhere: package, citation, changelog; and which LAMMPS the package is built for."""
+"""One version everywhere: package, citation, changelog; which LAMMPS the package is built for; optional extras."""
 
 import re
 import runpy
+import subprocess
 import sys
 import tomllib
 import types
@@ -70,3 +71,52 @@ def test_doctor_warns_of_a_lammps_that_was_not_tested(monkeypatch):
     monkeypatch.setattr(metadata, "version", lambda name: "2026.9.1.0.0")
     found = doctor._check("LAMMPS", doctor._lammps)
     assert found.right and f"tested only from {TESTED_LAMMPS[0]} to {TESTED_LAMMPS[-1]}" in found.detail
+
+
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+# both models, both ensembles, every solver of the package, and a table
+NUMBERS = """
+import hashlib, importlib.abc, sys
+
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in sys.argv[1:]:
+            raise ModuleNotFoundError(name=name)
+
+sys.meta_path.insert(0, Missing())
+import jamlab
+from jamlab.storage.verified_file import versions
+found = [jamlab.jam("dp", 8, 1, ensemble="shear-stabilized"), jamlab.pack(n=16, pressure=1e-2, seed=1)]
+found += list(jamlab.compress(found[0], to=found[0].phi + 0.02, step=0.02))
+digest = hashlib.sha256()
+for p in found:
+    digest.update(p.positions.tobytes() + p.box.tobytes() + repr(jamlab.measure(p)).encode())
+s = jamlab.complex_modulus(found[1], [1e-3, 1.0], method="reduced")
+digest.update(s.storage.tobytes() + s.loss.tobytes())
+table = jamlab.choose_flow(jamlab.pack(n=64, pressure=5e-3, seed=1), rate=0.05).options
+digest.update(table.to_csv().encode() + repr(versions()).encode())
+print(digest.hexdigest())
+"""
+
+
+def numbers_without(*extras):
+    """One hash of all numbers, computed where the packages of some extras cannot be imported."""
+    wanted = {Requirement(one).name.lower() for extra in extras for one in EXTRAS[extra]}
+    modules = [module for module, owners in metadata.packages_distributions().items()
+               if not wanted.isdisjoint(owner.lower() for owner in owners)]  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", NUMBERS, *modules], capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+OPTIONAL = [extra for extra in EXTRAS if extra not in ("test", "docs")]
+
+
+def test_no_extra_changes_a_number():
+    """The same seed gives the same bits with every optional package and without any."""
+    assert numbers_without(*OPTIONAL) == numbers_without()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("extra", OPTIONAL)
+def test_no_single_extra_changes_a_number(extra):
+    assert numbers_without(extra) == numbers_without()

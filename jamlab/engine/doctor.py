@@ -24,6 +24,7 @@ from jamlab.engine.installation import (
 )
 from jamlab.errors import EngineError
 from jamlab.kernels.installed_files import installed
+from jamlab.storage.verified_file import versions
 
 _LIBRARIES = ("numpy", "scipy", "h5py", "MDAnalysis", "shapely", "matplotlib")
 _MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"
@@ -43,6 +44,7 @@ def examine() -> list[Finding]:
     return [
         Finding("Python", (3, 11) <= sys.version_info < (3, 14), f"{platform.python_version()} (3.11 to 3.13 wanted)"),
         *(_check(name, partial(metadata.version, name)) for name in ("jamlab", *_LIBRARIES)),
+        _check("solver", _solver),
         _check("LAMMPS", _lammps),
         _check("plugin", _plugin),
         _check("other plugins", _other_plugins),
@@ -59,6 +61,11 @@ def _check(subject: str, look: Callable[[], str]) -> Finding:
         return Finding(subject, False, f"{error.name} is not installed: run `pip install {error.name}`")
     except (EngineError, OSError, subprocess.SubprocessError) as error:
         return Finding(subject, False, str(error))
+
+
+def _solver() -> str:
+    found = versions()
+    return f"CHOLMOD of cvxopt {found['cvxopt']}, BLAS kernels {found['blas_kernels']}"
 
 
 def _lammps() -> str:

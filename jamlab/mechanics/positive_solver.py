@@ -1,74 +1,20 @@
-"""Solve with a series of symmetric positive definite matrices, by the fastest library at hand.
+"""Solve with a series of symmetric positive definite matrices by CHOLMOD, the supernodal Cholesky factors of cvxopt.
 
-scipy always works. CHOLMOD, through `pip install jamlab[fast]`, factorises five to fifteen times faster and is taken
-where it is installed, unless the environment variable JAMLAB_FACTORISATION says "scipy".
+There is one library for everyone: another one rounds otherwise, and a search near jamming then ends at another packing.
 
 Y. Chen, T. A. Davis, W. W. Hager and S. Rajamanickam, ACM Trans. Math. Softw. 35, 22 (2008).
 """
 
-import importlib.util
 import os
 import sys
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
-
-VARIABLE = "JAMLAB_FACTORISATION"
-BACKENDS = ("cholmod", "scipy")
-
-
-class PositiveSolver(Protocol):
-    """A solver that holds one factorisation at a time."""
-
-    def factorise(self, matrix: sparse.csc_array) -> None:
-        """Factorise a matrix (n, n); a pattern that is the same as before is not analysed again. `matrix`: both
-        triangles."""
-
-    def solve(self, right: Array) -> Array:
-        """Solve for (n,) or (n, k) right-hand sides with the matrix factorised last."""
-
-
-def backend() -> str:
-    """Name the library in use."""
-    installed = importlib.util.find_spec("cvxopt") is not None
-    wanted = os.environ.get(VARIABLE, "cholmod" if installed else "scipy")
-    if wanted not in BACKENDS:
-        raise InputError(f"{VARIABLE} = {wanted!r}: use one of {', '.join(BACKENDS)}")
-    if wanted == "cholmod" and not installed:
-        raise InputError(f"{VARIABLE} = 'cholmod', but cvxopt is not installed: pip install 'jamlab[fast]'")
-    return wanted
-
-
-def positive_solver() -> PositiveSolver:
-    """Make a solver of the library that `backend` names."""
-    return _Cholmod() if backend() == "cholmod" else _Superlu()
-
-
-class _Superlu:
-    """SuperLU, which scipy brings: factors without pivoting, whose ordering is used again."""
-
-    def __init__(self) -> None:
-        self._pattern = _Pattern()
-        self._factors: SymmetricFactors | None = None
-
-    def factorise(self, matrix: sparse.csc_array) -> None:
-        """See `PositiveSolver`."""
-        _check_finite(matrix)
-        known = self._pattern.known(matrix)
-        self._factors = SymmetricFactors(matrix, analysis=self._factors if known else None)
-        if self._factors.negative:
-            raise ConvergenceError(f"a matrix has {self._factors.negative} negative eigenvalue(s)")
-
-    def solve(self, right: Array) -> Array:
-        """See `PositiveSolver`."""
-        assert self._factors is not None
-        return self._factors.solve(right)
+from jamlab.errors import ConvergenceError
 
 
 @cache
@@ -85,8 +31,8 @@ def _load_cholmod() -> tuple[Any, Any, Any]:
     return cholmod, matrix, spmatrix
 
 
-class _Cholmod:
-    """CHOLMOD of cvxopt: supernodal Cholesky factors of the lower triangle, whose symbolic analysis is used again."""
+class PositiveSolver:
+    """A solver that holds one factorisation of a lower triangle at a time; its symbolic analysis is used again."""
 
     def __init__(self) -> None:
         self._cholmod, self._dense, self._sparse = _load_cholmod()
@@ -96,7 +42,8 @@ class _Cholmod:
         self._factors: Any = None
 
     def factorise(self, matrix: sparse.csc_array) -> None:
-        """See `PositiveSolver`."""
+        """Factorise a matrix (n, n); a pattern that is the same as before is not analysed again. `matrix`: both
+        triangles."""
         _check_finite(matrix)
         if not matrix.has_sorted_indices:
             matrix = matrix.sorted_indices()
@@ -117,14 +64,14 @@ class _Cholmod:
             raise ConvergenceError(f"a matrix is not positive definite from column {error.args[0]} on") from error
 
     def solve(self, right: Array) -> Array:
-        """See `PositiveSolver`."""
+        """Solve for (n,) or (n, k) right-hand sides with the matrix factorised last."""
         solution = self._dense(right)
         self._cholmod.solve(self._factors, solution)
         return np.asarray(solution).reshape(right.shape)
 
 
 def _check_finite(matrix: sparse.csc_array) -> None:
-    if not np.isfinite(matrix.data).all():  # the libraries take them for numbers
+    if not np.isfinite(matrix.data).all():  # CHOLMOD takes them for numbers
         raise ConvergenceError("a matrix has elements that are not finite")
 
 

@@ -11,7 +11,7 @@ from scipy.sparse import linalg
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 
 # Eigenvalue over the largest element on the diagonal that is rounding: translations, which cost nothing, come out at
@@ -37,7 +37,7 @@ class UnstableError(ConvergenceError):
 def static_response(matrix: sparse.csc_array, load: Array) -> Array:
     """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
     removes the two translations; `load`: forces."""
-    solver = positive_solver()
+    solver = PositiveSolver()
     floppy = FLOPPY * float(matrix.diagonal().max())
     try:
         solver.factorise(matrix)
@@ -52,7 +52,7 @@ def static_response(matrix: sparse.csc_array, load: Array) -> Array:
 
 def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -> Array:
     """The response beside floppy modes, by proximal steps: all add the same along these, and ever less else."""
-    solver = positive_solver()
+    solver = PositiveSolver()
     try:
         solver.factorise(matrix + floppy * sparse.eye_array(matrix.shape[0], format="csc"))
     except ConvergenceError as error:

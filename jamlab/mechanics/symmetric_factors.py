@@ -14,37 +14,15 @@ class SymmetricFactors:
     """L U factors of a symmetric matrix without pivoting, ordered for a symmetric pattern. Without pivoting U = D
     L^T, so by Sylvester's law the signs on the diagonal of U count the negative eigenvalues. COLAMD ordering with
     pivoting, scipy's default, is several times slower here and hides the signs. `matrix`: (n, n) sparse, symmetric;
-    real or complex; `analysis`: factors of a matrix with the same pattern; its ordering is used again, which saves
-    finding one."""
+    real or complex."""
 
-    def __init__(self, matrix: sparse.csc_array, *, analysis: "SymmetricFactors | None" = None) -> None:
-        self._order: NDArray[np.intp] | None = None
-        ordering = "MMD_AT_PLUS_A"
-        if analysis is not None:
-            self._order = analysis.order
-            matrix = matrix[self._order][:, self._order]
-            ordering = "NATURAL"
+    def __init__(self, matrix: sparse.csc_array) -> None:
         try:
             self._factors = linalg.splu(
-                matrix.tocsc(),
-                permc_spec=ordering,
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
+                matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError as error:
             raise ConvergenceError(f"a matrix is singular, the packing has a floppy mode: {error}") from error
-
-    @property
-    def size(self) -> int:
-        """n."""
-        return int(self._factors.shape[0])
-
-    @property
-    def order(self) -> NDArray[np.intp]:
-        """(n,) order of elimination."""
-        if self._order is not None:
-            return self._order
-        return np.argsort(self._factors.perm_c)
 
     @property
     def negative(self) -> int:
@@ -53,10 +31,5 @@ class SymmetricFactors:
 
     def solve(self, right: NDArray[Any]) -> NDArray[Any]:
         """Solution for one right-hand side (n,) or several (n, k)."""
-        if self._order is None:
-            solution: NDArray[Any] = self._factors.solve(right)
-            return solution
-        permuted = self._factors.solve(right[self._order])
-        solution = np.empty_like(permuted)
-        solution[self._order] = permuted
+        solution: NDArray[Any] = self._factors.solve(right)
         return solution

@@ -22,7 +22,7 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.force_laws import disk_law
 from jamlab.packing.natural_units import mean_size
@@ -78,7 +78,7 @@ def descend_with_box(
     """
     numbers = settings.border
     packing, state = session.packing(), session.evaluate()
-    solver, shift, taken = positive_solver(), numbers.first_shift, 0
+    solver, shift, taken = PositiveSolver(), numbers.first_shift, 0
     model: Model | None = None
     size = mean_size(packing)
     for _ in range(numbers.steps if steps is None else steps):

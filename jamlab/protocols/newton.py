@@ -9,7 +9,7 @@ from scipy import sparse
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.protocols.solver_settings import SOLVERS, NewtonSettings
 
@@ -37,7 +37,7 @@ def descend_by_newton(
     _, forces = session.forces_at(packing.positions)
     shift = settings.first_shift
     matrix: sparse.csc_array | None = None
-    solver, taken = positive_solver(), 0
+    solver, taken = PositiveSolver(), 0
     for _ in range(settings.steps if steps is None else steps):
         if np.hypot(*forces.T).max() <= tolerance or shift > settings.last_shift:
             break

@@ -20,7 +20,7 @@ from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.force_laws import disk_law
 from jamlab.protocols.newton import descend_by_newton, factorise
@@ -213,7 +213,7 @@ def _descend_preconditioned(
     session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
 ) -> Evaluation:
     packing = session.packing()
-    solver = positive_solver()
+    solver = PositiveSolver()
 
     def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
         factorise(hessian(packing.with_state(positions=positions)), shift, solver, settings.newton.definite)

@@ -6,7 +6,7 @@ from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 
 
@@ -17,7 +17,7 @@ class ShiftedSolver:
 
     def __init__(self, motion: EquationOfMotion) -> None:
         self._motion = motion
-        self._solver = positive_solver()
+        self._solver = PositiveSolver()
         self._root = 0.0
         # values of K and of B on their common pattern, so that a shift costs one sum
         self._pattern = (abs(motion.k_qq) + abs(motion.b_qq)).tocsc()
@@ -43,7 +43,7 @@ class ShiftedSolver:
 
     def forget(self) -> None:
         """Free the memory of the factors."""
-        self._solver = positive_solver()
+        self._solver = PositiveSolver()
 
     def solve(self, load: Array) -> Array:
         """Solve for the response (m,) to forces and torques (m,), less drift."""

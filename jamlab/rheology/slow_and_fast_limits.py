@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.static_response import static_response
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.rounding_error import ROUNDING
@@ -73,7 +73,7 @@ def _solve_slow(motion: EquationOfMotion) -> Array:
     q = motion.without_drift(q)
     if motion.size > motion.moving:
         torque = (motion.b_qq @ q + motion.b_qg)[motion.moving :]
-        solver = positive_solver()
+        solver = PositiveSolver()
         solver.factorise(motion.b_qq[motion.moving :, motion.moving :].tocsc())
         q[motion.moving :] = -solver.solve(torque)
     return q

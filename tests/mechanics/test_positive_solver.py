@@ -1,18 +1,17 @@
-"""Sparse matrices: sums of blocks against plain loops, factorisations by both libraries against dense numpy."""
+"""Sparse matrices: sums of blocks against plain loops, factorisations against dense numpy."""
 
 import numpy as np
 import pytest
 from scipy import sparse
 
 import jamlab
-from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.stiffness import assemble
 
 
-@pytest.fixture(params=["cholmod", "scipy"])
-def solver(request, monkeypatch):
-    monkeypatch.setenv("JAMLAB_FACTORISATION", request.param)
-    return positive_solver()
+@pytest.fixture
+def solver():
+    return PositiveSolver()
 
 
 def matrices():
@@ -38,7 +37,7 @@ def test_what_has_a_negative_mode_is_refused_and_the_next_is_not(solver):
     """The shift of Newton steps is found by failing."""
     matrix = next(matrices())
     solver.factorise(matrix)
-    with pytest.raises(jamlab.ConvergenceError, match=r"negative eigenvalue|not positive definite"):
+    with pytest.raises(jamlab.ConvergenceError):
         solver.factorise((matrix - 13 * sparse.eye_array(150)).tocsc())
     solver.factorise((matrix + sparse.eye_array(150)).tocsc())
     dense = matrix.toarray() + np.eye(150)

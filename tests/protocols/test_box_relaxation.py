@@ -8,7 +8,7 @@ import jamlab
 from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
 from jamlab.engine.disk_fire import lively_fire
 from jamlab.mechanics.elasticity import elastic_tensor
-from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.protocols import border_newton, box_relaxation
 from jamlab.protocols.border_newton import Model, descend_with_box
@@ -57,7 +57,7 @@ def test_step_solves_the_bordered_system(pushed):
     model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
     sites = model.sites.toarray()
     size = len(sites)
-    known = positive_solver(), model, state.forces.ravel(), gradient
+    known = PositiveSolver(), model, state.forces.ravel(), gradient
     u, e, shift = border_newton._step(*known, 1e-2, jamlab.SolverSettings())
     held = 0.5 * shift * size * np.eye(3)
     whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])

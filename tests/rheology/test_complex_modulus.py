@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -298,23 +297,6 @@ def test_large_packings_are_refused_by_the_dense_solver(packings):
         jamlab.complex_modulus(p, [1.0], method="dense")
     with pytest.raises(jamlab.InputError, match="give one number or one row"):
         jamlab.complex_modulus(packings[1e-4], [])
-
-
-@pytest.mark.parametrize("name", ["cholmod", "scipy", "guess"])
-def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
-    """Where CHOLMOD is installed both give the same; where it is not, and for other names, the remedy is named."""
-    plain = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
-    monkeypatch.setenv("JAMLAB_FACTORISATION", name)
-    if name == "guess":
-        with pytest.raises(jamlab.InputError, match=r"JAMLAB_FACTORISATION.*'guess'.*cholmod, scipy"):
-            jamlab.complex_modulus(packings[1e-4], OMEGA)
-        return
-    if name == "cholmod" and find_spec("cvxopt") is None:
-        with pytest.raises(jamlab.InputError, match=r"pip install 'jamlab\[fast\]'"):
-            jamlab.complex_modulus(packings[1e-4], OMEGA)
-        return
-    s = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
-    assert relative(modulus(s), modulus(plain)).max() < 1e-9
 
 
 @pytest.mark.parametrize("method", METHODS)
