@@ -8,6 +8,7 @@ states = campaign.table("states")
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from jamlab.campaign.folder import COPY, CampaignFolder, damage
 from jamlab.campaign.observable import check_function, load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Estimate, Status, count_tasks, longest_first, plan, wanted_batches
-from jamlab.campaign.states import StoredStates
+from jamlab.campaign.states import StoredStates, earlier_tasks
 from jamlab.campaign.tables import aggregate, draw_means, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import Workers
@@ -136,6 +137,8 @@ class Campaign:
         with self.folder.lock():
             self.folder.keep_copy(self.text)
             self.folder.sweep_up()
+            if others := earlier_tasks(self.folder, chosen):
+                warnings.warn(f"{describe_earlier(others)}; they are made or measured again", stacklevel=3)
             names = task_names(chosen)
             finished = self.folder.finished() & names
             repaired = {}
@@ -189,7 +192,7 @@ class Campaign:
         return [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
 
     @checked
-    def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:
+    def table(self, name: str = "states", sweep: str | None = None, *, earlier: bool = False) -> pd.DataFrame:
         """Collect one tidy table from all finished tasks.
 
         Args:
@@ -197,12 +200,23 @@ class Campaign:
                 "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has those of
                 your own observables.
             sweep: take the tasks of this sweep only.
+            earlier: also show the rows that other versions of the protocols or definitions made; the columns
+                `protocol` and `definitions` tell them apart. By default they are left out, and a warning says so.
 
         Raises:
             InputError: there is no such table or sweep.
             StorageError: a file is damaged; `run` repairs it.
         """
-        return table(self.folder, self.finished(sweep), name)
+        others = self.earlier(sweep)
+        if others and not earlier:
+            warnings.warn(f"{describe_earlier(others)}; table(earlier=True) shows their rows too", stacklevel=3)
+        return table(self.folder, [*self.finished(sweep), *(others if earlier else ())], name)
+
+    @checked
+    def earlier(self, sweep: str | None = None) -> dict[str, str]:
+        """Finished tasks of all sweeps or of one that other versions of protocols or definitions made: name -> what
+        differs today. No table holds their rows unless it is asked for them; `run` makes or measures them again."""
+        return earlier_tasks(self.folder, batches(self.content, None if sweep is None else [sweep]))
 
     @checked
     def aggregate(
@@ -350,6 +364,12 @@ class Campaign:
         return read_all(self.folder.task_file(task))
 
 
+def describe_earlier(others: dict[str, str]) -> str:
+    """Say in a line what `Campaign.earlier` found."""
+    reasons = "; ".join(dict.fromkeys(others.values()))
+    return f"{len(others)} finished tasks are of other versions ({reasons}) and left out of tables"
+
+
 @checked
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
     r"""Open a campaign by its TOML file, or by its folder.
@@ -409,6 +429,8 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
                     with atomic_file(target) as temporary:
                         temporary.write_bytes(other.task_file(name).read_bytes())
                     counts["copied"] += 1
+    if others := campaign.earlier():
+        warnings.warn(f"{describe_earlier(others)}; run the campaign to make or measure them again", stacklevel=2)
     return counts
 
 
@@ -441,6 +463,7 @@ def export(
     sweep: str | None = None,
     *,
     replace: bool = True,
+    earlier: bool = False,
 ) -> list[Path]:
     """Write tables, by default all with rows, as "csv" or "parquet", or a LAMMPS text "dump" of every task for OVITO;
     returns their paths. Where one is there and `replace` is False, none is written."""
@@ -450,7 +473,8 @@ def export(
     if form == "dump":
         written: dict[Path, Any] = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
     else:
-        frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # all, before a folder is made
+        wanted = tables or TABLES
+        frames = {name: campaign.table(name, sweep, earlier=earlier) for name in wanted}  # before a folder is made
         written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
     if written:
         make_folder(out)

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from threadpoolctl import threadpool_limits
 
+from jamlab.campaign.file import STATES
 from jamlab.campaign.folder import CampaignFolder, write_task_file
 from jamlab.campaign.observable import Measured, load_function, measure_own, measure_tables
 from jamlab.campaign.plan import wanted_batches
@@ -89,7 +90,7 @@ def _make_file(
         shared = shared_tables(task.parameters, file.parameters)
         known = {name: columns for name, columns in file.tables.items() if name in shared}
         before = file.seconds, file.cpu_seconds
-        whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
+        whole = STATES in shared and file.observables.keys() >= set(COLUMNS)  # else a jamlab before measured less
         measured = file.observables if whole else measure_all(states.packings)
     of = Measured(states, measured["pressure"], task.parameters.tolerances)
     tables = measure_tables(task.parameters.tables, of, known)

@@ -141,7 +141,7 @@ class _Run(Driven):
 class SteadyFlow(_Run):
     """Steady shear and its start-up at each rate; rate 0 is quasi-static shear, in which there is no drag."""
 
-    name, needs = "flow", "a table with rates"
+    name, defined_by, needs = "flow", ("flow",), "a table with rates"
     _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
         *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
         *("normal_stress_difference_error", "dissipation", "plastic_events"),
@@ -189,7 +189,7 @@ class SteadyFlow(_Run):
 class Oscillation(_Run):
     """First harmonic of the stress at each frequency and amplitude, beside the linear answer by equivalent damping."""
 
-    name, needs = "oscillation", "a table with omega and amplitudes"
+    name, defined_by, needs = "oscillation", ("oscillation",), "a table with omega and amplitudes"
     _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # attributes of `Oscillation`
     _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
     stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), **_Run._ENDED}
@@ -227,7 +227,7 @@ class Oscillation(_Run):
 class Creep(_Run):
     """Strain under each stress beside the residual one: where it ends, and whether the packing rests or flows."""
 
-    name, needs = "creep", "a table with stresses and duration"
+    name, defined_by, needs = "creep", ("creep",), "a table with stresses and duration"
     _OF_RUN: ClassVar = ("residual", "final_time", "final_strain", "final_rate", "slope")
     stored: ClassVar[Schema] = {
         **_Run._FLOW,

@@ -120,10 +120,7 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
     """Read everything except the positions; with `table`, that table alone, or none if there is no such table."""
     with _campaign(path) as file:
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
-        try:
-            parameters = Parameters.from_record(json.loads(group.attrs["parameters"]))
-        except StorageError as error:
-            raise StorageError(f"{path} holds {error}") from error
+        parameters = _parameters(path, file)
         onset = [float(file[f"tables/onset/{name}"][0]) if "tables/onset" in file else np.nan for name in _ONSET]
         return TaskFile(
             task=group.attrs["task"],
@@ -143,6 +140,19 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             onset=(onset[0], onset[1]),
             missing=json.loads(group.attrs["missing"]),
         )
+
+
+def read_parameters(path: Path) -> Parameters:
+    """Read the parameters alone. Errors as in `read_task_file`."""
+    with _campaign(path) as file:
+        return _parameters(path, file)
+
+
+def _parameters(path: Path, file: Any) -> Parameters:
+    try:
+        return Parameters.from_record(json.loads(file["campaign"].attrs["parameters"]))
+    except StorageError as error:
+        raise StorageError(f"{path} holds {error}") from error
 
 
 def read_last_state(path: Path) -> dict[str, float]:

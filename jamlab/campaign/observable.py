@@ -97,6 +97,7 @@ class Observable(FileTable):
     # of the table that users see; what a file does not hold is taken from its task or its states
     columns: ClassVar[tuple[str, ...]]
     before: ClassVar[tuple[str, ...]] = ()  # columns of the table that a file does not hold
+    defined_by: ClassVar[tuple[str, ...]]  # definitions that its table depends on, by their names in `versions.py`
     needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
     only: ClassVar[str] = ""  # the one model that it is for; "" for both
     labels: ClassVar[dict[str, str]] = {}  # column -> label of its axis in plots

@@ -40,7 +40,7 @@ from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE
 class Onset(Observable):
     """The packing at onset, of every task that begins there, whatever it measures."""
 
-    name = "onset"
+    name, defined_by = "onset", ("contacts", "packing fraction")
     stored: ClassVar[Schema] = {
         **floats("rho_J", "phi_J", "z_J"),
         **{"n_contacts": WHOLE, "rattlers": WHOLE, "converged": FLAG},
@@ -83,7 +83,7 @@ _ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
 class Spectra(Linear):
     """The complex modulus over frequency; nan and not converged where a packing is unstable."""
 
-    name = "spectra"
+    name, defined_by = "spectra", ("contacts", "spectra")
     _OF_MODULUS: ClassVar = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
     stored: ClassVar[Schema] = {**STATE, **LAW, "prestress": FLAG, **floats("omega", *_OF_MODULUS), "converged": FLAG}
     labels: ClassVar[dict[str, str]] = {
@@ -115,7 +115,7 @@ class Spectra(Linear):
 class Quasistatic(Observable):
     """Medians and means of the linear motion in slow shear, `sheared` without its affine part; nan where unstable."""
 
-    name, only = "quasistatic", "sp"
+    name, only, defined_by = "quasistatic", "sp", ("contacts", "slow shear")
     _KINDS: ClassVar = ("approach", "sliding", "nonaffine", "sheared")
     _MEANS: ClassVar = tuple(f"mean_{kind}" for kind in _KINDS)
     stored: ClassVar[Schema] = {**STATE, "prestress": FLAG, **floats(*_KINDS, *_MEANS)}
@@ -146,7 +146,7 @@ class Quasistatic(Observable):
 class Correlation(Linear):
     """Correlation of displacements over distance, at some frequencies; no rows where a packing is unstable."""
 
-    name = "correlation"
+    name, defined_by = "correlation", ("contacts", "correlation")
     stored: ClassVar[Schema] = {**STATE, **LAW, "prestress": FLAG, **floats("omega", "delta", "c", "box")}
 
     correlation_omega: Frequencies
@@ -168,7 +168,7 @@ class Correlation(Linear):
 class Modes(Driven):
     """Relaxation modes of droplets, a row each; none where a packing is unstable."""
 
-    name, only = "modes", "dp"
+    name, only, defined_by = "modes", "dp", ("contacts", "modes")
     _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeMotion`
     stored: ClassVar[Schema] = {**STATE, **LAW, **floats(*_OF_MODES)}
     _SECONDS: ClassVar[Points] = ((16, 0.07), (32, 0.5), (64, 3.5))
@@ -193,7 +193,8 @@ class Modes(Driven):
 class VoidsOfStates(Observable):
     """Voids that do not percolate, a row each; no rows of a packing whose outlines cross."""
 
-    name, refusal = "voids", BoundaryError  # of outlines that cross
+    name, defined_by = "voids", ("voids",)
+    refusal = BoundaryError  # of outlines that cross
     stored: ClassVar[Schema] = {"state": WHOLE, "sides": WHOLE, **floats("area", "perimeter", "shape", "particle_area")}
     columns = ("state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area")
     _SECONDS: ClassVar[dict[str, Points]] = {
@@ -219,7 +220,7 @@ class Order(Observable):
     psi_6 is the mean of |psi_6| over particles and psi_6_overall |mean of psi_6|, both 1 in a triangular crystal;
     share_k is the part of the particles with k neighbours, so that 1 - share_6 is the density of disclinations."""
 
-    name = "order"
+    name, defined_by = "order", ("order",)
     _NEIGHBORS: ClassVar = (5, 6, 7)
     stored: ClassVar[Schema] = {**STATE, **floats("psi_6", "psi_6_overall", *(f"share_{k}" for k in _NEIGHBORS))}
     columns = ("rho", *stored)

@@ -6,12 +6,14 @@ the tables do not depend on the order in which observables were asked for.
 """
 
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
 from jamlab.campaign.file import STATES
-from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_task_file
+from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_parameters, read_task_file
 from jamlab.campaign.observable import TaskStates
-from jamlab.campaign.tasks import Batch, Parameters, Task, state_key
+from jamlab.campaign.tasks import Batch, Parameters, Task, state_key, task_name, task_names
+from jamlab.campaign.versions import as_column, changes
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
@@ -23,7 +25,7 @@ from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compr
 from jamlab.protocols.onset import jam
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import QUENCH_PROTOCOL, relax
 from jamlab.protocols.target_pressure import decompress, pack
 from jamlab.storage.verified_file import versions
 
@@ -72,11 +74,12 @@ def _particles(parameters: Parameters) -> dict[str, Any]:
 def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
     packings, tolerance = [], parameters.tolerances.max_force
+    entries = {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
     for phi in parameters.phi or ():
         start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **_particles(parameters))
         with Session(start, ranks=ranks) as session:
             found = relax(session, tolerance)
-            packings.append(record(session.packing(), found, protocol="quench", seed=parameters.seed, **versions()))
+            packings.append(record(session.packing(), found, **entries, seed=parameters.seed, **versions()))
     return packings
 
 
@@ -131,7 +134,7 @@ class StoredStates:
                     self.add(task)
         for name in sorted(foreign):
             try:
-                self.add(Task(name, read_task_file(folder.task_file(name), "").parameters))
+                self.add(Task(name, read_parameters(folder.task_file(name))))
             except StorageError:  # damaged: it cannot serve, and `status --verify` reports those that matter
                 continue
 
@@ -150,9 +153,28 @@ class StoredStates:
 
 def shared_tables(parameters: Parameters, other: Parameters) -> set[str]:
     """Name the observables that come out the same for two tasks with the same states."""
-    known = {o.name: o.depends_on(other.tolerances) for o in other.tables}
-    same = {o.name for o in parameters.tables if known.get(o.name) == o.depends_on(parameters.tolerances)}
-    return {STATES, *same, *(set(parameters.own) & set(other.own))}
+
+    def bases(of: Parameters) -> dict[str, Any]:
+        found: dict[str, Any] = {STATES: None, **{o.name: o.depends_on(of.tolerances) for o in of.tables}}
+        return {name: (basis, as_column(of.definition_names(name), of.definitions)) for name, basis in found.items()}
+
+    known = bases(other)
+    same = {name for name, basis in bases(parameters).items() if known.get(name) == basis}
+    return same | (set(parameters.own) & set(other.own))
+
+
+def earlier_tasks(folder: CampaignFolder, batches: Iterable[Batch]) -> dict[str, str]:
+    """Finished tasks of some batches that were made by other versions of protocols or definitions than those of today:
+    name -> what differs, as text."""
+    known, found = task_names(batches), {}
+    for name in sorted(folder.finished() - known):
+        with suppress(StorageError):  # damaged: nothing reads it
+            then = read_parameters(folder.task_file(name))
+            now = then.now()
+            if now != then and task_name(now) in known:
+                what = changes(then.protocol, now.protocol) + changes(then.definitions, now.definitions)
+                found[name] = "; ".join(what)
+    return found
 
 
 def read_stored(folder: CampaignFolder, name: str) -> tuple[TaskFile, TaskStates] | None:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
 from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
+from jamlab.campaign.versions import as_column, unlike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS
@@ -38,7 +39,8 @@ NEAR = 5e-3  # of a value, within which a state is at it: half a step of 0.01 in
 _MOST_BINS = 12  # a column with no more values than that is not binned
 _WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
-_WHO = ("task", "model", "n", "seed", "ensemble")
+_VERSIONS = ("protocol", "definitions")  # of the packings, and of what the table shows of them
+_WHO = ("task", "model", "n", "seed", "ensemble", *_VERSIONS)
 _LAW = ("gamma", "ka", "delta", "eps", "nv_small")  # of droplets
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
@@ -66,6 +68,8 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
         if columns:
             p = file.parameters
             who = {"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble}
+            who |= {"protocol": as_column(p.protocol_names, p.protocol)}
+            who |= {"definitions": as_column(p.definition_names(name), p.definitions)}
             parts.append(pd.DataFrame(who | columns))
     wanted = [*TABLE_COLUMNS[name], *sorted(own)]
     if not parts:
@@ -206,10 +210,9 @@ def aggregate(
         return pd.DataFrame()
     middle, rows = STATISTICS[statistic], []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
-        for name in ("ensemble", "units"):
-            if name in part and part[name].nunique() > 1:
-                found = " and ".join(sorted(map(str, part[name].unique())))
-                raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
+        for name in _mixed(part, ("ensemble", "units")):
+            found = " and ".join(sorted(map(str, part[name].unique())))
+            raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
         labels = group if isinstance(group, tuple) else (group,)
         row: dict[str, Any] = dict(zip(keys, labels, strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
@@ -225,6 +228,12 @@ def aggregate(
                 row |= {name: float(mean.value), f"{name}_low": float(mean.low), f"{name}_high": float(mean.high)}
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _mixed(frame: pd.DataFrame, columns: Iterable[str]) -> list[str]:
+    """Which of some columns, and of the versions, differ within a frame."""
+    several = [name for name in columns if name in frame and frame[name].nunique() > 1]
+    return several + [name for name in _VERSIONS if name in frame and unlike(frame[name].unique())]
 
 
 def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
@@ -268,8 +277,10 @@ def draw_means(
     for name in (value, along):
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: plot one that does")
-    unlike = frame.groupby(by, dropna=False)[[name for name in _UNLIKE if name in frame and name != by]].nunique() > 1
-    keys = [by, *unlike.columns[unlike.any()]]  # what is unlike gets a curve each, never a mean
+    parts = [part for _, part in frame.groupby(by, dropna=False)]
+    mixed = {name for part in parts for name in _mixed(part, _UNLIKE)}
+    # what is unlike gets a curve each, never a mean
+    keys = [by, *(name for name in (*_UNLIKE, *_VERSIONS) if name in mixed and name != by)]
     found = choose_bins(frame[along].to_numpy(np.float64))
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
     drawn = 0
@@ -311,7 +322,7 @@ def _name(keys: list[str], group: tuple[Any, ...]) -> str:
     words = []
     for key, value in zip(keys, group, strict=True):
         known = MODEL_STYLE[value]["label"] if key == "model" and value in MODEL_STYLE else None
-        words.append(str(known or (value if key in ("ensemble", "units") else f"{key} = {value}")))
+        words.append(str(known or (value if key in ("ensemble", "units", *_VERSIONS) else f"{key} = {value}")))
     return ", ".join(words)
 
 

@@ -1,9 +1,9 @@
 """Turn sweeps into tasks: one task follows one packing through one sweep, and becomes one file.
 
 The name of a task is a hash of everything its result depends on: the parameters of the sweep that matter for it, n, the
-seed, the defaults of the LAMMPS decks, and the version of the file schema. The name of the sweep, and where or how fast
-the task runs, do not enter. So a campaign may be renamed, sweeps may share tasks, and more seeds add tasks without
-touching existing ones.
+seed, the defaults of the LAMMPS decks, and the versions of the file schema, of the protocols and of the definitions
+(`versions.py`). The name of the sweep, and where or how fast the task runs, do not enter. So a campaign may be renamed,
+sweeps may share tasks, and more seeds add tasks without touching existing ones.
 
 Tasks that differ only in what they measure share a state key, the hash of the other parameters. So a new observable
 makes a new task, but no new packings: `states.py` finds a finished task of the same key.
@@ -22,6 +22,7 @@ from jamlab.campaign.file import STATES, CampaignTable, Compression, Sweep, site
 from jamlab.campaign.file_values import Tolerances
 from jamlab.campaign.observable import Observable, Size
 from jamlab.campaign.observables import OBSERVABLES, Onset
+from jamlab.campaign.versions import STATES_BY, Versions, raised
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.law_parameters import OPTIONAL
@@ -54,6 +55,29 @@ class Parameters:
     # a distribution by name, or diameters; None: half of the particles are large
     sizes: str | tuple[float, ...] | None = None
     decompress: bool = False  # whether each pressure is reached from the one above
+    # versions of the protocols that make the packings and of the definitions of what is measured, those above 1
+    protocol: Versions = field(default_factory=dict)
+    definitions: Versions = field(default_factory=dict)
+
+    @property
+    def protocol_names(self) -> list[str]:
+        """Protocols that the packings depend on, as `versions.py` names them."""
+        names = ["sizes"] if isinstance(self.sizes, str) else []
+        if self.pressures is not None:
+            return [*names, "pressure"]
+        if self.phi is not None:
+            return [*names, "quench"]
+        onset = "onset of disks" if self.model == "sp" else "onset of droplets"
+        return [*names, onset, *(["compression"] if self.compress is not None else [])]
+
+    def definition_names(self, table: str) -> tuple[str, ...]:
+        """Definitions that a table depends on, as `versions.py` names them."""
+        return next((o.defined_by for o in self.tables if o.name == table), STATES_BY)
+
+    def now(self) -> "Parameters":
+        """The same with the versions of today."""
+        defined = {name for table in (STATES, *(o.name for o in self.tables)) for name in self.definition_names(table)}
+        return replace(self, protocol=raised(self.protocol_names), definitions=raised(defined))
 
     @property
     def label(self) -> str:
@@ -98,6 +122,8 @@ class Parameters:
             record["phi"] = list(self.phi)
         else:
             record["onset"] = True
+        if self.protocol:
+            record["protocol"] = self.protocol
         return record
 
     def record(self) -> dict[str, Any]:
@@ -107,6 +133,8 @@ class Parameters:
         record["observables"] = sorted({STATES, *self.own, *(o.name for o in self.observables)})
         for observable in self.observables:
             record |= observable.model_dump()
+        if self.definitions:
+            record["definitions"] = self.definitions
         return record
 
     @classmethod
@@ -125,6 +153,8 @@ class Parameters:
                 phi=tuple(record["phi"]) if "phi" in record else None,
                 sizes=_frozen(record.get("sizes")),
                 decompress=record.get("decompress", False),
+                protocol=record.get("protocol", {}),
+                definitions=record.get("definitions", {}),
             )
         except (KeyError, TypeError, ValidationError) as error:
             raise StorageError(f"parameters of another version of jamlab: {error!r:.200}") from error
@@ -241,7 +271,7 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
         phi=None if sweep.phi is None else tuple(sorted(map(float, sweep.phi))),
         sizes=_frozen(sweep.sizes),
         decompress=sweep.decompress,
-    )
+    ).now()
 
 
 def _frozen(sizes: str | list[float] | None) -> str | tuple[float, ...] | None:

@@ -1,6 +1,7 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
@@ -30,6 +31,22 @@ app = typer.Typer(
     help="Ensembles of packings from one file: thousands of tasks that can be stopped and resumed.",
     epilog="Start with: jamlab campaign new campaign.toml",
 )
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("once", UserWarning)
+        warnings.showwarning = lambda message, *_, **__: print_note(str(message))
+        yield
+
+
+@app.callback()
+def options(context: typer.Context) -> None:
+    """Show warnings as lines on stderr."""
+    context.with_resource(_warnings_as_lines())
+
+
 Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")]
 Folder = Annotated[
     Path | None, typer.Option("--out", help="Folder of the tasks; default: beside the file, under the campaign's name.")
@@ -93,6 +110,7 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     out_console.print(f"{left} tasks left: about {time} on {cores} free cores, {size / 1e6:.0f} MB")
     if stored := sum(line.stored for line in lines):
         out_console.print(f"{stored} of them measure states that are stored already")
+    _print_earlier(campaign)
     for line in lines:
         if line.ranks > 1 and line.left:
             held = f"each task by {line.ranks} MPI ranks, on a worker of {line.ranks} cores"
@@ -255,6 +273,14 @@ def status(
         out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
     if found.foreign:
         out_console.print(f"{found.foreign} further files belong to no task of this campaign file", soft_wrap=True)
+    _print_earlier(campaign)
+
+
+def _print_earlier(campaign: "Campaign") -> None:
+    from jamlab.campaign.campaign import describe_earlier
+
+    if others := campaign.earlier():
+        out_console.print(describe_earlier(others), soft_wrap=True, highlight=False)
 
 
 @app.command(epilog="Example: jamlab campaign page campaign.toml --out campaign.html")
@@ -310,6 +336,9 @@ def export(
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
     out: Folder = None,
     force: Force = False,
+    earlier: Annotated[
+        bool, typer.Option("--earlier", help="Also write rows that other versions of protocols or definitions made.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Write tables, or the frames of every task."""
@@ -318,7 +347,7 @@ def export(
 
     expect_output(to)
     campaign = open_campaign(file, out)
-    written = [str(path) for path in write(campaign, to, form, table or (), sweep, replace=force)]
+    written = [str(path) for path in write(campaign, to, form, table or (), sweep, replace=force, earlier=earlier)]
     if as_json:
         print_json({"written": written})
     else:

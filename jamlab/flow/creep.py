@@ -109,6 +109,7 @@ class CreepRun(FlowRun):
         finish_in_time(axes, in_unit(r"compliance $J(t)$", per_unit if self.unit else ""), self)
 
 
+CREEP_DEFINITION = 1  # version, see jamlab.campaign.versions
 TOLERANCE = 1e-3
 LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, which are those of the papers
 

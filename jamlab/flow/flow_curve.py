@@ -181,6 +181,7 @@ class FlowCurve:
         say_balance(axes, self._worst, self.tolerance)
 
 
+FLOW_DEFINITION = 1  # version, see jamlab.campaign.versions
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 MOST_PROCESSES = 1024
 AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256

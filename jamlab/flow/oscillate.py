@@ -134,6 +134,7 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
     return np.asarray(found[:HARMONICS] + 1j * found[HARMONICS : 2 * HARMONICS])
 
 
+OSCILLATION_DEFINITION = 1  # version, see jamlab.campaign.versions
 TOLERANCE = 1e-3  # a modulus is wanted better than a stress in flow
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
 MOST_CYCLES = 10_000

@@ -38,6 +38,7 @@ LEAST_CONTACTS = 3
 # 3e-4 and 1e-3, more on either side, and states of self-stress are as many without it. Above onset stops bear more and
 # more, so that the tiers are apart at onset alone. Contacts of disks, which count exactly at onset, all hold.
 LEAST_LOAD = 3e-4
+CONTACTS_DEFINITION = 2  # version, see jamlab.campaign.versions; 1 took every weak contact for one that holds
 
 
 def find_rattlers(

@@ -17,6 +17,8 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
 
+ORDER_DEFINITION = 1  # version, see jamlab.campaign.versions
+
 
 @dataclass(frozen=True)
 class OrientationalOrder:

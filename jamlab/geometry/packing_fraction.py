@@ -17,6 +17,8 @@ from jamlab.geometry.voids.voids import BoundedVoids, Voids, bound_voids
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
+FRACTION_DEFINITION = 1  # version, see jamlab.campaign.versions
+
 
 @checked
 def packing_fraction(packing: Packing, method: str = "exact") -> float:

@@ -11,6 +11,8 @@ from jamlab.geometry.power_cells import DiskCells, disk_cells
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.packing.packing import Packing
 
+SHAPE_DEFINITION = 1  # version, see jamlab.campaign.versions
+
 
 @checked
 def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array:

@@ -30,6 +30,7 @@ from jamlab.protocols.saddles import relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
+COMPRESSION_PROTOCOL = 1  # version, see jamlab.campaign.versions
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
 
@@ -206,6 +207,7 @@ def _sweep(
                 state,
                 found,
                 by=by,
+                compression_version=COMPRESSION_PROTOCOL,
                 target=float(target),
                 on_target=bool(abs(reached - target) <= tolerance),
                 minimizer=first_order_method(session, settings.relaxation),

@@ -34,6 +34,8 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
+# versions, see jamlab.campaign.versions; droplets: 2 ends at a minimum, 1 ended at some saddles
+ONSET_PROTOCOL = {"sp": 1, "dp": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
@@ -121,6 +123,7 @@ def jam(
         method = first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
+        "protocol_version": ONSET_PROTOCOL[model],
         "search": search,
         "start": start,
         "seed": seed,

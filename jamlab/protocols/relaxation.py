@@ -27,6 +27,7 @@ from jamlab.protocols.newton import descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
 
+QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.versions
 LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
 
 

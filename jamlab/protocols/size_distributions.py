@@ -24,6 +24,7 @@ from jamlab.errors import InputError
 
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
 
+SIZES_PROTOCOL = 1  # version, see jamlab.campaign.versions
 LARGEST_RATIO = 10.0  # of `ratio`: beyond, small disks rattle in the gaps
 WIDEST_RATIO = 50.0  # of any two disks: neighbor lists grow with the square of the ratio
 _FINE = 64  # points in each stratum, by which its mean is taken

@@ -27,6 +27,7 @@ from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_rec
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
+PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.versions
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 _DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
@@ -111,7 +112,8 @@ def pack(
     )
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
-    entries = {"protocol": "pressure", "seed": seed, "pressure": found.evaluation.pressure}
+    entries: dict[str, Any] = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL}
+    entries |= {"seed": seed, "pressure": found.evaluation.pressure}
     entries |= sizes_record(sizes, diameters) | {"wall_time": time.perf_counter() - began}
     return scales.from_natural(record(packing, found, **entries, **versions()))
 
@@ -180,7 +182,8 @@ def decompress(
     _check_met(reached, found, pressure, scales, _ANOTHER)
     said = natural.provenance  # what it says of other protocols does not hold any more
     entries: dict[str, Any] = {name: said[name] for name in _KEPT if name in said}
-    entries |= {"protocol": "decompress", "pressure": found.evaluation.pressure, "from_pressure": start}
+    entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL}
+    entries |= {"pressure": found.evaluation.pressure, "from_pressure": start}
     if said.get("protocol") == "decompress":
         entries["from_pressure"] = said["from_pressure"]
     entries["wall_time"] = time.perf_counter() - began

@@ -25,6 +25,7 @@ from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpect
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
+SPECTRUM_DEFINITION = 1  # version, see jamlab.campaign.versions
 METHODS = ("auto", "dense", "direct", "reduced")
 
 _SMALL = 256  # displacements up to which the dense solver is the quickest (jamlab study run spectrum)

@@ -26,6 +26,8 @@ from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
+CORRELATION_DEFINITION = 1  # version, see jamlab.campaign.versions
+
 
 @dataclass(frozen=True)
 class DisplacementCorrelation:

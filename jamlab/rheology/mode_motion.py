@@ -24,6 +24,7 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_mot
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, build_strengths, find_all_modes
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
+MODES_DEFINITION = 1  # version, see jamlab.campaign.versions
 MOTIONS = ("translation", "rotation", "along", "across")
 
 

@@ -4,6 +4,7 @@ import csv
 import re
 import time
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,6 +16,7 @@ from jamlab.campaign import states as making
 from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.folder import read_task_file
 from jamlab.campaign.observables import TABLES
+from jamlab.campaign.tables import aggregate, draw_means
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
@@ -273,3 +275,53 @@ def test_workers_import_from_the_folder_of_the_campaign_file(tmp_path):
     (tmp_path / "c" / "campaign.toml").write_text(path.read_text())
     done = jamlab.open_campaign(tmp_path / "c").run(1)
     assert (done.finished, done.failed) == (2, 0)
+
+
+RAISED = [("geometry.contact_network", "CONTACTS_DEFINITION"), ("protocols.target_pressure", "PRESSURE_PROTOCOL")]
+
+
+@pytest.mark.parametrize(("module", "constant"), RAISED)
+def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constant):
+    """After a raise, and with one more seed: definitions are measured again on stored packings, protocols run again;
+    the old rows appear if they are asked for, and are never averaged with the others."""
+    before = run(written(tmp_path / "c.toml", **PRESSED))
+    old = before.table("states")
+    monkeypatch.setattr(f"jamlab.{module}.{constant}", 7)
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **(PRESSED | {"seeds": 2})))
+    assert [line.stored for line in campaign.plan()] == [int("DEFINITION" in constant)]
+    with pytest.warns(UserWarning):
+        assert not len(campaign.table("states"))
+    (changed,) = campaign.earlier().values()
+    assert "7" in changed
+    monkeypatch.setattr(making, "pack", counted := Counted(making.pack))
+    assert [outcome.state for outcome in run_here(campaign)] == ["finished"] * 2
+    assert counted.seeds == ([2, 2] if "DEFINITION" in constant else [1, 1, 2, 2])
+    with pytest.warns(UserWarning):
+        assert sorted(campaign.table("states")["seed"]) == [1, 1, 2, 2]
+    both = campaign.table("states", earlier=True)
+    assert len(both) == 6 and set(old["task"]) < set(both["task"])
+    with pytest.raises(InputError):
+        aggregate(both, ["z"], ["model"])
+    with pytest.raises(InputError):  # tables that were exported before there were versions
+        aggregate(
+            pd.concat([old.drop(columns=["protocol", "definitions"]), both[~both["task"].isin(old["task"])]]), ["z"], []
+        )
+    assert aggregate(both, ["z"], ["protocol", "definitions"])["packings"].tolist() in ([1, 2], [2, 1])
+    axes = plt.figure().add_subplot()
+    draw_means(axes, both, "z", "target_pressure", "model", None)
+    assert len(axes.get_legend_handles_labels()[1]) == 2  # a curve each
+    other = jamlab.open_campaign(written(tmp_path / "d.toml", "d", **PRESSED))
+    with pytest.warns(UserWarning):
+        assert merge(other, [before.folder.path])["copied"] == 3
+    assert len(other.finished()) == len(other.earlier()) == 1
+
+
+class Counted:
+    """A function that notes the third argument of each call."""
+
+    def __init__(self, function):
+        self.function, self.seeds = function, []
+
+    def __call__(self, *words, **how):
+        self.seeds.append(words[2])
+        return self.function(*words, **how)
