@@ -256,6 +256,9 @@ def pairs_in_contact(packing: Packing, meetings: Meetings) -> tuple[Pairs, NDArr
 def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packing:
     """Leave only the force-bearing particles: voids are then the faces of the contact network.
 
+    The packing that remains has its own mean size, and so another drag in units "eps": linear response leaves rattlers
+    out by itself.
+
     Args:
         packing: SP or DP.
         network: its contacts, if they are known already.

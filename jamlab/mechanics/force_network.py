@@ -24,6 +24,7 @@ LARGEST_IMBALANCE = (
 class ForceNetwork:
     """Particles that bear force, what presses on what among them, and their energy."""
 
+    whole: Packing  # with its rattlers: area, mean size and typical stiffness are those of this packing
     packing: Packing  # without its rattlers; droplets that two contacts squeeze are among those of z, and remain here
     held: NDArray[np.bool_]  # (n_sites,) bool, positions of the whole packing that remain
     meetings: Meetings  # disks that touch, or vertices and edges, numbered as in `packing`
@@ -38,7 +39,7 @@ class ForceNetwork:
             )
         imbalance = np.hypot(*forces(self.packing, self.terms).T).max()
         pressure = 0.5 * np.trace(stress(self.packing, self.terms))
-        size = mean_size(self.packing)
+        size = mean_size(self.whole)
         if imbalance > LARGEST_IMBALANCE * pressure * size:
             raise ConvergenceError(
                 f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure "
@@ -55,7 +56,7 @@ def force_network(packing: Packing, *, prestress: bool = True, network: Contacts
     loose = _without_load(packing, network)
     held = ~loose[packing.particle]
     bearing, meetings = packing.select(~loose), _renumber(network.meetings, held)
-    return ForceNetwork(bearing, held, meetings, energy_terms(bearing, meetings, prestress=prestress))
+    return ForceNetwork(packing, bearing, held, meetings, energy_terms(bearing, meetings, prestress=prestress))
 
 
 def _without_load(packing: Packing, network: Contacts) -> NDArray[np.bool_]:

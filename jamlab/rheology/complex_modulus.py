@@ -110,6 +110,9 @@ def complex_modulus(
 ) -> ComplexModulus:
     """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.
 
+    The drag of `StokesDrag` on a rattling droplet deforms it, and its line tension resists: `oscillate` has this stress,
+    G* has not. Beside one rattler among 12 droplets G* lacks up to 1 % of its value at omega = 0.3, 4 % at 3.
+
     Args:
         packing: SP or DP at an energy minimum.
         omega: (m,) angular frequencies, from 1e-100 to 1e100, in units 1/tau_1.

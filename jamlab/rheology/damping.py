@@ -48,7 +48,7 @@ class DragLaw:
         """The same law with drag in proportion to the velocity."""
         raise NotImplementedError
 
-    def matrix(self, packing: Packing, meetings: Meetings | None) -> sparse.csc_array:
+    def matrix(self, packing: Packing, meetings: Meetings, whole: Packing) -> sparse.csc_array:
         """Damping matrix of a linear law, see `damping_matrix`."""
         raise NotImplementedError
 
@@ -135,14 +135,13 @@ class ContactDamping(DragLaw):
         """The same law with drag in proportion to the velocity."""
         return replace(self, alpha=1.0)
 
-    def matrix(self, packing: Packing, meetings: Meetings | None) -> sparse.csc_array:
+    def matrix(self, packing: Packing, meetings: Meetings, whole: Packing) -> sparse.csc_array:
         """Sum over contacts of what their approach and sliding cost."""
         if self.alpha != 1:
             raise InputError(
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
-        meetings = meetings or find_meetings(packing)
         if isinstance(meetings, Pairs):
             return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
         return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
@@ -194,7 +193,8 @@ class StokesDrag(DragLaw):
 
     Attributes:
         eta_f: viscosity of the fluid, units k tau_1.
-        tau: tau_1; the drag coefficient is k tau_1, k = eps in units "eps", lengths in mean sizes.
+        tau: tau_1; the drag coefficient is k tau_1. In units "eps" k is eps over the square of the mean size of all
+            particles, rattlers included.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -225,12 +225,12 @@ class StokesDrag(DragLaw):
         """The law itself."""
         return self
 
-    def matrix(self, packing: Packing, meetings: Meetings | None) -> sparse.csc_array:
+    def matrix(self, packing: Packing, meetings: Meetings, whole: Packing) -> sparse.csc_array:
         """Drag on every site, and that of the fluid on the shear rate."""
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(_size(packing))
-        stiffness = drag_stiffness(packing)
+        stiffness = drag_stiffness(whole)
         diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share, 2)
         diagonal[-1] = stiffness * self.eta_f * packing.area
         return sparse.diags_array(diagonal, format="csc")
@@ -259,13 +259,15 @@ def _name_time(tau: float) -> str:
     return "" if tau == 1 else f", τ1 = {tau:g}"
 
 
-def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:
+def damping_matrix(
+    packing: Packing, damping: Damping, meetings: Meetings | None = None, *, whole: Packing | None = None
+) -> sparse.csc_array:
     """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
     affine flow acts on u alone. `damping`: viscous law; `meetings`: what `find_meetings` finds in the packing, if it is
-    known already."""
-    return damping.matrix(packing, meetings)
+    known already; `whole`: the packing with its rattlers, if they were left out: its mean size is the unit of drag."""
+    return damping.matrix(packing, meetings or find_meetings(packing), whole or packing)
 
 
 def _size(packing: Packing) -> int:

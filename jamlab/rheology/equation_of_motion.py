@@ -50,18 +50,18 @@ def dynamical_matrices(
     """
     meetings = find_meetings(packing)
     terms = energy_terms(packing, meetings, prestress=prestress)
-    return _assemble(packing, damping or ContactDamping(), meetings, terms)
+    return _assemble(packing, damping or ContactDamping(), meetings, terms, packing)
 
 
 def _assemble(
-    packing: Packing, damping: Damping, meetings: Meetings, terms: list[Terms]
+    packing: Packing, damping: Damping, meetings: Meetings, terms: list[Terms], whole: Packing
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """K and B of `dynamical_matrices` from contacts and energy terms that are known already."""
     k = stiffness(packing, terms)
     spins = packing.n if packing.model == "sp" else 0
     column = np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
-    return _bordered(inner, column, k.ee[0, 1, 0, 1]), damping_matrix(packing, damping, meetings)
+    return _bordered(inner, column, k.ee[0, 1, 0, 1]), damping_matrix(packing, damping, meetings, whole=whole)
 
 
 def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.csc_array:
@@ -155,7 +155,7 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
             "one particle that presses on its own images moves with the box alone: it has no G* but that of "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
-    k, b = _assemble(packing, damping, network.meetings, network.terms)
+    k, b = _assemble(packing, damping, network.meetings, network.terms, network.whole)
     sites = len(packing.positions)
     drifting = not damping.at_contacts
     # without drag on sliding, and under Stokes drag, rotations enter nowhere

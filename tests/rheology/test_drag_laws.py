@@ -1,10 +1,14 @@
 """Drag laws say of themselves what others need to know, and know nothing of how a packing is turned."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from creep_of_elements import compliance
 
 import jamlab
 from jamlab import ContactDamping
+from jamlab.mechanics.force_network import force_network
 from jamlab.rheology.damping import damping_matrix, law_of_record
 from jamlab.rheology.nonlinear_drag import equivalent_time
 
@@ -151,3 +155,86 @@ def test_shear_along_x_and_along_y_differ_by_a_rotation(packing):
     sheared[2 * len(packing.positions) : -1] = 1.0
     sheared[1 : 2 * len(packing.positions) : 2] = packing.positions[:, 0]
     np.testing.assert_allclose(drag @ np.eye(len(sheared))[-1], drag @ sheared, rtol=0, atol=1e-13 * abs(drag).max())
+
+
+DRAG = jamlab.StokesDrag(eta_f=0.3, tau=2.0)
+
+
+def last(states):
+    return list(states)[-1]
+
+
+WITH_RATTLERS = {
+    "bidisperse": lambda: jamlab.jam("sp", 64, 2),
+    "k": lambda: jamlab.pack(n=32, pressure=1e-3, seed=3),
+    "ratio 3": lambda: last(jamlab.compress(jamlab.jam("sp", 16, 1, ratio=3.0), to=0.9, step=0.03)),
+    "uniform, Hertz": lambda: last(
+        jamlab.compress(jamlab.jam("sp", 16, 2, sizes="uniform:0.3", exponent=2.5), to=0.88, step=0.03, by="phi")
+    ),
+    "droplets": lambda: jamlab.read(Path(__file__).parents[1] / "states" / "droplets_at_onset.h5"),
+}
+
+
+def modulus_of_disks(p, omega, touching):
+    """G* under `DRAG` from dense matrices of all disks, contact by contact; rattlers are taken out at the end."""
+    p = p.with_state(positions=p.positions - np.floor(p.positions @ np.linalg.inv(p.box)) @ p.box)
+    found, held, alpha = list(touching(p)), np.ones(p.n, dtype=bool), p.params.get("exponent", 2.0)
+    for _ in range(p.n):
+        found = [(i, j, r) for i, j, r in found if held[i] and held[j]]
+        held = np.bincount([end for pair in found for end in pair[:2]], minlength=p.n) >= 3
+    drag = p.params["k"] if p.units == "k" else p.params["eps"] / np.mean(p.diameters) ** 2
+    k, b = np.zeros((2, 2 * p.n + 1, 2 * p.n + 1))
+    for i, j, r in found:
+        s, distance = p.diameters[[i, j]].mean(), np.hypot(*r)
+        soft = (p.params["k"] if p.units == "k" else p.params["eps"] / s**2) * (1 - distance / s) ** (alpha - 2)
+        along = np.outer(r, r) / distance**2
+        block = (alpha - 1) * soft * along - soft * (s - distance) / distance * (np.eye(2) - along)
+        rows = np.zeros((2, 2 * p.n + 1))
+        rows[:, 2 * i : 2 * i + 2], rows[:, 2 * j : 2 * j + 2], rows[0, -1] = -np.eye(2), np.eye(2), r[1]
+        k += rows.T @ block @ rows
+    b += drag * DRAG.tau * np.diag([*np.ones(2 * p.n), DRAG.eta_f / DRAG.tau * p.area])
+    return eliminated(k, b, np.append(np.repeat(held, 2), True), omega) / p.area, held
+
+
+def modulus_of_droplets(p, omega):
+    """The same of droplets, with the energy of the backbone alone."""
+    network = force_network(p)
+    alone = network.packing
+    drag = p.params["eps"] / np.mean(p.params["a0"] ** 0.5) ** 2 * DRAG.tau
+    k = jamlab.dynamical_matrices(alone)[0].toarray()
+    share = 1 / np.repeat(np.diff(alone.offsets), 2 * np.diff(alone.offsets))
+    b = drag * np.diag([*share, DRAG.eta_f / DRAG.tau * p.area])
+    return eliminated(k, b, np.ones(len(k), dtype=bool), omega) / p.area, network.held
+
+
+def eliminated(k, b, kept, omega):
+    m = (k + 1j * np.array(omega)[:, None, None] * b)[:, kept][:, :, kept]
+    return m[:, -1, -1] - np.einsum("fi,fi->f", m[:, -1, :-1], np.linalg.solve(m[:, :-1, :-1], m[:, :-1, [-1]])[..., 0])
+
+
+@pytest.fixture(scope="module", params=WITH_RATTLERS)
+def with_rattlers(request):
+    return WITH_RATTLERS[request.param]()
+
+
+@pytest.mark.parametrize("method", ["dense", "direct", "reduced"])
+def test_drag_on_the_backbone_is_that_of_the_whole_packing(with_rattlers, method, touching):
+    """The unit of drag is the mean size of all particles; those that bear load are larger than the rattlers."""
+    p, omega = with_rattlers, [1e-4, 1e-2, 0.3, 10.0]
+    wanted, held = modulus_of_disks(p, omega, touching) if p.model == "sp" else modulus_of_droplets(p, omega)
+    assert not held.all()
+    found = jamlab.complex_modulus(p, omega, DRAG, method=method)
+    assert np.abs((found.storage + 1j * found.loss) / wanted - 1).max() < 1e-9
+
+
+def test_flow_in_time_agrees_with_the_spectrum_beside_rattlers():
+    """Oscillation, relaxation and creep of disks of ratio 3, whose rattler is small."""
+    p = WITH_RATTLERS["ratio 3"]()
+    s = jamlab.complex_modulus(p, [0.3], DRAG, method="dense")
+    found = jamlab.oscillate(p, 0.3, 1e-7, DRAG)
+    assert abs(complex(found.storage, found.loss) / complex(s.storage[0], s.loss[0]) - 1) < 1e-3
+    relaxed = jamlab.relax_stress(p, 1e-7, 20.0, DRAG)
+    exact = s.spectrum.g0 + np.exp(-np.outer(relaxed.time, s.spectrum.rates)) @ s.spectrum.strengths
+    assert np.abs(relaxed.modulus / exact - 1)[1:].max() < 1e-3
+    crept = jamlab.creep(p, 1e-8, 20.0, DRAG)
+    assert crept.compliance[-1] == pytest.approx(compliance(s.spectrum, crept.time[[-1]])[0], rel=1e-3)
