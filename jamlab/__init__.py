@@ -18,7 +18,8 @@ Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, e
 Settings     SolverSettings, FireSettings, KrylovSettings: numbers of solvers; Border: how a box may deform
 Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
 Micrographs  micrograph, synthetic_micrograph, follow
-Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError
+Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;
+             JamlabWarning: a result that is right and may surprise
 
     onset = jamlab.jam(n=32, seed=1)
     for p in jamlab.compress(onset, to=0.9, step=0.02):

@@ -12,6 +12,7 @@ from .errors import ConvergenceError as ConvergenceError
 from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import JamlabError as JamlabError
+from .errors import JamlabWarning as JamlabWarning
 from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
 from .estimates.estimate import Estimate as Estimate

@@ -1,6 +1,6 @@
-"""Every error that a user of jamlab can cause.
+"""Every error that a user of jamlab can cause, and the warning.
 
-Each one is a `JamlabError` and also the built-in error it resembles, names the offending value and says what to do.
+Each error is a `JamlabError` and also the built-in error it resembles, names the offending value and says what to do.
 """
 
 
@@ -95,4 +95,20 @@ class StorageError(JamlabError, OSError):
         ... except jamlab.StorageError as error:
         ...     print(isinstance(error, OSError), error)
         True cannot read none-such.h5: No such file or directory; check the name and its permissions
+    """
+
+
+class JamlabWarning(UserWarning):
+    """A result that is right, and that a user may not expect.
+
+    Example:
+        >>> import warnings
+        >>> with warnings.catch_warnings():
+        ...     warnings.simplefilter("error", jamlab.JamlabWarning)
+        ...     p = jamlab.pack(n=16, pressure=5e-3, seed=1)
+        ...     try:
+        ...         jamlab.complex_modulus(p, [1.0])
+        ...     except jamlab.JamlabWarning as warning:
+        ...         print(str(warning)[:66])
+        G_xy below 0: at this box shape the packing would shear by itself;
     """

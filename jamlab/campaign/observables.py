@@ -31,7 +31,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.slow_shear import slow_shear
 from jamlab.packing.packing import Packing
-from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.displacement_correlation import displacement_correlations
 from jamlab.rheology.mode_motion import MOTIONS, mode_motion
 from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE
@@ -95,7 +95,7 @@ class Spectra(Linear):
     omega: Frequencies
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
-        spectrum = complex_modulus(packing, self.omega, how["law"], prestress=how["prestress"])
+        spectrum = linear_modulus(packing, self.omega, how["law"], prestress=how["prestress"])
         found = {name: getattr(spectrum, name) for name in self._OF_MODULUS}
         return [{"omega": spectrum.omega, **found, "converged": spectrum.error <= tolerances.spectrum_error}]
 

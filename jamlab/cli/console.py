@@ -152,7 +152,8 @@ _MODULI = ("g", "g_x", "b")
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
     """Measure packings, write them to `out` if it is given, and print what was measured."""
     from jamlab.measure import measure_all, why_no_modulus
-    from jamlab.packing.hdf5 import LABELS, NEGATIVE_G, write
+    from jamlab.packing.hdf5 import LABELS, write
+    from jamlab.packing.law_parameters import NEGATIVE_G
 
     with progress_bar("measured") as progress:
         measured = measure_all(packings, progress=progress)

@@ -87,7 +87,7 @@ def gstar(
 
 def print_spectra(name: str, spectra: "Spectra", every: int = 1) -> None:
     """Print G*_xy(omega) at every `every`-th frequency, below its limits and the static G averaged over directions."""
-    from jamlab.packing.hdf5 import NEGATIVE_G
+    from jamlab.packing.law_parameters import NEGATIVE_G
 
     names, rows = spectra.rows()
     print_table(name, names, rows[::every])
@@ -95,6 +95,7 @@ def print_spectra(name: str, spectra: "Spectra", every: int = 1) -> None:
         f"G_xy = {spectra.limit('g0'):.5g}: static, for shear along x of the box, as G*; "
         f"G = {spectra.mean_g:.5g}: static, mean over directions"
     )
-    if min(spectra.limit("g0"), spectra.mean_g) < 0:
-        print_note(f"G {NEGATIVE_G}")
+    for name, value in (("G_xy", spectra.limit("g0")), ("G", spectra.mean_g)):
+        if value < 0:
+            print_note(f"{name} {NEGATIVE_G}")
     print_note(f"eta0 = {spectra.limit('eta0'):.5g}, eta_inf = {spectra.limit('eta_inf'):.5g}")

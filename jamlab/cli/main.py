@@ -1,6 +1,7 @@
 """The command `jamlab`: all commands, and one line for every error a user can cause."""
 
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Annotated, Any
 
@@ -20,7 +21,7 @@ from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal
 from jamlab.cli.jam import compress, jam, pack
 from jamlab.cli.study import calibrate, chart, compare, figure, study
-from jamlab.errors import JamlabError
+from jamlab.errors import JamlabError, JamlabWarning
 
 
 class Commands(TyperGroup):
@@ -86,6 +87,7 @@ def options(
     ] = False,
 ) -> None:
     """Take the options that stand before a command."""
+    warnings.simplefilter("ignore", JamlabWarning)  # commands print such words as notes
 
 
 COMMANDS = (  # command, what it does, example of its words

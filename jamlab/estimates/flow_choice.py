@@ -23,7 +23,7 @@ from jamlab.flow.shear_run import TRANSIENT
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus, warn_of_negative
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import equivalent_time, nonlinear_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
@@ -31,6 +31,7 @@ from jamlab.statistics.confidence import STANDARD_ERRORS, room
 RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too,
 # where noise hides it
 MOST_STRAIN = 1e3
+MOST_CYCLES = 17  # that an oscillation is given to relax
 
 
 class Call(functools.partial):  # type: ignore[type-arg]  # of functions of all kinds
@@ -167,7 +168,8 @@ def _for_oscillation(
     packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float
 ) -> FlowChoice:
     linear, table = law.linear(), shipped_errors()
-    spectrum = complex_modulus(packing, [omega], linear)
+    spectrum = linear_modulus(packing, [omega], linear)
+    warn_of_negative(spectrum.g0, stacklevel=5)
     plain = complex(spectrum.storage[0], spectrum.loss[0])
     best, error, kept = plain, 0.0, (0, 0)
     outside: tuple[Outside, ...] = ()  # infinitely small strains need no table
@@ -185,8 +187,9 @@ def _for_oscillation(
     errors = {name: float(each * (1 + error) + error) if np.isfinite(error) else np.inf for name, each in off.items()}
     if law.alpha < 1:
         values["equivalent damping"], errors["equivalent damping"] = best, error
-    slowest = spectrum.tau_star if np.isfinite(spectrum.tau_star) else 0.0  # relaxes to e^-3; then two are compared
-    cycles = 3 + int(np.ceil(min(3.0 * slowest * omega / (2 * np.pi), 17.0)))
+    # the slowest relaxes to e^-3, then two cycles are compared; where G_xy < 0 no time is known to be the slowest
+    relaxing = 3.0 * spectrum.tau_star * omega / (2 * np.pi)
+    cycles = 3 + int(np.ceil(min(relaxing, MOST_CYCLES))) if np.isfinite(relaxing) else 3 + MOST_CYCLES
     run = 4.0 * (amplitude or 0.0) * cycles
     errors["oscillation"] = RUN_ERROR
     options = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
@@ -271,7 +274,7 @@ def _least_drag(
     if way == "static modulus":
         return law.linear(), float("nan")
     other: Damping = StokesDrag(0.0, law.tau) if law.at_contacts else ContactDamping(tau=law.tau)
-    found = complex_modulus(packing, [omega], other)
+    found = linear_modulus(packing, [omega], other)
     apart = abs(complex(found.storage[0], found.loss[0]) - best) / abs(best)
     if apart > tolerance:
         return (law.linear() if way == "linear spectrum" else law), apart

@@ -60,7 +60,6 @@ LABELS = {
     "b": "relaxed bulk modulus",
 }
 HDF5_ENDINGS = (".h5", ".hdf5", ".h5md")
-NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble shear-stabilized lets it"
 
 
 @checked

@@ -46,6 +46,7 @@ def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
 MODELS = ("sp", "dp")
 UNITS = ("eps", "k")
 ENSEMBLES = ("fixed-box", "shear-stabilized")
+NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble='shear-stabilized' lets it"
 CONTACT_FORMS = ("outline", "segment", "segment/smooth")
 LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
 FORCE_LAW = {  # parameters that each model and unit system needs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, JamlabWarning
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
@@ -34,6 +35,7 @@ class Collapse:
         exponent: Delta, G* ~ omega^Delta in the critical regime.
         mu_error, lam_error, exponent_error: half-widths; 0 without resamples, nan where the packings do not give one:
             a pressure needs two packings or more, and most resamples must have a fit.
+            exponent and its error are nan where no pressure has three frequencies from 30 p^lam to 0.1.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
         pressures: (k,) of the curves.
         omega: (m,) frequencies of the scaling regime, 1/tau_1.
@@ -64,7 +66,9 @@ class Collapse:
 
     def __str__(self) -> str:
         text = f"{self.exponents}, spread {self.spread:.2g} in ln G*"
-        if np.isnan([self.mu_error, self.lam_error, self.exponent_error]).any():
+        if np.isnan(self.exponent):
+            text += f"; {_no_exponent(self.lam)}"
+        if np.isnan([self.mu_error, self.lam_error]).any():
             text += "; no error: too few packings, give two or more of each pressure"
         return text
 
@@ -100,6 +104,13 @@ class Collapse:
         axes.legend(title=self.exponents, fontsize=LEGEND, title_fontsize=LEGEND, loc="lower right")  # below all curves
 
 
+def _no_exponent(lam: float) -> str:
+    return (
+        f"no Δ: no pressure has {_LEAST_POINTS} frequencies from {CRITICAL:g} p^λ to {HIGHEST:g}, with λ = {lam:.3g}; "
+        f"use a larger n, or more frequencies below {HIGHEST:g}"
+    )
+
+
 def _with_error(value: float, error: float) -> str:
     return f"{value:.3g} ± {error:.2g}" if error > 0 else f"{value:.3g}"
 
@@ -116,9 +127,11 @@ def collapse(
         resamples: bootstrap samples over the packings of each pressure; none make no errors (0).
         seed: of the bootstrap.
 
+    Warns:
+        JamlabWarning: no Delta, since too few frequencies reach the critical regime; mu and lambda are given.
+
     Raises:
-        InputError: fewer than three pressures, no spectra, frequencies that differ or do not reach the critical regime,
-            a modulus that is not positive.
+        InputError: fewer than three pressures, no spectra, frequencies that differ, a modulus that is not positive.
 
     Example:
         >>> pressures = [1e-2, 1e-3, 1e-4]
@@ -146,7 +159,9 @@ def collapse(
     x = omega[kept]
     means = [c.mean(axis=0) for c in curves]
     best = _fit(x, p, means)
-    errors = np.zeros(3)
+    if np.isnan(best[2]):
+        warnings.warn(_no_exponent(best[1]), JamlabWarning, stacklevel=3)
+    errors = np.zeros(3) * best[:3]  # nan where the exponent is
     if resamples:
         drawn = bootstrap(curves, lambda c: _fit(x, p, [g.mean(axis=0) for g in c])[:3], resamples=resamples, seed=seed)
         errors = 0.5 * (drawn.high - drawn.low)
@@ -158,7 +173,8 @@ def collapse(
 
 
 def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:
-    """Fit mu, lambda, Delta and find the spread; curves: (2, m) mean G' and G'' of each pressure."""
+    """Fit mu, lambda and Delta, nan without critical regime; and the spread. `curves`: (2, m) mean G' and G'' of each
+    pressure."""
     families = [[(omega, c[part]) for c in curves] for part in (0, 1)]
     found = fit_scaling_exponents(p, families, start=(-1.0, -0.5))
     mu, lam = -found.b, -found.a
@@ -167,6 +183,4 @@ def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float,
         critical = omega > CRITICAL * pressure**lam
         if np.count_nonzero(critical) >= _LEAST_POINTS:
             slopes += [np.polyfit(np.log(omega[critical]), np.log(part[critical]), 1)[0] for part in c]
-    if not slopes:
-        raise InputError(f"no frequency lies between {CRITICAL:g} p^lambda and {HIGHEST:g}: lower the pressure")
-    return mu, lam, float(np.mean(slopes)), found.spread
+    return mu, lam, float(np.mean(slopes)) if slopes else float("nan"), found.spread

@@ -18,7 +18,7 @@ from jamlab.mechanics.stiffness import stress
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
-from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
+from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
 from jamlab.rheology.damping import Damping
 
 COLUMNS = ("storage", "loss", "error")
@@ -124,7 +124,7 @@ def mean_spectra(
     groups = group_packings(packings)
     found = []
     for label, members in zip(_labels([group[0] for group in groups]), groups, strict=True):
-        spectra = tuple(complex_modulus(p, omega, damping, prestress=prestress, method=method) for p in members)
+        spectra = tuple(linear_modulus(p, omega, damping, prestress=prestress, method=method) for p in members)
         tensors = [elastic_tensor(p, prestress=prestress).relaxed for p in members]
         means = tuple(float(modulus_along(c, AVERAGING_ANGLES).mean()) for c in tensors)
         unit = UNIT_OF_STRESS[members[0].model, members[0].units]

@@ -23,7 +23,7 @@ from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
-from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
+from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus, warn_of_negative
 from jamlab.rheology.damping import ContactDamping, Damping
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
@@ -145,6 +145,9 @@ def nonlinear_modulus(
         prestress: see `jamlab.dynamical_matrices`.
         method: solver, see `jamlab.complex_modulus`.
 
+    Warns:
+        JamlabWarning: the static modulus is negative, as `jamlab.complex_modulus`.
+
     Raises:
         InputError: a value out of range, or both or none of two that exclude each other.
         ConvergenceError: the packing is not jammed or not stable.
@@ -176,6 +179,7 @@ def nonlinear_modulus(
     else:
         tau = how.time(frequencies, stress)
     linear = how.modulus(frequencies * tau)
+    warn_of_negative(linear.g0, stacklevel=4)
     return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error, linear.unit)
 
 
@@ -197,7 +201,7 @@ class _Equivalent:
 
     def modulus(self, omega: ArrayLike) -> ComplexModulus:
         """G* of the linear law."""
-        return complex_modulus(self.packing, omega, self.law, prestress=self.prestress, method=self.method)
+        return linear_modulus(self.packing, omega, self.law, prestress=self.prestress, method=self.method)
 
     def stress_at(self, omega: float, strain: float) -> float:
         """Stress amplitude at a strain amplitude: log |G*(stress)| strain = log stress."""

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
+from jamlab.estimates.flow_choice import MOST_CYCLES, MOST_STRAIN, RUN_ERROR
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
     COLUMNS,
@@ -306,3 +306,11 @@ def test_the_study_measures_rows_of_the_table(packing, monkeypatch):
     monkeypatch.setitem(measurement._PARTS, Part.CHECK, lambda seed: (packing, flows))
     (row,) = measurement._rows_of_part(Part.CHECK, 101)
     assert row.keys() == set(COLUMNS) and row["error"] < 0.01 and row["pressure"] == pytest.approx(1e-2, rel=1e-5)
+
+
+@pytest.mark.parametrize("beta", [1.0, 1e5])
+def test_cycles_are_counted_where_the_modulus_is_negative(beta):
+    p = jamlab.pack(n=16, pressure=5e-3, seed=1)
+    choice = jamlab.choose_flow(p, jamlab.ContactDamping(beta=beta), omega=1.0, amplitude=1e-3)
+    assert choice.way == "oscillation" and choice.call.keywords["cycles"] == 3 + MOST_CYCLES
+    assert choice.strain == pytest.approx(4e-3 * (3 + MOST_CYCLES))

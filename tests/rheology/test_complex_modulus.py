@@ -1,5 +1,6 @@
 """Solvers of G*(omega) against each other, extended precision, limits, closed forms, causality; on random matrices."""
 
+import warnings
 from dataclasses import replace
 from functools import cache
 
@@ -364,3 +365,27 @@ def test_limits_bound_every_modulus(motion):
     assert model.eta0 == pytest.approx(ends.eta0, rel=1e-7)
     assert np.all(np.diff(found.real) > -1e-9 * found.real[1:]) and found.real[0] >= ends.g0 * (1 - 1e-9)
     assert np.all(np.diff(found.imag / OMEGAS) < 1e-9 * ends.eta0)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda p: jamlab.complex_modulus(p, [1.0]),
+        lambda p: jamlab.nonlinear_modulus(p, [1.0], 0.5, 1e-5),
+        lambda p: jamlab.choose_flow(p, omega=1.0),
+    ],
+)
+def test_a_negative_modulus_is_warned_of_once_and_where_it_was_asked_for(call):
+    with pytest.warns(jamlab.JamlabWarning) as warned:
+        call(jamlab.pack(n=16, pressure=5e-3, seed=1))
+    assert [one.filename for one in warned] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        call(jamlab.pack(n=16, pressure=5e-3, seed=3))
+
+
+def test_no_time_belongs_to_a_modulus_that_is_not_positive():
+    found = [jamlab.complex_modulus(jamlab.pack(n=16, pressure=5e-3, seed=seed), [1.0]) for seed in (1, 3)]
+    assert found[0].g0 < 0 < found[0].eta0 and np.isnan(found[0].tau_star)
+    assert found[1].tau_star == found[1].eta0 / found[1].g0 > 0
+    assert np.isnan(replace(found[0], g0=0.0).tau_star)

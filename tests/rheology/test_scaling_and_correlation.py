@@ -211,3 +211,23 @@ def test_impossible_collapses_are_refused(packing):
     negative = jamlab.ComplexModulus(s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error)
     with pytest.raises(jamlab.InputError, match="at pressure 1e-05 has no positive modulus"):
         jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [negative]])
+
+
+@pytest.mark.parametrize("resamples", [0, 20])
+def test_a_collapse_without_critical_regime_keeps_the_other_exponents(resamples):
+    """30 p^lambda leaves no frequency below 0.1: Delta is nan, with a warning."""
+    rng, pressures = np.random.default_rng(1), [4e-2, 2e-2, 1e-2]
+    noisy = [[made_up(p, 0.5, 1.0, 1 + 0.05 * rng.normal()) for _ in range(3)] for p in pressures]
+    with pytest.warns(jamlab.JamlabWarning):
+        fit = jamlab.collapse(pressures, noisy, resamples=resamples)
+    assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lam - 1) < 0.2 and np.isnan([fit.exponent, fit.exponent_error]).all()
+    assert (fit.mu_error > 0) == (fit.lam_error > 0) == (resamples > 0)
+    assert "nan" in str(fit) and fit.plot() is not None
+
+
+def test_resamples_without_critical_regime_leave_delta_to_the_others():
+    """A scatter in lambda moves 30 p^lambda about 0.1, so that some resamples have no Delta."""
+    rng, pressures = np.random.default_rng(3), [1e-2, 7e-3, 3.2e-3]
+    noisy = [[made_up(p, 0.5, lam, 1.0) for lam in 1 + 0.1 * rng.normal(size=4)] for p in pressures]
+    fit = jamlab.collapse(pressures, noisy, resamples=40)
+    assert np.isfinite(fit.exponent) and np.isfinite([fit.mu_error, fit.lam_error]).all()

@@ -22,8 +22,8 @@ from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import Voids, void_paths, voids
 from jamlab.measure import measure, why_no_modulus
-from jamlab.packing.hdf5 import LABELS, NEGATIVE_G
-from jamlab.packing.law_parameters import UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
+from jamlab.packing.hdf5 import LABELS
+from jamlab.packing.law_parameters import NEGATIVE_G, UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
