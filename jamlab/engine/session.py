@@ -32,10 +32,12 @@ from jamlab.errors import EngineError, InputError
 from jamlab.packing.force_laws import disk_law, has_springs, lammps_variables
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.natural_units import Scales, natural_scales
+from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import refuse_crossings, self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 
+_AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 
@@ -456,15 +458,8 @@ def _check_fits(packing: Packing) -> None:
 
 def _check_edges(packing: Packing) -> None:
     """Refuse an edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
-    rows = np.arange(-2, 3)
-    lean = np.round(rows * packing.box[1, 0] / packing.box[0, 0])
-    numbers = np.array([[i - k, j] for j, k in zip(rows, lean, strict=True) for i in rows if i - k or j])
-    images = numbers @ packing.box
     edges = packing.edges
-    if _longest_edge(packing) < 0.5 * np.hypot(*images.T).min():
-        return
-    nearest = np.hypot(*(edges[:, None] + images[None]).transpose(2, 0, 1)).min(axis=1)
-    if (wrong := np.flatnonzero(nearest <= np.hypot(*edges.T))).size:
+    if (wrong := np.flatnonzero(shortest_images((1 + _AT_HALF) * edges, packing.box).any(axis=1))).size:
         raise EngineError(
             f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
             f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "

@@ -20,6 +20,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 
+_SAME_LENGTH = 1e-12  # relative difference of two lengths that rounding may cause
 MOST_IMAGES = 20_000_000  # copies of points that a search may reach: more take minutes, and gigabytes to list
 
 _OUT = (INTEGER, INTEGERS, INTEGERS, REALS, INTEGERS, REALS)
@@ -50,6 +51,33 @@ def positive_image(shift: Indices) -> NDArray[np.bool_]:
 def moves_home(points: Array, box: Array) -> Array:
     """(n, 2) translations that bring each point into the cell."""
     return np.asarray(-np.floor(points @ np.linalg.inv(box)) @ box)
+
+
+def shortest_images(vectors: Array, box: Array) -> Indices:
+    """(m, 2) lattice vectors to take off each vector (m, 2) to leave its shortest image, `vectors - found @ box`.
+
+    Exact for any tilt: the lattice is reduced, and of the nine images around the rounded one the shortest is taken. A
+    vector that no image is shorter than, but for rounding, has zeros. `box`: (2, 2), rows are the lattice vectors."""
+    whole = np.eye(2, dtype=np.int64)  # reduced cell = whole @ box
+    cell = np.array(box)
+    while True:
+        if cell[1] @ cell[1] < cell[0] @ cell[0]:
+            cell, whole = cell[::-1], whole[::-1]
+        times = int(np.rint((cell[0] @ cell[1]) / (cell[0] @ cell[0])))
+        shorter = cell[1] - times * cell[0]
+        if not shorter @ shorter < cell[1] @ cell[1]:
+            break
+        cell, whole = np.array([cell[0], shorter]), np.array([whole[0], whole[1] - times * whole[0]])
+    found = np.zeros(vectors.shape, dtype=np.int64)
+    long = np.flatnonzero(np.hypot(*vectors.T) >= 0.5 * np.hypot(*cell[0]) * (1 - _SAME_LENGTH))
+    around = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
+    near = np.rint(vectors[long] @ np.linalg.inv(cell))[:, None] + around
+    lengths = np.hypot(*np.moveaxis(vectors[long, None] - near @ cell, -1, 0))
+    best = lengths.argmin(axis=1)[:, None]
+    shorter = np.take_along_axis(lengths, best, axis=1)[:, 0] < np.hypot(*vectors[long].T) * (1 - _SAME_LENGTH)
+    taken = np.take_along_axis(near, best[..., None], axis=1)[:, 0].astype(np.int64) @ whole
+    found[long] = np.where(shorter[:, None], taken, 0)
+    return found
 
 
 def periodic_pairs(points: Array, box: Array, cutoff: float | Array) -> Pairs:

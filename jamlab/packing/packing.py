@@ -123,7 +123,7 @@ class Packing:
         if self.onset is not None and not (is_number(self.onset) and self.onset > 0):
             raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
         self._check_minimum()
-        _check_box(self.box)
+        check_box(self.box)
         check_params(self.model, self.units, self.params)
         if self.model == "sp":
             self._check_disks()
@@ -393,7 +393,8 @@ class Packing:
         return self.offsets
 
 
-def _check_box(box: Array) -> None:
+def check_box(box: Array) -> None:
+    """Refuse lattice vectors (2, 2) of no area, and a first one that does not lie along x."""
     if box[0, 1] != 0:
         raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
     if box[0, 0] <= 0 or box[1, 1] <= 0:

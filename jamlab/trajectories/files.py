@@ -10,20 +10,35 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import ArrayLike
 
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.lammps_data import read_data, read_dump, sites
+from jamlab.trajectories.h5md import is_h5md, read_h5md
+from jamlab.trajectories.lammps_data import COMPRESSED, read_data, read_dump, sites
 from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_leiden, read_netcdf, read_xyz
 from jamlab.trajectories.sites import Radii
+from jamlab.trajectories.tables import read_csv, read_npy
 
 DATA = (".data", ".lmp", ".lammps")
 DUMP = (".dump", ".lammpstrj", ".lammpsdump")
 GSD = (".gsd",)
 XYZ = (".xyz", ".extxyz")
+CSV = (".csv", ".tsv")
+NPY = (".npy",)
+_OF_ENDING = {
+    ending: kind
+    for kind, endings in (("data", DATA), ("dump", DUMP), ("gsd", GSD), ("xyz", XYZ), ("csv", CSV), ("npy", NPY))
+    for ending in endings
+}
+_TEXT = ("data", "dump", "xyz", "csv")  # kinds that may be compressed
+_FOREIGN = {
+    **{"leiden": read_leiden, "netcdf": read_netcdf, "xyz": read_xyz, "h5md": read_h5md},
+    **{"csv": read_csv, "npy": read_npy},
+}
 
 
 @checked
@@ -34,21 +49,27 @@ def read(
     radii: Radii = None,
     units: str | None = None,
     params: Mapping[str, Any] | None = None,
+    box: ArrayLike | None = None,
 ) -> Packing:
     """Read one frame, by default the last; negative numbers count from the end.
 
     HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. Packings of
-    other groups are read as they publish them: text of the Leiden group, netCDF of Goodrich and Liu, extended xyz.
+    other groups are read as they publish them: text of the Leiden group, netCDF of Goodrich and Liu, extended xyz,
+    H5MD. Tables hold disks without a box: text (`.csv`) of named columns x, y and radius or diameter, and arrays
+    (`.npy`) with rows of x, y, radius. Text may be compressed (`.gz`, `.bz2`, `.xz`).
+
     For files of other programs give what they lack: parameters found nowhere have the defaults of the decks, and
-    their names stand in `provenance["assumed"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`)
+    their names stand in `provenance["assumed"]`; names in the file that jamlab does not understand stand in
+    `provenance["unread"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`)
     leave `converged` False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
 
     Args:
-        path: file.
+        path: file; `.data`, `.dump`, `.gsd`, `.xyz`, `.csv`, `.npy` by their names, others by what they hold.
         frame: number of the frame.
         radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
         units: "eps" or "k", see `Packing`.
         params: of the force law, any of them, see `Packing`.
+        box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
 
     Raises:
         StorageError: no such file or frame, or not a whole file that this jamlab can read.
@@ -64,9 +85,10 @@ def read(
     if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
     if _kind(path) == "hdf5":
-        _refuse_law(path, radii, units, params)
-        return hdf5.read(path, frame)
-    frames = _frames(path, radii, units, params, frame)
+        own = hdf5.read(path, frame)
+        _refuse_law(path, radii, units, params, box)
+        return own
+    frames = _frames(path, (radii, units, params, box), frame)
     found = next(frames, None)
     if found is None:
         raise StorageError(f"{path} has no frame {frame}")
@@ -75,7 +97,12 @@ def read(
 
 @checked
 def read_all(
-    path: FilePath, *, radii: Radii = None, units: str | None = None, params: Mapping[str, Any] | None = None
+    path: FilePath,
+    *,
+    radii: Radii = None,
+    units: str | None = None,
+    params: Mapping[str, Any] | None = None,
+    box: ArrayLike | None = None,
 ) -> list[Packing]:
     """Read every frame, in the order written. Arguments and errors as in `read`.
 
@@ -87,56 +114,64 @@ def read_all(
         True
     """
     if _kind(path) == "hdf5":
-        _refuse_law(path, radii, units, params)
-        return hdf5.read_all(path)
-    frames = list(_frames(path, radii, units, params, None))
+        own = hdf5.read_all(path)
+        _refuse_law(path, radii, units, params, box)
+        return own
+    frames = list(_frames(path, (radii, units, params, box), None))
     if not frames:
         raise StorageError(f"{path} holds no frame: copy it or write it again")
     return frames
 
 
 def _kind(path: FilePath) -> str:
+    file = Path(path)
+    if file.is_dir():
+        raise StorageError(f"{path} is a folder: give one of its files")
+    if not file.exists() and any(mark in file.name for mark in "*?["):
+        raise StorageError(f"there is no file {path}: give one name; `glob.glob` lists those that fit a pattern")
     if h5py.is_hdf5(path):
-        return "netcdf" if is_netcdf(path) else "hdf5"
-    suffix = Path(path).suffix.lower()
-    for kind, suffixes in (("data", DATA), ("dump", DUMP), ("gsd", GSD), ("xyz", XYZ)):
-        if suffix in suffixes:
-            return kind
+        return "netcdf" if is_netcdf(path) else "h5md" if is_h5md(path) else "hdf5"
+    compressed = file.suffix.lower() in COMPRESSED
+    ending = (file.with_suffix("") if compressed else file).suffix.lower()
+    kind = _OF_ENDING.get(ending)
+    if kind is not None and (kind in _TEXT or not compressed):
+        return kind
     if is_leiden(path):
         return "leiden"
-    if suffix not in ("", *hdf5.HDF5_ENDINGS) and Path(path).is_file():
+    if (compressed or ending not in ("", *hdf5.HDF5_ENDINGS)) and file.is_file():
         raise StorageError(
             f"{path} is of no kind that is read: give HDF5 of jamlab, a LAMMPS data file ({', '.join(DATA)}) or dump "
-            f"({', '.join(DUMP)}), {', '.join((*GSD, *XYZ))}, or packings of other groups; pictures go to `analyze`"
+            f"({', '.join(DUMP)}), {', '.join((*XYZ, *CSV))}, each also with {', '.join(COMPRESSED)}, "
+            f"{', '.join((*GSD, *NPY))}, or packings of other groups; pictures go to `analyze`"
         )
     return "hdf5"  # its reader refuses other files with a reason
 
 
 def _refuse_law(path: FilePath, *given: object) -> None:
     if any(value is not None for value in given):
-        raise InputError(f"{path} holds sizes, units and force law: leave out radii, units and params")
+        raise InputError(f"{path} holds box, sizes, units and force law: leave out radii, units, params and box")
 
 
-def _frames(
-    path: FilePath, radii: Radii, units: str | None, params: Mapping[str, Any] | None, frame: int | None
-) -> Iterator[Packing]:
+_Given = tuple[Radii, str | None, Mapping[str, Any] | None, ArrayLike | None]  # radii, units, params, box
+
+
+def _frames(path: FilePath, given: _Given, frame: int | None) -> Iterator[Packing]:
     kind = _kind(path)
     source = Path(path).name
     if kind == "gsd":
         from jamlab.trajectories.from_universe import read_gsd
 
-        yield from read_gsd(path, radii, units, params, frame)
+        yield from read_gsd(path, *given[:3], frame)
         return
-    foreign = {"leiden": read_leiden, "netcdf": read_netcdf, "xyz": read_xyz}
     if kind == "data":
         found: Iterable[Any] = [] if frame not in (None, 0, -1) else [(0, read_data(path))]
-    elif kind in foreign:
-        found = _chosen(foreign[kind](path), frame)
+    elif kind in _FOREIGN:
+        found = _chosen(_FOREIGN[kind](path), frame)
     else:
         found = ((k, sites(path, text)) for k, text in _chosen(read_dump(path), frame))
     for k, atoms in found:
         try:
-            packing = atoms.packing(radii, units, params)
+            packing = atoms.packing(*given)
         except InputError as error:
             raise type(error)(f"{path}, frame {k}: {error}") from error
         yield packing.with_state(provenance={"source": source})

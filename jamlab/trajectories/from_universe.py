@@ -12,18 +12,17 @@ from MDAnalysis.exceptions import NoDataError
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import checked, finite_array
+from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
-from jamlab.trajectories.sites import Radii, Sites, rings_of_bonds
+from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings_of_bonds
 
 # Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of the box each,
 # with a margin of a third
 _FLOAT32 = 2.0**-22
-_FLAT = 1e-4  # a plane: largest height over the width of the box
 
 
 class UniverseFrames:
@@ -48,7 +47,7 @@ class UniverseFrames:
         if not len(self.group):
             raise InputError("no atoms are selected: a packing needs at least one particle")
         self._given = (radii, units, params)
-        self._box = None if box is None else finite_array("box", box, (2, 2))
+        self._box = None if box is None else plane_box("box", box)
         self._relaxed = relaxed
         self._types = _types(self.group, radii)
         bonds = _bonds(self.group)
@@ -62,8 +61,6 @@ class UniverseFrames:
         step = self.trajectory.ts
         positions = self.group.positions.astype(np.float64)
         box = _box(self.trajectory) if self._box is None else self._box
-        if np.ptp(positions[:, 2]) > _FLAT * box[0, 0]:
-            raise InputError(f"frame {step.frame} is not flat: z spans {np.ptp(positions[:, 2]):.3g}; packings are 2D")
         error = _FLOAT32 * max(float(np.abs(positions).max()), float(np.abs(box).sum()))
         provenance = {"source": _source(self.trajectory), "frame": int(step.frame), "precision": "float32"}
         sites = Sites(
@@ -78,6 +75,7 @@ class UniverseFrames:
             rounding=max(error, self._entries.get("rounding", 0.0)),
             provenance=provenance,
         )
+        check_flat(positions[:, 2], box[0, 0], f"frame {step.frame}")
         try:
             packing = sites.packing(*self._given)
         except InputError as failure:
@@ -87,6 +85,8 @@ class UniverseFrames:
     def _radius(self, step: Any) -> Array | None:
         if self._rings is not None or self._given[0] is not None:
             return None
+        if self.trajectory.format == "GSD" and not _gsd_has_diameters(str(self.trajectory.filename), int(step.frame)):
+            return None  # MDAnalysis gives every particle the diameter 1 then
         if "radius" in step.data and len(step.data["radius"]) == len(self.group.universe.atoms):
             of_frame: Array = np.asarray(step.data["radius"], dtype=np.float64)[self.group.indices]
             return of_frame
@@ -123,7 +123,7 @@ def from_universe(
         radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default those of the Universe.
         units: "eps" or "k", see `Packing`; default those of the Universe, or "eps".
         params: of the force law, any of them, see `Packing`; `a0` may be one number.
-        box: (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
+        box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relaxed`.
         start, stop, step: frames, as in a slice.
 
@@ -210,6 +210,14 @@ def _box(trajectory: Any) -> Array:
     angle = np.radians(gamma)
     xy = 0.0 if gamma == 90.0 else b * np.cos(angle)
     return np.array([[lx, 0.0], [xy, b if gamma == 90.0 else b * np.sin(angle)]])
+
+
+def _gsd_has_diameters(path: str, frame: int) -> bool:
+    """Whether the file says diameters, for this frame or, as the format has it, in its first for all."""
+    import gsd.hoomd
+
+    with gsd.hoomd.open(path, "r") as file:
+        return any(file.file.chunk_exists(k, "particles/diameter") for k in (0, frame))
 
 
 def _gsd_box(path: str, frame: int) -> Array:

@@ -1,10 +1,15 @@
 """Read packings from LAMMPS data files and text dumps, and how far their numbers are rounded."""
 
+import bz2
+import gzip
+import lzma
 import re
-from collections.abc import Iterator, Sequence
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,19 +18,31 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.packing.lammps_files import STATE, described
-from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES, FORCE_LAW, OPTIONAL
+from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.sites import Sites, rings_of_bonds, rings_of_molecules
+from jamlab.trajectories.sites import (
+    LAW_NAMES,
+    SIZE_NAMES,
+    Sites,
+    check_flat,
+    radius_of,
+    rings_of_bonds,
+    rings_of_molecules,
+)
 
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
 _CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that somebody chose
 _SAMPLE = 500  # coordinates that are looked at
 
 
+COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
+
+
 @contextmanager
 def text_of(path: FilePath) -> Iterator[Iterator[str]]:
-    """Lines of a text file; errors in reading them are those of `damage_named`."""
-    with damage_named(path), open(path, encoding="ascii") as file:
+    """Lines of a text file, which may be compressed; errors in reading them are those of `damage_named`."""
+    how = COMPRESSED.get(Path(path).suffix.lower(), open)
+    with damage_named(path), how(path, "rt", encoding="utf-8-sig") as file:
         yield iter(file)
 
 
@@ -37,8 +54,9 @@ def damage_named(path: FilePath) -> Iterator[None]:
     except JamlabError as error:
         raise type(error)(f"{path}: {error}") from error
     except OSError as error:
-        raise StorageError(f"cannot read {path}: {error.strerror}; check the name and its permissions") from error
-    except (ValueError, LookupError, TypeError, OverflowError) as error:
+        reason = error.strerror or error  # gzip has no number for what is wrong
+        raise StorageError(f"cannot read {path}: {reason}; check the name and its permissions") from error
+    except (ValueError, LookupError, TypeError, OverflowError, EOFError, zlib.error, lzma.LZMAError) as error:
         raise StorageError(f"{path} is damaged or cut off ({error}): copy it or write it again") from error
 
 
@@ -48,6 +66,11 @@ def numbers(words: Sequence[Sequence[str]], column: int) -> Array:
     if not np.isfinite(values).all():
         raise ValueError(f"{words[int(np.flatnonzero(~np.isfinite(values))[0])][column]} is no finite number")
     return values
+
+
+def given_numbers(words: Sequence[Sequence[str]], columns: Mapping[str, int], names: Iterable[str]) -> dict[str, Array]:
+    """Some columns of rows of words by name, those that there are."""
+    return {name: numbers(words, columns[name]) for name in names if name in columns}
 
 
 def whole_numbers(words: Sequence[Sequence[str]], column: int) -> NDArray[np.int64]:
@@ -65,6 +88,14 @@ def rounding(words: Sequence[str], values: Array, *, chosen: bool = False) -> fl
     return float(0.5 * 10.0 ** (np.floor(np.log10(largest)) + 1 - max(digits, 1)))
 
 
+# sections and columns that are read, or that states at rest have no use for
+_SECTIONS = {"Atoms", "Bonds", "Masses", "Velocities", "d_diameter", "d_a0"}
+_ENTRIES = {*LAW_NAMES, *STATE, "model", "units", "rounding"}
+_COLUMNS = {
+    *("id", "mol", "type", "element", "mass", "q", "density", "a0", "vx", "vy", "vz", "fx", "fy", "fz"),
+    *(f"{axis}{kind}" for axis in "xyz" for kind in ("", "u", "s", "su")),
+    *("ix", "iy", "iz", *SIZE_NAMES, *_ENTRIES),
+}
 Sections = dict[str, tuple[str, list[list[str]]]]  # name -> comment behind it, rows of words
 
 # columns before x y z, then three image counts or none
@@ -102,11 +133,12 @@ def read_data(path: FilePath) -> Sites:
         error = rounding([word for row in rows for word in row[at : at + 2]], positions)
         if imaged:
             positions = positions + np.column_stack([numbers(rows, at + 3), numbers(rows, at + 4)]) @ box
-        radius = 0.5 * numbers(rows, columns.index("diameter")) if "diameter" in columns else None
-        if radius is not None:
-            error += rounding([row[columns.index("diameter")] for row in rows], radius, chosen=True)
-        elif "d_diameter" in sections:
-            radius = 0.5 * _by_atom(sections["d_diameter"][1], place)
+        z = numbers(rows, at + 2)
+        check_flat(z + numbers(rows, at + 5) * np.ptp(_ends(header, "z")) if imaged else z, box[0, 0])
+        sizes = {"diameter": numbers(rows, columns.index("diameter"))} if "diameter" in columns else {}
+        error += sum(0.5 * rounding([row[columns.index(k)] for row in rows], v, chosen=True) for k, v in sizes.items())
+        if "d_diameter" in sections:
+            sizes["diameters"] = _by_atom(sections["d_diameter"][1], place)
         ends = [word for name in ("xlo xhi", "ylo yhi", "xy xz yz") for word in header.get(name, ())]
         error += rounding(ends, box, chosen=True)
         bonds = [[place[int(word)] for word in row[2:4]] for row in sections.get("Bonds", ("", []))[1]]
@@ -117,10 +149,11 @@ def read_data(path: FilePath) -> Sites:
             types=np.array([row[columns.index("type")] for row in rows]),
             rings=rings_of_bonds(np.array(bonds), len(rows)) if bonds else None,
             wrapped=not imaged,
-            radius=radius,
+            radius=radius_of(sizes),
             a0=_by_atom(sections["d_a0"][1], place) if "d_a0" in sections else None,
             entries=entries,
             rounding=max(error, entries.get("rounding", 0.0)),
+            unread=[*(sections.keys() - _SECTIONS), *(name for name in entries if not _is_entry(name))],
         )
 
 
@@ -160,7 +193,7 @@ def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
     """Lower left corner (2,) and lattice vectors (2, 2)."""
     if "avec" in header:
         raise InputError("a general triclinic box: let LAMMPS write a restricted one, whose first edge lies along x")
-    ends = np.array([[float(word) for word in header[f"{axis}lo {axis}hi"]] for axis in "xy"])
+    ends = np.array([_ends(header, axis) for axis in "xy"])
     xy, xz, yz = (float(word) for word in header.get("xy xz yz", ("0", "0", "0")))
     if xz or yz:
         raise InputError(f"the box leans out of the plane, xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
@@ -168,6 +201,15 @@ def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
         raise ValueError("its box has edges that are not finite")
     (xlo, xhi), (ylo, yhi) = ends
     return np.array([xlo, ylo]), np.array([[xhi - xlo, 0.0], [xy, yhi - ylo]])
+
+
+def _ends(header: dict[str, list[str]], axis: str) -> list[float]:
+    return [float(word) for word in header[f"{axis}lo {axis}hi"]]
+
+
+def _is_entry(name: str) -> bool:
+    """Whether a packing has a place for an entry of the comment `# jamlab`."""
+    return name in _ENTRIES or (name.startswith("d") and name[1:].isdigit())
 
 
 def _columns(style: str, count: int) -> tuple[str, ...]:
@@ -186,7 +228,6 @@ def _by_atom(rows: Any, place: dict[int, int]) -> Array:
 
 
 _PREFIX = re.compile(r"^[vdci]_")  # of a variable, property, compute or integer property
-_LAW = {name for names in (*FORCE_LAW.values(), *OPTIONAL.values()) for name in names} - {"a0"}
 # columns of coordinates in the order of preference: unwrapped before wrapped; whether scaled; whether wrapped
 _COORDINATES = (
     ("xu", "yu", False, False),
@@ -204,6 +245,7 @@ class Frame:
     bounds: tuple[str, list[str]]  # the words behind BOX BOUNDS, and three lines of numbers
     columns: list[str]  # names
     rows: list[str]  # one line for each atom
+    items: dict[str, str]  # what else the frame says
 
 
 def read_dump(path: FilePath) -> Iterator[Frame]:
@@ -219,11 +261,12 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
             if item.startswith("BOX BOUNDS"):
                 items["BOX BOUNDS"] = (item.removeprefix("BOX BOUNDS").strip(), list(islice(file, 3)))
             elif item.startswith("ATOMS"):
-                count = int(items["NUMBER OF ATOMS"])
+                count = int(items.pop("NUMBER OF ATOMS"))
                 rows = list(islice(file, count))
                 if len(rows) < max(count, 1):
                     raise ValueError(f"a frame announces {count} atoms and holds {len(rows)}")
-                yield Frame(int(items["TIMESTEP"]), items["BOX BOUNDS"], item.split()[1:], rows)
+                step, bounds = int(items.pop("TIMESTEP")), items.pop("BOX BOUNDS")
+                yield Frame(step, bounds, item.split()[1:], rows, items)
                 items = {}
             else:
                 items[item] = next(file, "").strip()
@@ -246,18 +289,21 @@ def sites(path: FilePath, frame: Frame) -> Sites:
         low, box = _box_of_dump(*frame.bounds)
         positions, wrapped, error = _positions(rows, columns, low, box)
         error += rounding([word for line in frame.bounds[1][:2] for word in line.split()], box, chosen=True)
-        entries = _entries(rows[0], columns)
+        check_flat(*_heights(rows, columns, box))
+        entries = _entries(rows, columns)
         a0 = numbers(rows, columns["a0"]) if "a0" in columns else None
         rings = rings_of_molecules(whole_numbers(rows, columns["mol"])) if "mol" in columns else None
-        radius = numbers(rows, columns["radius"]) if "radius" in columns else None
-        if radius is not None:
-            error += rounding([row[columns["radius"]] for row in rows], radius, chosen=True)
+        sizes = given_numbers(rows, columns, SIZE_NAMES)
+        radius = radius_of(sizes)
+        for name, values in sizes.items():
+            error += SIZE_NAMES[name] * rounding([row[columns[name]] for row in rows], values, chosen=True)
         if rings is not None and radius is not None:
-            entries.setdefault("delta", 2 * float(radius[0]))
+            entries.setdefault("delta", 2 * _one_value("radius of vertices", radius))
+        kind = next((name for name in ("type", "element") if name in columns), None)
         return Sites(
             box=box,
             positions=positions,
-            types=np.array([row[columns["type"]] if "type" in columns else "1" for row in rows]),
+            types=np.array(["1" if kind is None else row[columns[kind]] for row in rows]),
             rings=rings,
             wrapped=wrapped,
             radius=radius,
@@ -265,6 +311,7 @@ def sites(path: FilePath, frame: Frame) -> Sites:
             entries=entries,
             rounding=max(error, entries.get("rounding", 0.0)),
             provenance={"step": frame.step},
+            unread=[*(columns.keys() - _COLUMNS), *frame.items],
         )
 
 
@@ -306,9 +353,27 @@ def _positions(rows: list[list[str]], columns: dict[str, int], low: Array, box: 
     return read, wrapped, error
 
 
-def _entries(row: list[str], columns: dict[str, int]) -> dict[str, Any]:
+def _heights(rows: list[list[str]], columns: dict[str, int], box: Array) -> tuple[Array, float]:
+    """Heights of atoms, and what to compare them with: the width of the box, or for fractions of its height 1."""
+    scaled = next((name for name in ("zs", "zsu") if name in columns), None)
+    name = next((name for name in ("z", "zu") if name in columns), scaled)
+    heights = np.zeros(len(rows)) if name is None else numbers(rows, columns[name])
+    return heights, 1.0 if name == scaled else float(box[0, 0])
+
+
+def _one_value(what: str, values: Array) -> float:
+    if np.ptp(values):
+        k = int(np.flatnonzero(values != values[0])[0])
+        raise InputError(
+            f"{what} of atom {k} in order of id is {values[k]:g}, of atom 0 {values[0]:g}: all must have one"
+        )
+    return float(values[0])
+
+
+def _entries(rows: list[list[str]], columns: dict[str, int]) -> dict[str, Any]:
     """Read the columns of `jamlab.write_dump` that are the same for all atoms."""
-    found: dict[str, Any] = {name: float(row[columns[name]]) for name in {*_LAW, *STATE, "rounding"} & columns.keys()}
+    shared = given_numbers(rows, columns, (*LAW_NAMES, *STATE, "rounding"))
+    found: dict[str, Any] = {name: _one_value(name, values) for name, values in shared.items()}
     for name, names in (("contact", CONTACT_FORMS), ("ensemble", ENSEMBLES)):
         if name in found:
             found[name] = dict(enumerate(names))[int(found[name])]
@@ -318,8 +383,4 @@ def _entries(row: list[str], columns: dict[str, int]) -> dict[str, Any]:
         del found["onset"]
     if found.get("max_force", 0) < 0:
         del found["max_force"]
-    if "k" in found:
-        found["units"] = "k"
-    elif "eps" in found:
-        found["units"] = "eps"
     return found

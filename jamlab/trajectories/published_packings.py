@@ -8,25 +8,27 @@ box, `rad` and `box`, energy (eps/2)(1 - r/s)^2, eps = 1. Extended xyz (freud, O
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import InputError, StorageError
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.lammps_data import damage_named, numbers, rounding, text_of
-from jamlab.trajectories.sites import Sites
+from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, plane_box, radius_of, rounding_of
 
 _HEAD = re.compile(
     r"N\s*=\s*(?P<n>\d+)\s*,\s*L\s*=.*?L1\s*=\s*\{(?P<first>[^}]*)\}\s*,\s*L2\s*=\s*\{(?P<second>[^}]*)\}"
     r"(?:\s*,\s*P\s*=\s*(?P<pressure>[^,]+))?"
 )
-_KEYS = re.compile(r'(\w+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
+_KEYS = re.compile(r'([^\s="]+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
+# keys and columns of an extended xyz frame that are read, or that states at rest have no use for
+_XYZ_KEYS = {"Lattice", "Properties", "pbc", "units", "Origin"}
+_XYZ_COLUMNS = {"species", "type", "pos", *SIZE_NAMES, "id", "velo", "vel", "velocities", "force", "forces", "mass"}
 _NETCDF = {"pos": 2, "rad": 1, "box": 4}  # names -> numbers a particle, or of the box
 MOST_BYTES = 2**31  # of numbers in one netCDF file: 10^7 disks
 
@@ -34,10 +36,10 @@ MOST_BYTES = 2**31  # of numbers in one netCDF file: 10^7 disks
 def is_leiden(path: FilePath) -> bool:
     """Whether a text file begins like a packing of the Leiden group."""
     try:
-        with open(path, encoding="ascii") as file:
+        with text_of(path) as file:
             lines = (line for line in islice(file, 50) if line.strip() and not line.startswith("#"))
             return _HEAD.match(next(lines, "")) is not None
-    except (OSError, UnicodeDecodeError):
+    except StorageError:
         return False
 
 
@@ -55,11 +57,15 @@ def read_leiden(path: FilePath) -> Iterator[Sites]:
             box = np.array([_floats(head[name], 2, f"block {block}: lattice vector") for name in ("first", "second")])
             if next(lines, "") != "{":
                 raise ValueError(f"block {block}: no brace opens the list of disks")
-            yield _leiden_block(lines, int(head["n"]), box, head["pressure"], block)
+            words = [word for name in ("first", "second") for word in head[name].split(",")]
+            yield _leiden_block(lines, int(head["n"]), box, words, head["pressure"], block)
             block += 1
 
 
-def _leiden_block(lines: Iterator[str], n: int, box: Array, pressure: str | None, block: int) -> Sites:
+def _leiden_block(
+    lines: Iterator[str], n: int, box: Array, words: Sequence[str], pressure: str | None, block: int
+) -> Sites:
+    """One state; `words`: the numbers of its box as they are written."""
     rows = []
     for line in lines:
         if line == "}":
@@ -69,16 +75,18 @@ def _leiden_block(lines: Iterator[str], n: int, box: Array, pressure: str | None
         raise ValueError(f"block {block}: the list of disks has no end after {len(rows)} of {n}")
     if len(rows) != n or any(len(row) != 3 for row in rows):
         raise ValueError(f"block {block}: {len(rows)} rows of x, y, R, {n} expected")
-    positions = np.column_stack([numbers(rows, 0), numbers(rows, 1)])
+    positions, radius = np.column_stack([numbers(rows, 0), numbers(rows, 1)]), numbers(rows, 2)
+    error = rounding([word.strip() for row in rows for word in row[:2]], positions)
+    error += rounding([row[2].strip() for row in rows], radius, chosen=True)
+    error += rounding([word.strip() for word in words], box, chosen=True)
     given = {} if pressure is None else {"pressure in the file": float(pressure)}
     return Sites(
         box=box,
         positions=positions,
         types=np.full(n, "1"),
-        rings=None,
-        radius=numbers(rows, 2),
+        radius=radius,
         entries={"units": "k", "k": 1.0, "ensemble": "shear-stabilized"},
-        rounding=rounding([word.strip() for row in rows for word in row], positions),
+        rounding=error,
         provenance=given,
     )
 
@@ -95,7 +103,14 @@ def is_netcdf(path: FilePath) -> bool:
 def read_netcdf(path: FilePath) -> Iterator[Sites]:
     """Read the packings of a netCDF file as Goodrich and Liu wrote them, in units of `eps`."""
     with damage_named(path), h5py.File(path, "r") as file:
+        if missing := [name for name in _NETCDF if name not in file]:
+            raise InputError(
+                f"a netCDF file of another kind than that of Goodrich and Liu: it has {', '.join(file) or 'nothing'}, "
+                f"but not {', '.join(missing)}"
+            )
         arrays = {name: _dataset(file, name) for name in _NETCDF}
+        unread = [name for name in file if name not in _NETCDF and "_Netcdf4Dimid" not in file[name].attrs]
+        error = sum(rounding_of(file[name].dtype, values) for name, values in arrays.items())
         count, n = arrays["rad"].shape
         for name, each in _NETCDF.items():
             expected = (count, each if name == "box" else n * each)
@@ -104,7 +119,15 @@ def read_netcdf(path: FilePath) -> Iterator[Sites]:
         for pos, rad, cell in zip(arrays["pos"], arrays["rad"], arrays["box"], strict=True):
             box = cell.reshape(2, 2).T  # the file has lattice vectors as columns
             law = {"units": "eps", "eps": 1.0}
-            yield Sites(box, pos.reshape(-1, 2) @ box, np.full(n, "1"), None, radius=rad, entries=law)
+            yield Sites(
+                box,
+                pos.reshape(-1, 2) @ box,
+                np.full(n, "1"),
+                radius=rad,
+                entries=law,
+                rounding=error * max(1.0, float(np.abs(box).sum(axis=0).max())),
+                unread=unread,
+            )
 
 
 def _dataset(file: h5py.File, name: str) -> Array:
@@ -127,52 +150,62 @@ def read_xyz(path: FilePath) -> Iterator[Sites]:
             if not line.strip():
                 continue
             n = int(line)
-            keys = {name: quoted or plain for name, quoted, plain in _KEYS.findall(next(file, ""))}
+            comment = next(file, "")
+            keys = {name: quoted or plain for name, quoted, plain in _KEYS.findall(comment)}
+            rest = _KEYS.sub(" ", comment).strip()
             rows = [row.split() for row in islice(file, n)]
             if len(rows) != n:
                 raise ValueError(f"{len(rows)} rows of disks, {n} announced")
-            yield _xyz_frame(keys, rows)
+            yield _xyz_frame(keys, rows, [rest] if rest else [])
 
 
-def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
-    if "Lattice" not in keys:
-        raise InputError("an xyz frame has no Lattice: a packing needs its periodic box")
-    cell = _floats(keys["Lattice"].replace(" ", ","), 9, "Lattice").reshape(3, 3)
-    if np.any(cell[:2, 2]) or np.any(cell[2, :2]):
-        raise InputError("the Lattice of the xyz frame is no plane box: its third vector must stand on the first two")
+def _xyz_frame(keys: dict[str, str], rows: list[list[str]], rest: list[str]) -> Sites:
+    lattice = keys.get("Lattice", "").split()
+    box = plane_box("Lattice", _floats(",".join(lattice), 9, "Lattice").reshape(3, 3)) if lattice else None
+    sides = keys.get("pbc", "T T F").split()
+    if any(side.upper()[:1] not in ("T", "1") for side in sides[:2]):
+        raise InputError(f"pbc={' '.join(sides)!r}: packings are periodic in x and y")
     columns = _columns(keys.get("Properties", "species:S:1:pos:R:3"))
     if "pos" not in columns:
         raise InputError(f"the xyz frame has no column pos, only {', '.join(columns)}")
-    at = columns["pos"]
+    at, width = columns["pos"]
+    if width not in (2, 3):
+        raise InputError(f"pos has {width} columns: 2 or 3 expected")
     positions = np.column_stack([numbers(rows, at), numbers(rows, at + 1)])
-    words = [word for row in rows for word in row[at : at + 2]]
-    radius = None
-    for name, half in (("radius", 1.0), ("radii", 1.0), ("diameter", 0.5)):
-        if name in columns:
-            radius = half * numbers(rows, columns[name])
-    kinds = columns.get("species", columns.get("type"))
-    types: NDArray[np.str_] = np.array(["1"] * len(rows) if kinds is None else [row[kinds] for row in rows])
+    if width == 3:
+        check_flat(numbers(rows, at + 2), float(np.ptp(positions) if box is None else box[0, 0]))
+    error = rounding([word for row in rows for word in row[at : at + 2]], positions)
+    sizes = {name: numbers(rows, columns[name][0]) for name in SIZE_NAMES if name in columns}
+    for name, values in sizes.items():
+        error += SIZE_NAMES[name] * rounding([row[columns[name][0]] for row in rows], values, chosen=True)
+    if box is not None:
+        error += rounding(lattice, box, chosen=True)
+    kinds = next((columns[name][0] for name in ("species", "type") if name in columns), None)
     entries: dict[str, Any] = {name: keys[name] for name in ("units",) if name in keys}
-    entries |= {name: float(keys[name]) for name in ("eps", "k") if name in keys}
+    entries |= {name: float(keys[name]) for name in LAW_NAMES if name in keys}
     return Sites(
-        cell[:2, :2],
+        box,
         positions,
-        types,
-        None,
-        radius=radius,
+        np.array(["1"] * len(rows) if kinds is None else [row[kinds] for row in rows]),
+        radius=radius_of(sizes),
         entries=entries,
         deck=False,
-        rounding=rounding(words, positions),
+        rounding=error,
+        unread=[*rest, *(keys.keys() - _XYZ_KEYS - LAW_NAMES), *(columns.keys() - _XYZ_COLUMNS)],
     )
 
 
-def _columns(properties: str) -> dict[str, int]:
+def _columns(properties: str) -> dict[str, tuple[int, int]]:
+    """First column and number of columns by name, in lower case."""
     fields = properties.split(":")
     if len(fields) % 3:
         raise ValueError(f"Properties={properties!r:.60}: name, kind and number of columns expected for each")
-    columns, at = {}, 0
+    columns: dict[str, tuple[int, int]] = {}
+    at = 0
     for name, count in zip(fields[::3], fields[2::3], strict=True):
-        columns[name], at = at, at + int(count)
+        if name.lower() in columns:
+            raise InputError(f"two properties are named {name}")
+        columns[name.lower()], at = (at, int(count)), at + int(count)
     return columns
 
 

@@ -1,6 +1,6 @@
 """One frame from another program, before it is known to be a packing: its law, its sizes, droplets as closed rings."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,8 +12,17 @@ from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import FORCE_LAW, OPTIONAL, UNITS
-from jamlab.packing.packing import Packing
+from jamlab.packing.neighbors import shortest_images
+from jamlab.packing.outlines import cross, self_crossings
+from jamlab.packing.packing import Packing, check_box
 
+_JUMP = 3.0  # an edge that is so many times as long as its shortest image leads across the box
+_SAME_AREA = 0.2  # relative difference of the area of a droplet from its rest area that compression may cause
+_ONE_CELL = 1e-9  # margin of rounding, relative to the cell
+LAW_NAMES = {name for names in (*FORCE_LAW.values(), *OPTIONAL.values()) for name in names} - {"a0"}
+SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
+_FLAT = 1e-4  # a plane: largest height over the width of the box
+_SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
 Radii = ArrayLike | Mapping[Any, float] | None
 
 
@@ -22,11 +31,15 @@ def complete_force_law(
 ) -> tuple[str, dict[str, Any], list[str]]:
     """Complete the force law of a file, rest areas apart, with what the user gives; units are "eps" if neither says.
     Returns units, parameters, and the names of those found in neither, which have the defaults of the decks."""
+    if "units" not in found and (scales := [name for name in ("eps", "k") if name in found]):
+        found = {**found, "units": scales[0]}
     chosen = str(found.get("units", units or "eps"))
     check_choice("units", chosen, UNITS)
     if (model, chosen) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {chosen!r}")
     names = [name for name in (*FORCE_LAW[model, chosen], *OPTIONAL[model]) if name != "a0"]
+    if foreign := sorted(LAW_NAMES & found.keys() - set(names)):
+        raise InputError(f"the source has {foreign[0]}, which the force law of model {model}, units {chosen}, has not")
     given = {name: value for name, value in (params or {}).items() if name != "a0"}
     for name in given:
         if name not in names:
@@ -75,6 +88,49 @@ def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
     return finite_array("radii", radii, (len(types),))
 
 
+def plane_box(name: str, values: ArrayLike) -> Array:
+    """(2, 2) lattice vectors, from such ones, from two or three sides, or from three vectors, of which the third stands
+    on the plane of the others."""
+    box = np.asarray(values, dtype=np.float64)
+    box = np.diag(box) if box.ndim == 1 else box
+    if box.shape == (3, 3):
+        if np.any(box[:2, 2]) or np.any(box[2, :2]):
+            raise InputError(f"{name} {box.tolist()} is no plane box: its third vector must stand on the first two")
+        box = box[:2, :2]
+    box = finite_array(name, box, (2, 2))
+    check_box(box)
+    return box
+
+
+def check_flat(heights: Array, extent: float, what: str = "the frame") -> None:
+    """Refuse points (n,) at heights that differ: dropped, those of a sphere packing would lie on each other. `extent`:
+    size of the box or of the points in the plane, in the same unit."""
+    spread = float(np.ptp(heights))
+    if spread > _FLAT * extent:
+        raise InputError(f"{what} is not flat: z spans {spread:.3g}, and packings are two-dimensional")
+
+
+def radius_of(columns: Mapping[str, Array]) -> Array | None:
+    """(n,) radii of disks from the columns of `SIZE_NAMES`, None without; several of them must say the same."""
+    found = {name: SIZE_NAMES[name] * np.asarray(columns[name]) for name in SIZE_NAMES if name in columns}
+    names = list(found)
+    for other in names[1:]:
+        wrong = np.flatnonzero(np.abs(found[other] - found[names[0]]) > _SAME_SIZE * np.abs(found[names[0]]))
+        if len(wrong):
+            k = wrong[0]
+            raise InputError(
+                f"disk {k} has {names[0]} {columns[names[0]][k]:g} and {other} {columns[other][k]:g}: give one of them"
+            )
+    return found[names[0]] if names else None
+
+
+def rounding_of(kind: Any, values: Array) -> float:
+    """How far numbers may be off that a file holds in a type of fewer digits than float64."""
+    if kind.kind != "f" or kind.itemsize >= 8:
+        return 0.0
+    return float(0.5 * np.finfo(kind.newbyteorder("=")).eps * np.abs(values).max())
+
+
 @dataclass(frozen=True)
 class Rings:
     """Order of points around polygons."""
@@ -82,17 +138,17 @@ class Rings:
     order: Indices  # (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there
     offsets: Indices  # (n + 1,) ring m is order[offsets[m]:offsets[m + 1]]
 
-    def polygons(self, positions: Array, box: Array, *, wrapped: bool) -> tuple[Indices, Array]:
+    def polygons(
+        self, positions: Array, box: Array, wrapped: bool | None, areas: Array | None = None
+    ) -> tuple[Indices, Array]:
         """Polygons of one frame: points (n_vertices,) in the order of the vertices, counter-clockwise, and the vertices
-        (n_vertices, 2). One that is wrapped may lie on both sides of the box; then no edge may be longer than half of
-        it."""
+        (n_vertices, 2). `wrapped`: whether the box cuts them; None: each is whole that does not look as if it did, see
+        `jamlab.from_outlines`. `areas`: (n,) of the whole ones, roughly, if known."""
         vertices = positions[self.order]
-        if wrapped:
-            vertices = self._whole(vertices, box)
+        if wrapped is None or wrapped:
+            vertices = self._whole(vertices, box, wrapped, areas)
         starts = np.repeat(self.offsets[:-1], np.diff(self.offsets))
-        r = vertices - vertices[starts]
-        s = r[self._following()]
-        clockwise = np.add.reduceat(r[:, 0] * s[:, 1] - r[:, 1] * s[:, 0], self.offsets[:-1]) < 0
+        clockwise = self._areas(vertices) < 0
         place = np.arange(len(vertices))
         ends = np.repeat(self.offsets[1:], np.diff(self.offsets))
         turned = np.where(place == starts, place, starts + ends - place)  # the first vertex stays the first
@@ -104,19 +160,52 @@ class Rings:
         following[self.offsets[1:] - 1] = self.offsets[:-1]
         return following
 
-    def _whole(self, vertices: Array, box: Array) -> Array:
-        """Shift vertices by lattice vectors so that every edge is the shortest one; what is whole keeps its bits."""
+    def _whole(self, vertices: Array, box: Array, wrapped: bool | None, areas: Array | None) -> Array:
+        """Shift vertices by lattice vectors so that every edge of what the box cut is the shortest one. What is whole
+        keeps its bits."""
+        starts, counts = self.offsets[:-1], np.diff(self.offsets)
         edges = vertices[self._following()] - vertices
-        steps = np.rint(edges @ np.linalg.inv(box))
-        winding = np.argwhere(np.add.reduceat(steps, self.offsets[:-1], axis=0))
-        if len(winding):
-            raise InputError(
-                f"the bonds of polygon {winding[0, 0]} lead around the periodic box: every edge must be shorter than "
-                "half of the box"
-            )
+        steps = shortest_images(edges, box)
+        if not steps.any():
+            return vertices
         taken = np.cumsum(steps, axis=0) - steps
-        taken -= np.repeat(taken[self.offsets[:-1]], np.diff(self.offsets), axis=0)
-        return np.asarray(vertices - taken @ box)
+        taken -= np.repeat(taken[starts], counts, axis=0)
+        unwrapped = np.asarray(vertices - taken @ box)
+        winding = np.add.reduceat(steps, starts, axis=0).any(axis=1)
+        certain = wrapped and areas is None
+        crossed, left = (self._crossed(x) for x in (vertices, unwrapped))
+        if (refused := winding & (certain or crossed)).any():
+            raise InputError(
+                f"the bonds of polygon {np.flatnonzero(refused)[0]} lead around the periodic box: every edge must be "
+                "the shortest of its periodic images"
+            )
+        if certain:
+            return unwrapped
+        jumps = steps.any(axis=1) & (np.hypot(*edges.T) >= _JUMP * np.hypot(*(edges - steps @ box).T))
+        likely = np.full(len(starts), bool(jumps.any()))
+        if areas is not None:
+            right, too = (np.abs(np.abs(self._areas(x)) / areas - 1) < _SAME_AREA for x in (vertices, unwrapped))
+            likely = np.where(right != too, too, likely)
+        cut = self._in_one_cell(vertices, box) & ~winding & ~left & (crossed | likely)
+        return np.where(np.repeat(cut, counts)[:, None], unwrapped, vertices)
+
+    def _crossed(self, vertices: Array) -> NDArray[np.bool_]:
+        """(n,) whether a polygon crosses itself."""
+        return np.isin(np.arange(len(self.offsets) - 1), self_crossings(vertices, self.offsets))
+
+    def _in_one_cell(self, vertices: Array, box: Array) -> NDArray[np.bool_]:
+        """(n,) whether a polygon has room in one cell, a parallelogram or a rectangle, wherever that begins."""
+        inside = np.zeros(len(self.offsets) - 1, dtype=bool)
+        for places in (vertices @ np.linalg.inv(box), vertices / box.diagonal()):
+            high, low = (each.reduceat(places, self.offsets[:-1], axis=0) for each in (np.maximum, np.minimum))
+            inside |= (high - low <= 1 + _ONE_CELL).all(axis=1)
+        return inside
+
+    def _areas(self, vertices: Array) -> Array:
+        """(n,) areas, positive if counter-clockwise."""
+        r = vertices - np.repeat(vertices[self.offsets[:-1]], np.diff(self.offsets), axis=0)
+        s = r[self._following()]
+        return np.add.reduceat(0.5 * cross(r, s), self.offsets[:-1])
 
 
 def rings_of_bonds(bonds: Indices, count: int) -> Rings:
@@ -161,11 +250,11 @@ def rings_of_molecules(molecule: Indices) -> Rings | None:
 class Sites:
     """Atoms of one frame: disks, or vertices of droplets."""
 
-    box: Array  # (2, 2), as in `Packing.box`
+    box: Array | None  # (2, 2), as in `Packing.box`; None: the source has none
     positions: Array  # (n_atoms, 2)
     types: NDArray[np.str_]  # (n_atoms,) names of the atom types
-    rings: Rings | None  # which atoms are vertices of one droplet; None: every atom is a disk
-    wrapped: bool = True  # whether droplets may lie on both sides of the box
+    rings: Rings | None = None  # which atoms are vertices of one droplet; None: every atom is a disk
+    wrapped: bool | None = None  # whether the box cuts droplets, see `Rings.polygons`
     radius: Array | None = None  # (n_atoms,) of the disks, if the source has radii
     a0: Array | None = None  # (n_atoms,) rest area of the droplet of each vertex, if the source has them
     # further attributes in the source, see `jamlab.packing.lammps_files.described`
@@ -173,16 +262,22 @@ class Sites:
     deck: bool = True  # whether unknown sizes may be those of the decks' particles
     rounding: float = 0.0  # how far a coordinate may be off, see `Packing.rounding`
     provenance: Mapping[str, Any] = field(default_factory=dict)  # entries about the source
+    unread: Sequence[str] = ()  # names in the source of what this jamlab does not understand
 
     def packing(
-        self, radii: Radii = None, units: str | None = None, params: Mapping[str, Any] | None = None
+        self,
+        radii: Radii = None,
+        units: str | None = None,
+        params: Mapping[str, Any] | None = None,
+        box: ArrayLike | None = None,
     ) -> Packing:
         """Make a packing of these atoms; arguments as in `jamlab.read`."""
         model = "sp" if self.rings is None else "dp"
         if self.entries.get("model", model) != model:
             raise InputError(f"the source has model {self.entries['model']}, but bonds of model {model}")
         units, law, assumed = complete_force_law(model, self.entries, units, params)
-        common: dict[str, Any] = {"model": model, "box": self.box, "units": units, "onset": self.entries.get("onset")}
+        cell = self._cell(box)
+        common: dict[str, Any] = {"model": model, "box": cell, "units": units, "onset": self.entries.get("onset")}
         common["ensemble"] = self.entries.get("ensemble", "fixed-box")
         if not self.rounding:
             common |= {name: self.entries[name] for name in ("max_force", "converged") if name in self.entries}
@@ -191,15 +286,30 @@ class Sites:
         elif radii is not None:
             raise InputError("radii are those of disks: the rim of droplets is params['delta']")
         else:
-            order, vertices = self.rings.polygons(self.positions, self.box, wrapped=self.wrapped)
-            law["a0"] = self._rest_areas(order, (params or {}).get("a0"), assumed)
+            law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"), assumed)
+            known = None if "a0" in assumed else law["a0"]
+            _, vertices = self.rings.polygons(self.positions, cell, self.wrapped, known)
             common |= {"positions": vertices, "offsets": self.rings.offsets}
         return Packing(params=law, provenance=self._history(assumed), **common)
+
+    def _cell(self, given: ArrayLike | None) -> Array:
+        box = None if given is None else plane_box("box", given)
+        if box is None and self.box is None:
+            raise InputError(
+                "the source has no periodic box (an xyz file: no Lattice): give box, two sides or two lattice vectors"
+            )
+        if box is not None and self.box is not None and not np.array_equal(box, self.box):
+            raise InputError(f"box = {box.tolist()} was given, but the source has {self.box.tolist()}")
+        cell: Array = box if self.box is None else self.box  # type: ignore[assignment]
+        check_box(cell)
+        return cell
 
     def _history(self, assumed: list[str]) -> dict[str, Any]:
         history = dict(self.provenance)
         if assumed:
             history["assumed"] = assumed
+        if self.unread:
+            history["unread"] = sorted(set(self.unread))
         if self.rounding:
             history["rounding"] = self.rounding
         return history
@@ -225,10 +335,9 @@ class Sites:
         assumed.append("diameters")
         return sizes
 
-    def _rest_areas(self, order: NDArray[np.int64], given: Any, assumed: list[str]) -> Array:
-        assert self.rings is not None
-        vertices = np.diff(self.rings.offsets)
-        known = None if self.a0 is None else self.a0[order][self.rings.offsets[:-1]]
+    def _rest_areas(self, rings: Rings, given: Any, assumed: list[str]) -> Array:
+        vertices = np.diff(rings.offsets)
+        known = None if self.a0 is None else self.a0[rings.order][rings.offsets[:-1]]
         if given is not None:
             values = finite_array("params['a0']", np.broadcast_to(given, vertices.shape), (len(vertices),))
             if known is not None and not np.array_equal(values, known):

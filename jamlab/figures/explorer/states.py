@@ -24,7 +24,7 @@ from jamlab.geometry.voids.voids import Voids, void_paths, voids
 from jamlab.measure import measure, why_no_modulus
 from jamlab.packing.hdf5 import LABELS
 from jamlab.packing.law_parameters import NEGATIVE_G, UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
-from jamlab.packing.neighbors import moves_home
+from jamlab.packing.neighbors import moves_home, shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
 
@@ -115,7 +115,8 @@ def displacements(before: Packing, after: Packing) -> Array:
     coordinates s = x B^-1 they are (s_after - s_before) B_after."""
     box = unflipped_box(before, after)
     lattice = after.centroids @ np.linalg.inv(box) - before.centroids @ np.linalg.inv(before.box)
-    moved = (lattice - np.round(lattice)) @ box
+    moved = lattice @ box
+    moved -= shortest_images(moved, box) @ box
     return np.asarray(moved - np.median(moved, axis=0))
 
 

@@ -14,6 +14,7 @@ from jamlab.engine.session import Session, evaluate
 from jamlab.errors import EngineError, InputError
 from jamlab.estimates.ways import bring_on, default_way
 from jamlab.geometry.contact_network import contacts
+from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.onset import jam
@@ -237,8 +238,7 @@ def _force_left(start: Packing, positions: Array) -> float:
 def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[np.bool_]) -> float:
     """Root mean square distance of the disks that bear force, in mean diameters, without the motion of all of them."""
     moved = (positions - exact)[bearing]
-    sides = np.diag(start.box)
-    moved -= sides * np.round(moved / sides)
+    moved -= shortest_images(moved, start.box) @ start.box
     return float(np.sqrt(((moved - moved.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
