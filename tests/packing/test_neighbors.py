@@ -7,7 +7,13 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
-from jamlab.packing.neighbors import periodic_copies, periodic_neighbors, periodic_pairs, positive_image
+from jamlab.packing.neighbors import (
+    periodic_copies,
+    periodic_neighbors,
+    periodic_pairs,
+    positive_image,
+    shortest_images,
+)
 
 SQUARE = np.eye(2)
 
@@ -177,3 +183,18 @@ def test_pairs_are_those_of_vesin(scene):
     ours = periodic_pairs(points, box, cutoff)
     np.testing.assert_array_equal(rows(ours), theirs[order])
     np.testing.assert_allclose(ours.r, (sign * r)[order], atol=1e-13)
+
+
+def test_shortest_images_are_those_of_brute_force():
+    """Any tilt, vectors many boxes long; one that is shortest, or as short as another image, stays as it is."""
+    rng = np.random.default_rng(3)
+    images = np.stack(np.meshgrid(np.arange(-130, 131), np.arange(-12, 13), indexing="ij"), axis=-1).reshape(-1, 2)
+    for _ in range(60):
+        width = rng.uniform(0.3, 3)
+        box = np.array([[width, 0.0], [width * rng.uniform(-5, 5), rng.uniform(0.3, 3)]])
+        vectors = rng.uniform(-2, 2, (20, 2)) @ box
+        short = vectors - shortest_images(vectors, box) @ box
+        least = np.hypot(*(vectors[:, None] + images @ box).transpose(2, 0, 1)).min(axis=1)
+        np.testing.assert_allclose(np.hypot(*short.T), least, rtol=1e-11)
+        assert not shortest_images(short, box).any()
+    assert shortest_images(np.array([[0.5, -0.5], [0.51, 0.0]]), SQUARE).tolist() == [[0, 0], [1, 0]]

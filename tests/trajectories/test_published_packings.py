@@ -1,6 +1,7 @@
 """Packings of other groups: what they say of themselves is what jamlab finds."""
 
 import json
+import re
 from pathlib import Path
 
 import h5py
@@ -99,6 +100,44 @@ def test_extended_xyz_comes_back_bit_for_bit(tmp_path):
     assert np.array_equal(p.box, q.box) and (p.units, p.params) == (q.units, q.params)
 
 
+def with_few_digits(text, what, digits):
+    """A Leiden file, of which radii or lattice vectors are cut."""
+    shape = f"%.{digits}f"
+    if what == "radius":
+        return re.sub(r"(?<=\t)([\d.]+)(?= ,\s*$)", lambda found: shape % float(found[0]), text, flags=re.M)
+    return re.sub(r"(?<=\{ )([\d.]+) , ([\d.]+)", lambda f: f"{shape} , {shape}" % (float(f[1]), float(f[2])), text)
+
+
+@pytest.mark.parametrize("what", ["position", "radius", "box"])
+def test_few_digits_of_a_leiden_file_are_noticed(tmp_path, what):
+    text = LEIDEN.read_text().replace("1.3999999999999999112", "1.39999999991234567")
+    if what == "position":
+        text = re.sub(r"^([\d.]+) ,\s*([\d.]+)", lambda f: f"{float(f[1]):.5f} , {float(f[2]):.5f}", text, flags=re.M)
+    else:
+        text = with_few_digits(text, what, 6)
+    (tmp_path / "few.txt").write_text(text)
+    p = jamlab.read(tmp_path / "few.txt")
+    off = 0.5e-5 if what == "position" else 0.5e-6
+    assert p.rounding == pytest.approx(off) and not p.converged
+
+
+def test_netcdf_boxes_have_lattice_vectors_as_columns(tmp_path):
+    """A sheared box: the energy is that of the plain sum over images only if rows and columns are not exchanged."""
+    positions, radii = np.array([0.1, 0.2, 0.5, 0.7, 0.8, 0.3]), np.array([0.2, 0.3, 0.25])
+    vectors = np.array([[1.0, 0.0], [0.4, 1.2]])
+    with h5py.File(tmp_path / "sheared.nc", "w") as file:
+        file.attrs["_NCProperties"] = "version=2"
+        file["pos"], file["rad"], file["box"] = positions[None], radii[None], vectors.T.reshape(1, 4)
+        file["Cijkl"] = np.ones((1, 6))
+    p = jamlab.read(tmp_path / "sheared.nc")
+    assert np.array_equal(p.box, vectors) and np.allclose(p.positions, positions.reshape(-1, 2) @ vectors)
+    assert (p.provenance["unread"], p.rounding) == (["Cijkl"], 0.0)
+    with h5py.File(tmp_path / "sheared.nc", "r+") as file:
+        del file["pos"]
+        file["pos"] = positions[None].astype("f4")
+    assert 1e-8 < jamlab.read(tmp_path / "sheared.nc").rounding < 1e-6
+
+
 @pytest.mark.parametrize(
     "change, words",
     [
@@ -128,19 +167,76 @@ def test_a_damaged_netcdf_says_what_and_where(tmp_path, name, damage):
         jamlab.read(tmp_path / "bad.nc")
 
 
+SQUARE = 'Lattice="4 0 0 0 4 0 0 0 4"'
+FOUR = [f"A {x} {y} 0 0.9" for x in (1.0, 3.0) for y in (1.0, 3.0)]
+
+
+def read_one_xyz(path, comment, rows=FOUR, properties="species:S:1:pos:R:3:radius:R:1", box=SQUARE):
+    path.write_text("\n".join([str(len(rows)), f"{box} Properties={properties} {comment}", *rows]) + "\n")
+    return jamlab.read(path)
+
+
 @pytest.mark.parametrize(
-    "lines, words",
+    "comment, units, params",
     [
-        (["1", "Properties=pos:R:3", "0 0 0"], "no Lattice"),
-        (["1", 'Lattice="1 0 0 0 1 1 0 0 1" Properties=pos:R:3', "0 0 0"], "no plane box"),
-        (["2", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0 0 0"], "1 rows of disks, 2 announced"),
-        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=force:R:3', "0 0 0"], "no column pos"),
-        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0.51 0.5 0"], "sizes of the disks are unknown"),
+        ("k=2.0", "k", {"k": 2.0}),
+        ("eps=1.5 exponent=2.5", "eps", {"eps": 1.5, "exponent": 2.5}),
+        ("exponent=3", "eps", {"eps": 1.0, "exponent": 3.0}),
+        ('units=k k=0.5 pbc="T T F"', "k", {"k": 0.5}),
     ],
 )
-def test_an_xyz_that_is_no_packing_is_refused(tmp_path, lines, words):
+def test_the_law_in_the_comment_of_an_xyz_is_taken(tmp_path, comment, units, params):
+    p = read_one_xyz(tmp_path / "p.xyz", comment)
+    assert (p.units, p.params) == (units, params)
+    assert p.provenance.get("assumed", []) == ([] if set(params) <= set(re.findall(r"\w+", comment)) else ["eps"])
+
+
+def test_what_an_xyz_has_besides_is_named(tmp_path):
+    rows = [f"{row} 1.8 0 0 0 7" for row in FOUR]
+    properties = "species:S:1:pos:R:3:Radius:R:1:diameter:R:1:vel:R:3:mu:R:1"
+    p = read_one_xyz(tmp_path / "p.xyz", 'alpha=2 made by="some code"', rows, properties)
+    assert p.provenance["unread"] == ["alpha", "by", "made", "mu"] and p.diameters.tolist() == [1.8] * 4
+
+
+@pytest.mark.parametrize(
+    "digits",
+    [{"radius": "0.583333"}, {"box": 'Lattice="4.12345 0 0 0 4 0 0 0 4"'}],
+    ids=["radius", "box"],
+)
+def test_few_digits_of_radius_and_box_of_an_xyz_are_noticed(tmp_path, digits):
+    rows = [f"A {x}12345678901234 {y} 0 {digits.get('radius', '0.9')}" for x in (1.5, 3.5) for y in (1.0, 3.0)]
+    p = read_one_xyz(tmp_path / "p.xyz", "k=1", rows, box=digits.get("box", SQUARE))
+    assert p.rounding == pytest.approx(5e-7 if "radius" in digits else 5e-6)
+    assert read_one_xyz(tmp_path / "p.xyz", "k=1", [row.replace("0.583333", "0.9") for row in rows]).rounding == 0
+
+
+def test_three_dimensions_or_an_open_box_are_no_packing(tmp_path):
+    cube = [f"A {x} {y} {z} 0.9" for x in (1.0, 3.0) for y in (1.0, 3.0) for z in (1.0, 3.0)]
+    wrong = [row.replace(" 0.9", " 0.9 1.7") for row in FOUR]
+    for given in (
+        {"comment": "", "rows": cube},
+        {"comment": 'pbc="F F F"'},
+        {"comment": "units=eps k=1"},
+        {"comment": "k=1 eps=1"},
+        {"comment": "", "rows": wrong, "properties": "species:S:1:pos:R:3:radius:R:1:diameter:R:1"},
+    ):
+        with pytest.raises(jamlab.InputError):
+            read_one_xyz(tmp_path / "p.xyz", **given)
+
+
+@pytest.mark.parametrize(
+    "lines, error",
+    [
+        (["1", "Properties=pos:R:3", "0 0 0"], jamlab.InputError),
+        (["1", 'Lattice="1 0 0 0 1 1 0 0 1" Properties=pos:R:3', "0 0 0"], jamlab.InputError),
+        (["2", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0 0 0"], jamlab.StorageError),
+        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=force:R:3', "0 0 0"], jamlab.InputError),
+        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0.51 0.5 0"], jamlab.InputError),
+    ],
+)
+def test_an_xyz_that_is_no_packing_is_refused(tmp_path, lines, error):
     (tmp_path / "bad.xyz").write_text("\n".join(lines) + "\n")
-    with pytest.raises(jamlab.JamlabError, match=words):
+    with pytest.raises(error, match=r"bad\.xyz"):
         jamlab.read(tmp_path / "bad.xyz")
 
 

@@ -1,0 +1,230 @@
+"""Disks in tables, arrays, compressed text and H5MD of other programs: every number arrives, or is named."""
+
+import bz2
+import gzip
+import lzma
+
+import h5py
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.errors import InputError, StorageError
+
+RNG = np.random.default_rng(5)
+BOX = np.array([[4.0, 0.0], [0.5, 5.0]])
+POSITIONS, RADII = RNG.uniform(0, 5, (6, 2)), RNG.uniform(0.3, 0.5, 6)
+
+
+def same(p, box=BOX):
+    assert np.array_equal(p.positions, POSITIONS) and np.array_equal(p.diameters, 2 * RADII)
+    assert np.array_equal(p.box, box) and p.rounding == 0.0
+    return p.provenance.get("unread", [])
+
+
+@pytest.mark.parametrize(
+    ("head", "more", "unread"),
+    [
+        ("x,y,radius", [], []),
+        ("x;y;R", [], []),
+        ("X\tY\tdiameter", [], []),
+        ("x y d", [], []),
+        ("# x y r", [], []),
+        ('"x [px]","y [px]","Radius (px)"', [], []),
+        ("\ufeffx,y,r", [], []),
+        ("x,y,r,d,z,score", [1.0, 0.0, 0.5], ["score"]),
+        (",x,y,r", [], []),
+    ],
+)
+def test_tables_with_any_head_and_separator(tmp_path, head, more, unread):
+    separator = next((mark for mark in ";\t," if mark in head), " ")
+    lines = [head]
+    for k, ((x, y), r) in enumerate(zip(POSITIONS, RADII, strict=True)):
+        size = 2 * r if head.endswith(("d", "diameter")) else r
+        values = [x, y, size, *([2 * r, *more[1:]] if more else [])]
+        words = [f"{value:.17g}" for value in values]
+        lines.append(separator.join([str(k), *words] if head[0] == "," else words))
+    text = "\n".join(lines) + "\n"
+    (tmp_path / "disks.csv").write_text(text.replace(".", ",") if separator == ";" else text, encoding="utf-8")
+    assert same(jamlab.read(tmp_path / "disks.csv", box=BOX, units="k")) == unread
+
+
+def test_a_table_may_hold_frames_and_types_and_lack_sizes(tmp_path):
+    rows = [f"{x:.17g},{y:.17g},{'A' if k % 2 else 'B'},{f}" for f in (3, 7) for k, (x, y) in enumerate(POSITIONS + f)]
+    (tmp_path / "disks.csv").write_text("\n".join(["x,y,type,frame", *rows]))
+    for p, f in zip(
+        jamlab.read_all(tmp_path / "disks.csv", box=[4, 5], radii={"A": 0.2, "B": 0.3}), (3, 7), strict=True
+    ):
+        assert np.array_equal(p.positions, POSITIONS + f) and p.diameters.tolist() == [0.6, 0.4] * 3
+
+
+def test_arrays_of_numpy(tmp_path):
+    rows = np.column_stack([POSITIONS, RADII])
+    named = np.array([tuple(row) for row in rows], dtype=[("x", "f8"), ("y", "f8"), ("R", "f8")])
+    for k, (array, given) in enumerate(((rows, {}), (POSITIONS, {"radii": RADII}), (rows[None], {}), (named, {}))):
+        np.save(tmp_path / f"{k}.npy", array)
+        assert same(jamlab.read(tmp_path / f"{k}.npy", box=BOX, **given)) == []
+    np.save(tmp_path / "short.npy", rows.astype("f4"))
+    assert 1e-8 < jamlab.read(tmp_path / "short.npy", box=BOX).rounding < 1e-6
+
+
+@pytest.mark.parametrize("opener", [gzip.open, bz2.open, lzma.open])
+def test_compressed_text_is_read_and_damage_to_it_is_named(tmp_path, opener):
+    p, ending = jamlab.pack(n=8, pressure=1e-2, seed=1), {gzip: "gz", bz2: "bz2", lzma: "xz"}
+    last = next(name for module, name in ending.items() if module.open is opener)
+    jamlab.write_dump(tmp_path / "p.dump", [p])
+    jamlab.write_data(tmp_path / "p.data", p)
+    for name in ("p.dump", "p.data"):
+        whole = (tmp_path / name).read_bytes()
+        with opener(tmp_path / f"{name}.{last}", "wb") as file:
+            file.write(whole)
+        assert np.array_equal(
+            jamlab.read(tmp_path / f"{name}.{last}").positions, jamlab.read(tmp_path / name).positions
+        )
+        packed = (tmp_path / f"{name}.{last}").read_bytes()
+        for damaged in (packed[: len(packed) // 2], b"plain text", packed[:40] + b"???" + packed[43:]):
+            (tmp_path / f"{name}.{last}").write_bytes(damaged)
+            with pytest.raises(StorageError, match=name):
+                jamlab.read(tmp_path / f"{name}.{last}")
+
+
+def write_h5md(path, positions, edges, *, fixed=False, boundary="periodic", **more):
+    """As LAMMPS and others write it: edges as lengths or vectors, for all frames or each, no units."""
+    with h5py.File(path, "w") as file:
+        file.create_group("h5md/creator").attrs["name"] = "another program"
+        group = file.create_group("particles/all")
+        group["position/value"] = positions
+        group["position/step"] = np.arange(len(positions))
+        box = group.create_group("box")
+        box.attrs["boundary"] = np.array([boundary] * positions.shape[-1], dtype="S9")
+        box["edges" if fixed else "edges/value"] = edges if fixed else np.array([edges] * len(positions))
+        for name, values in more.items():
+            group[name] = values
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("fixed", [True, False])
+@pytest.mark.parametrize("vectors", [True, False])
+def test_h5md_of_others_with_any_box(tmp_path, dimension, fixed, vectors):
+    box = np.eye(dimension)
+    box[:2, :2] = BOX if vectors else np.diag(BOX.diagonal())
+    positions = np.zeros((2, 6, dimension))
+    positions[:, :, :2] = POSITIONS
+    order = RNG.permutation(6)
+    species = {"species": np.arange(6)[order] % 2 + 1, "id/value": np.array([order] * 2), "spin": np.ones(6)}
+    write_h5md(tmp_path / "f.h5", positions[:, order], box if vectors else box.diagonal(), fixed=fixed, **species)
+    for p in jamlab.read_all(tmp_path / "f.h5", radii=RADII, units="k"):
+        assert same(p, box[:2, :2]) == ["spin"] and p.units == "k"
+    p = jamlab.read(tmp_path / "f.h5", 0, radii={"1": 0.2, "2": 0.3})
+    assert p.diameters.tolist() == [0.4, 0.6] * 3
+    with pytest.raises(InputError):
+        jamlab.read(tmp_path / "f.h5")  # no sizes
+    with pytest.raises(InputError):
+        jamlab.read(tmp_path / "f.h5", radii=RADII, box=[7.0, 7.0])  # it has another
+    with h5py.File(tmp_path / "f.h5", "r+") as file:
+        file["particles/all/image"] = np.array([[1, -1, 0][:dimension]] * 6)
+        file["particles/all/diameter"] = 2 * RADII[order]
+    q = jamlab.read(tmp_path / "f.h5")
+    assert q.positions == pytest.approx(POSITIONS + box[0, :2] - box[1, :2], rel=1e-14)
+    assert np.array_equal(q.diameters, 2 * RADII)
+
+
+def test_h5md_that_is_no_packing_is_refused_with_a_true_reason(tmp_path):
+    flat, high = np.zeros((1, 6, 3)), np.zeros((1, 6, 3))
+    flat[..., :2] = high[..., :2] = POSITIONS
+    high[..., 2] = POSITIONS[:, 0]
+    for positions, more, word in (
+        (high, {}, "flat"),
+        (flat, {"boundary": "none"}, "none"),
+        (flat, {"radius": RADII, "diameter": RADII}, "diameter"),
+    ):
+        write_h5md(tmp_path / "f.h5", positions, np.array([4.0, 5.0, 1.0]), **more)
+        with pytest.raises(InputError) as caught:
+            jamlab.read(tmp_path / "f.h5", **({} if "radius" in more else {"radii": 0.4}))
+        assert word in str(caught.value)
+    write_h5md(tmp_path / "f.h5", flat.astype("f4"), np.array([4.0, 5.0, 1.0]))
+    assert 1e-8 < jamlab.read(tmp_path / "f.h5", radii=0.4).rounding < 1e-6
+    for content in ({"a": 1}, {}):
+        with h5py.File(tmp_path / "plain.h5", "w") as file:
+            file.update(content)
+        with pytest.raises(StorageError):  # not that it holds sizes and a law
+            jamlab.read(tmp_path / "plain.h5", radii=0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "error"),
+    [
+        (".", None, StorageError),
+        ("*.h5", None, StorageError),
+        ("a.csv", "1,2,0.5\n3,4,0.5\n", InputError),
+        ("a.csv", "x,y,r,R\n1,2,1,1\n", InputError),
+        ("a.csv", "x,y,r,z\n1,2,1,0\n2,1,1,3\n", InputError),
+        ("a.csv", "x,y,r,d\n1,2,1,1\n", InputError),
+        ("a.csv", "x,y\n1,2\n", InputError),
+        ("a.csv", "x,y,r\n1,2\n", StorageError),
+        ("a.csv", "x,y,r\n1,nan,1\n", StorageError),
+        ("a.csv", "x,y,r\n", StorageError),
+        ("a.csv", "", StorageError),
+        ("a.npy", "x", StorageError),
+        ("a.gsd.gz", "x", StorageError),
+    ],
+)
+def test_tables_that_are_no_packing_are_refused(tmp_path, name, content, error):
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    with pytest.raises(error):
+        jamlab.read(tmp_path / name, box=[5.0, 5.0])
+
+
+def test_a_box_is_asked_for_where_the_file_has_none(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y,r\n1,2,0.5\n")
+    with pytest.raises(InputError, match="box"):
+        jamlab.read(tmp_path / "a.csv")
+    p = jamlab.pack(n=8, pressure=1e-2, seed=1)
+    p.write(tmp_path / "a.h5")
+    with pytest.raises(InputError, match="box"):
+        jamlab.read(tmp_path / "a.h5", box=p.box)
+
+
+def test_other_columns_and_sections_of_lammps_files_are_named(tmp_path):
+    p = jamlab.pack(n=8, pressure=1e-2, seed=1)
+    jamlab.write_dump(tmp_path / "p.dump", [p])
+    lines = (tmp_path / "p.dump").read_text().splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("ITEM: ATOMS"))
+    wide = [
+        lines[at] + " vx c_stress diameter",
+        *(f"{row} 0 1 {2 * float(row.split()[6]):.17g}" for row in lines[at + 1 :]),
+    ]
+    (tmp_path / "p.dump").write_text("\n".join(["ITEM: UNITS", "lj", *lines[:at], *wide]) + "\n")
+    assert jamlab.read(tmp_path / "p.dump").provenance["unread"] == ["UNITS", "stress"]
+    for column, change in (("zu", "7"), ("k", "7"), ("diameter", "7")):
+        k = wide[0].split().index(column) - 2
+        words = wide[1].split()
+        changed = [wide[0], " ".join([*words[:k], change, *words[k + 1 :]]), *wide[2:]]
+        (tmp_path / "q.dump").write_text("\n".join([*lines[:at], *changed]) + "\n")
+        with pytest.raises(InputError):
+            jamlab.read(tmp_path / "q.dump")
+    jamlab.write_data(tmp_path / "p.data", p)
+    text = (tmp_path / "p.data").read_text() + "\nPair Coeffs\n\n1 2.0\n\nVelocities\n\n1 0 0 0\n"
+    (tmp_path / "p.data").write_text(text)
+    assert jamlab.read(tmp_path / "p.data").provenance["unread"] == ["Pair Coeffs"]
+    (tmp_path / "p.data").write_text(text.replace(" 0 0 0 0\n", " 3 0 0 0\n", 1))
+    with pytest.raises(InputError, match="flat"):
+        jamlab.read(tmp_path / "p.data")
+
+
+def test_diameters_that_a_gsd_file_does_not_say_are_asked_for(tmp_path):
+    hoomd = pytest.importorskip("gsd.hoomd")
+    frame = hoomd.Frame()
+    frame.particles.N = 6
+    frame.particles.position = np.column_stack([POSITIONS, np.zeros(6)])
+    frame.configuration.box = [4.0, 5.0, 1.0, 0.1, 0.0, 0.0]
+    for sizes in (None, RADII):
+        frame.particles.diameter = None if sizes is None else 2 * sizes
+        with hoomd.open(tmp_path / "p.gsd", "w") as file:
+            file.append(frame)
+        if sizes is None:
+            with pytest.raises(InputError):
+                jamlab.read(tmp_path / "p.gsd")
+        given = {"radii": RADII} if sizes is None else {}
+        assert jamlab.read(tmp_path / "p.gsd", **given).diameters == pytest.approx(2 * RADII, rel=1e-6)
