@@ -148,7 +148,7 @@ def drive(
         key, outcome = crew.wait()
         task = under_way.pop(key)
         if outcome is None:
-            reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
+            reason = EngineError(f"{task.parameters.label}: {crew.cause}")
             folder.record_failure(task, reason)
             outcome = Outcome(FAILED, str(reason), float("nan"))
         if outcome.state == FULL:

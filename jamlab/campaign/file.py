@@ -169,8 +169,8 @@ class Sweep(FileTable):
     # `jamlab.protocols.size_distributions`. By default half of the disks are large.
     sizes: str | list[float] | None = None
     tolerances: Tolerances = Tolerances()  # see `Tolerances`
-    # MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds so many
-    # cores. Pays from about 10 000 disks.
+    # threads of each task, which minimise large packings of disks on one machine; a worker or SLURM job of this sweep
+    # holds so many cores. Pays from about 10 000 disks.
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
 
     model_config = ConfigDict(arbitrary_types_allowed=True)

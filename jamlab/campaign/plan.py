@@ -218,7 +218,7 @@ _POSITION_BYTES = 24  # of a disk or vertex: x, y and z = 0 in float64
 
 
 def task_seconds(parameters: Parameters, ranks: int = 1) -> float:
-    """Estimate the wall time of one task whose packings are minimised by some MPI ranks, s."""
+    """Estimate the wall time of one task whose packings are minimised by some threads, s."""
     making = _making_seconds(parameters)
     if ranks > 1:
         making *= 1 - _RANKED_SHARE + _RANKED_SHARE / ranks
@@ -286,7 +286,7 @@ class Estimate:
     bytes: int  # on disk, for the tasks left
     measured: bool  # whether the time is that of finished tasks of the same kind
     until: dict[str, float]  # column -> wanted standard error; empty without `until`
-    ranks: int  # MPI ranks of each task, hence cores of a worker
+    ranks: int  # threads of each task, hence cores of a worker
 
 
 def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) -> list[Estimate]:

@@ -169,7 +169,7 @@ class Task:
 
     name: str  # hash of the parameters, 32 hexadecimal digits
     parameters: Parameters  # everything the result depends on
-    ranks: int = 1  # MPI ranks that it may use; they change rounding only
+    ranks: int = 1  # threads that it may use; they change rounding only
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Batch:
     seeds: list[int] | range  # one for each task
     # column -> standard error at which no more seeds are added; empty: all seeds are wanted
     until: dict[str, float] = field(default_factory=dict)
-    ranks: int = 1  # MPI ranks of each task
+    ranks: int = 1  # threads of each task
 
     @property
     def label(self) -> str:

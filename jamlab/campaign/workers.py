@@ -2,32 +2,27 @@
 
 Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Those on this
 machine are connected by pipes, so that nobody else can reach them, and the kernel kills them when the driver dies
-(`jamlab.processes.child`). SLURM jobs exit when they lose their scheduler, which is part of the driver; both sides of
-every connection show a certificate that is made for the run and kept in files of this user alone.
+(`jamlab.processes.child`). SLURM jobs exit when they lose their scheduler, which is part of the driver.
 """
 
 import contextlib
-import shutil
 import socket
-import subprocess
-import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from jamlab.campaign.folder import CERTIFICATE
+from jamlab.campaign.slurm import Call, slurm_crew
 from jamlab.errors import EngineError, InputError
 from jamlab.processes.cores import available_cores
 from jamlab.processes.side_by_side import Children
 
 if TYPE_CHECKING:
-    from dask_jobqueue import SLURMCluster
     from distributed import Client
-    from distributed.security import Security
 
 _MOST_DEATHS = 5  # workers that may die during one task before it counts as the cause: some are killed otherwise
+_CAUSE = "its workers died again and again: killed, or out of memory"
 _SETTINGS = {
     # a long factorisation keeps a worker from answering; its death is noticed by the closed connection
     "distributed.scheduler.worker-ttl": None,
@@ -37,17 +32,15 @@ _SETTINGS = {
 }
 _FIND_TIMEOUT = "10s"  # for a scheduler given by its address, which runs already
 _KNOCK_TIMEOUT = 5.0  # s
-_SBATCH_TIMEOUT = 60.0  # s
 _CORES = "cores"  # resource of workers that hold the cores of several ranks
-_DEATH_TIMEOUT = 60  # s without a scheduler after which a job exits; as long as a connection may take
 _EARLY_DEATHS = 12  # in a row and per worker, before they have begun anything: they cannot start at all
-_SLURM_DEFAULTS = {"memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
-
-Call = tuple[Any, ...]  # a function and its arguments, all of which can be pickled
-
 
 class Crew(Protocol):
     """Workers that carry calls, a few at a time."""
+
+    @property
+    def cause(self) -> str:
+        """Why a call was given up whose workers died, as text."""
 
     @property
     def width(self) -> int:
@@ -69,6 +62,8 @@ def carry(call: Call, report: Callable[..., None]) -> Any:
 
 class LocalCrew:
     """Processes on this machine; one that dies is replaced, and its call is carried again."""
+
+    cause = _CAUSE
 
     def __init__(self, children: Children) -> None:
         self.width = children.count
@@ -108,6 +103,8 @@ class LocalCrew:
 
 class DaskCrew:
     """Workers of a Dask scheduler, of which so many are expected, e.g. when their jobs start."""
+
+    cause = _CAUSE
 
     def __init__(self, client: "Client", expected: int = 1, ranks: int = 1) -> None:
         from distributed import as_completed
@@ -154,7 +151,7 @@ class Workers:
     slurm: bool = False  # start SLURM jobs with `slurm_options`
     # for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
     slurm_options: dict[str, Any] = field(default_factory=dict)
-    ranks: int = 1  # MPI ranks of each task; a worker holds as many cores
+    ranks: int = 1  # threads of each task; a worker holds as many cores
     name: str = "jamlab"  # of the campaign, and of its jobs
     folder: Path = Path()  # that all jobs see, where the certificate of a run on SLURM is kept meanwhile
 
@@ -172,19 +169,15 @@ class Workers:
                 yield LocalCrew(children)
             return
         import dask
-        from distributed import Client
 
-        with dask.config.set(_SETTINGS), contextlib.ExitStack() as stack:
-            if self.scheduler is not None:
-                client = stack.enter_context(_connect(self.scheduler))
+        with dask.config.set(_SETTINGS):
+            if self.scheduler is None:
+                with slurm_crew(self.slurm_options, self.name, self.ranks, self.expected, self.folder) as jobs:
+                    yield jobs
+                return
+            with _connect(self.scheduler) as client:
                 _check_cores(client, self.scheduler, self.ranks)
-            else:
-                _check_slurm()
-                security = stack.enter_context(_certificate(self.folder.resolve()))
-                cluster = stack.enter_context(self._slurm_cluster(security))
-                client = stack.enter_context(Client(cluster, set_as_default=False))
-                cluster.scale(jobs=self.expected)
-            yield DaskCrew(client, self.expected, self.ranks)
+                yield DaskCrew(client, self.expected, self.ranks)
 
     @property
     def expected(self) -> int:
@@ -198,61 +191,6 @@ class Workers:
             )
         return cores // self.ranks
 
-    def _slurm_cluster(self, security: "Security") -> "SLURMCluster":
-        from dask_jobqueue import SLURMCluster
-
-        options = _SLURM_DEFAULTS | {"job_name": self.name} | self.slurm_options
-        # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books
-        fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": _DEATH_TIMEOUT}
-        held = ["--resources", f"{_CORES}={self.ranks}"]
-        fixed["worker_extra_args"] = [*options.get("worker_extra_args", []), *held]
-        fixed |= {"security": security, "protocol": "tls://"}
-        try:
-            cluster = SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
-        except (TypeError, ValueError) as error:
-            reason = str(error).partition(". ")[0]
-            raise InputError(f"[slurm] of the campaign file: {reason}; see dask_jobqueue.SLURMCluster") from error
-        try:
-            _try_submission(cluster.job_script())
-        except BaseException:
-            cluster.close()
-            raise
-        return cluster
-
-
-def _check_slurm() -> None:
-    """Check that jobs can be submitted here."""
-    try:
-        import dask_jobqueue  # noqa: F401
-    except ImportError:
-        raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
-    if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
-        raise InputError(
-            f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
-            " --workers or --scheduler"
-        )
-
-
-@contextlib.contextmanager
-def _certificate(folder: Path) -> "Iterator[Security]":
-    """Certificate and key of one run, which both sides of every connection must show, in files of this user alone."""
-    from distributed.security import Security
-
-    try:
-        made = Security.temporary()
-    except ImportError:
-        raise InputError(
-            "SLURM needs cryptography, so that no other user of the network can reach the workers: pip install"
-            " 'jamlab[slurm]'"
-        ) from None
-    with tempfile.TemporaryDirectory(prefix=CERTIFICATE, dir=folder) as place:  # which nobody else may enter
-        key, certificate = Path(place, "key.pem"), Path(place, "certificate.pem")
-        key.write_text(made.tls_scheduler_key)
-        certificate.write_text(made.tls_scheduler_cert)
-        shown = {f"tls_{role}_cert": str(certificate) for role in ("client", "scheduler", "worker")}
-        held = {f"tls_{role}_key": str(key) for role in ("client", "scheduler", "worker")}
-        yield Security(require_encryption=True, tls_ca_file=str(certificate), **shown, **held)
-
 
 def _check_cores(client: "Client", address: str, ranks: int) -> None:
     """Refuse workers that a task with several ranks would wait for without end."""
@@ -263,21 +201,6 @@ def _check_cores(client: "Client", address: str, ranks: int) -> None:
             f"ranks = {ranks}: no worker of {address} holds as many cores: start some with `dask worker --nthreads 1"
             f" --resources {_CORES}={ranks} ADDRESS`"
         )
-
-
-def _try_submission(script: str) -> None:
-    """Let SLURM say at once what is wrong with a job; Dask would log a traceback and wait for workers for ever."""
-    with tempfile.NamedTemporaryFile("w", suffix=".sh") as file:
-        file.write(script)
-        file.flush()
-        try:
-            words = ["sbatch", "--test-only", file.name]
-            done = subprocess.run(words, capture_output=True, text=True, timeout=_SBATCH_TIMEOUT, check=False)
-        except (OSError, subprocess.SubprocessError) as error:
-            raise InputError(f"sbatch cannot be run: {error}") from error
-    if done.returncode:
-        reason = " ".join(done.stderr.split()) or f"sbatch ended with {done.returncode}"
-        raise InputError(f"SLURM refuses the job: {reason}; change [slurm] of the campaign file")
 
 
 def _connect(address: str) -> "Client":

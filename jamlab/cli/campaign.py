@@ -36,8 +36,8 @@ app = typer.Typer(
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
     with warnings.catch_warnings():
-        warnings.simplefilter("once", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print_note(str(message))
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = lambda message, *_, **__: err_console.print(str(message), soft_wrap=True, markup=False)
         yield
 
 
@@ -62,6 +62,9 @@ SLURM_HELP = (
 )
 Slurm = Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)]
 Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")]
+Dry = Annotated[
+    bool, typer.Option("--dry-run", help="Run nothing; print the script of a job of --slurm, and how many there are.")
+]
 Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")]
 
 
@@ -113,7 +116,7 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     _print_earlier(campaign)
     for line in lines:
         if line.ranks > 1 and line.left:
-            held = f"each task by {line.ranks} MPI ranks, on a worker of {line.ranks} cores"
+            held = f"each task by {line.ranks} threads, on a worker of {line.ranks} cores"
             out_console.print(f"{line.sweep} {line.model} n={line.n}: {held}", soft_wrap=True, highlight=False)
         if line.until and line.left:
             aims = ", ".join(f"{column} to {error:g}" for column, error in line.until.items())
@@ -145,6 +148,7 @@ def run(
     only: Only = None,
     retry_failed: Retry = False,
     no_verify: Trust = False,
+    dry_run: Dry = False,
     as_json: Json = False,
 ) -> None:
     """Run the tasks that are left; go on after a stop.
@@ -154,6 +158,9 @@ def run(
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
+    if dry_run:
+        _print_scripts(campaign, only, workers)
+        return
     with _show_tasks(campaign, only) as show:
         where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify}
         ran = campaign.run(workers, only=only, retry_failed=retry_failed, done=show, **where)
@@ -169,6 +176,16 @@ def run(
     if ran.failed:
         out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
         raise typer.Exit(1)
+
+
+def _print_scripts(campaign: "Campaign", only: list[str] | None, jobs: int | None) -> None:
+    """Print the script of a job for each number of ranks, and on stderr how many tasks and jobs there would be."""
+    lines = campaign.plan(only)
+    for ranks, script in campaign.job_scripts(only).items():
+        left = sum(line.left for line in lines if line.ranks == ranks)
+        print(script)
+        said = f"{left} tasks left for --slurm, by {min(jobs or 1, left)} jobs of {ranks} cores; nothing was run"
+        err_console.print(said, highlight=False)
 
 
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)

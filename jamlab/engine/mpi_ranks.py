@@ -1,4 +1,5 @@
-"""First-order minimisation of a large packing on several MPI ranks: plain `lmp` under mpiexec runs the deck.
+"""First-order minimisation by LAMMPS on several MPI ranks: plain `lmp` under mpiexec runs the deck. FIRE of disks,
+which is what large packings take, has threads instead (`engine/disk_fire.py`).
 
 A stage takes seconds to minutes, so a file each way costs nothing; positions keep all their digits.
 """
@@ -25,14 +26,14 @@ _FEW = 8  # ranks that any machine may run, if slowly
 
 
 def check_ranks(ranks: int, model: str = "sp") -> None:
-    """Refuse what is no number of MPI ranks, and more than one for droplets, which one rank minimises faster.
+    """Refuse what is no number of threads or MPI ranks, and more than one for droplets, which one minimises faster.
 
     Raises:
         InputError: naming the value.
     """
     most = max(os.cpu_count() or 1, _FEW)
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
-        raise InputError(f"ranks = {ranks!r}: must be a whole number of MPI ranks, 1 or more and at most {most} here")
+        raise InputError(f"ranks = {ranks!r}: must be a whole number of processors of this machine, 1 to {most}")
     if ranks > 1 and model != "sp":
         raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
 

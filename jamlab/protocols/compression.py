@@ -111,7 +111,7 @@ def compress(
         tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
             `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
             droplets; from 1e-15 to 1e-3.
-        ranks: SP: MPI ranks for first-order minimisation; pays from about 10 000 disks.
+        ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
         settings: numbers of the solvers and of the sweep.
         progress: called after each state with the share of the work that is done, and in words.
 

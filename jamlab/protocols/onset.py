@@ -74,7 +74,7 @@ def jam(
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
         tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets.
-        ranks: SP: processors for first-order minimisation; pays from about 10 000 disks.
+        ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.

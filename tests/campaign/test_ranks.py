@@ -1,4 +1,4 @@
-"""Tasks of several MPI ranks: the same names, workers of as many cores, and a plan that counts them."""
+"""Tasks of several threads: the same names, workers of as many cores, and a plan that counts them."""
 
 import json
 from dataclasses import replace
@@ -52,7 +52,7 @@ def test_plan_counts_the_cores_of_ranks(tmp_path):
         free = total_time([replace(four, left=0, seconds=0.0)])
     assert free == (0.0, 0.0, 4)
     said = call(tmp_path, "campaign", "plan", "4.toml")
-    assert "disks sp n=65536: each task by 4 MPI ranks, on a worker of 4 cores" in said.stdout
+    assert "disks sp n=65536: each task by 4 threads, on a worker of 4 cores" in said.stdout
 
 
 @pytest.fixture
@@ -101,7 +101,7 @@ def test_slurm_jobs_book_the_cores_of_their_ranks(tmp_path, monkeypatch):
     assert refused.exit_code == 1 and "SLURM refuses the job: no" in refused.stderr
     script = (tmp_path / "job.sh").read_text()
     assert "--cpus-per-task=4" in script and "#SBATCH -n 1" in script
-    assert "--nthreads 1" in script and "--resources cores=4" in script
+    assert "--nthreads 1" in script and "--no-nanny" in script
     path.write_text(path.read_text() + "[slurm]\ncores = 4\n")
     refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
     assert refused.exit_code == 1 and "cores = 4: leave it out, jamlab sets it; `ranks` of a sweep" in refused.stderr
