@@ -217,4 +217,7 @@ def test_a_campaign_runs_through_walltime_ends(tmp_path):
     assert sorted(states["seed"]) == list(range(1, 17)) and (states["slow"] == 1).all()
     assert 5 <= sent(tmp_path / "slurm") <= 20
     assert done.stderr.count("jobs ended before") >= 2 and done.stderr.count("SLURM refuses a job") == 1
-    assert not list((tmp_path / "slurm" / "jobs").iterdir())
+    assert not list((tmp_path / "slurm" / "jobs").iterdir())  # nothing of it is left
+    assert not list((tmp_path / "c").glob(".certificate-*"))
+    script = (tmp_path / "slurm" / "1.sh").read_text()
+    assert "tls://" in script and "--tls-key" in script and "tcp://" not in script

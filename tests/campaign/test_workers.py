@@ -175,35 +175,6 @@ def test_what_local_workers_raise_is_named_and_they_are_gone_afterwards():
     assert psutil.Process().children() == before
 
 
-@pytest.mark.slow
-def test_slurm_with_the_same_file(tmp_path, monkeypatch):
-    """With sbatch and scancel that run jobs here; the real sbatch keeps a copy of the script too."""
-    pytest.importorskip("dask_jobqueue")
-    pytest.importorskip("cryptography")
-    bin_ = tmp_path / "bin"
-    bin_.mkdir()
-    job = '#!/bin/bash\n[ "$1" = --test-only ] && exit 0\ncp "$1" {0}/job.sh\n'
-    job += "setsid bash {0}/job.sh > {0}/job.log 2>&1 &\n"
-    job += 'echo $! >> {0}/jobs\necho "job $!"\n'
-    (bin_ / "sbatch").write_text(job.format(tmp_path))
-    (bin_ / "scancel").write_text('#!/bin/bash\nfor j in "$@"; do kill -- -$j; done\n')
-    for program in bin_.iterdir():
-        program.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{bin_}:{os.environ['PATH']}")
-    (tmp_path / "c.toml").write_text(FILE + '\n[slurm]\nqueue = "short"\nwalltime = "00:10:00"\nmemory = "1 GB"\n')
-    line = [sys.executable, "-m", "jamlab.cli.main", "campaign", "run", "c.toml", "--slurm", "--workers", "1", "--json"]
-    done = subprocess.run(line, capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert json.loads(done.stdout)["finished"] == 4
-    script = (tmp_path / "job.sh").read_text()
-    assert "#SBATCH -p short" in script
-    assert "--nthreads 1" in script
-    assert "tls://" in script and "--tls-key" in script and "tcp://" not in script
-    assert not list((tmp_path / "c").glob(".certificate-*"))  # nothing of it is left
-    jobs = [int(line) for line in (tmp_path / "jobs").read_text().split()]
-    _, alive = psutil.wait_procs([psutil.Process(j) for j in jobs if psutil.pid_exists(j)], timeout=20)
-    assert not alive
-
-
 @pytest.mark.parametrize(
     ("sbatch", "options", "said"),
     [
