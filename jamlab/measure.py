@@ -30,7 +30,7 @@ from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 
 COLUMNS = (
-    *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),
+    *("rho", "phi", "z", "z_all", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),
     *("shape", "shape_rim", "area", "contact_length", "shortest_edge", "longest_edge"),
     *("voids", "void_sides", "void_area", "void_shape", "max_force"),
 )
@@ -52,17 +52,17 @@ def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict
 
     Returns:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
-        rattlers: their number; pressure; energy: total; contact_energy: per disk or vertex; g: relaxed shear modulus by
-        linear response, mean over directions; g_x: the same for shear along x; b: relaxed bulk modulus; shape,
-        shape_rim: mean shape factors (SP: disks cut by their power cells; DP: bare polygons, and with their rims);
-        area: mean of area over area at rest (`jamlab.area_ratios`); contact_length: mean over pairs of polygons;
-        shortest_edge, longest_edge: of polygons (these three nan for SP); voids: their number;
-        void_sides, void_area, void_shape: means over voids that do not percolate; max_force: largest force left, which
-        says how near to a minimum the packing is; psi_6, psi_6_overall: mean of |psi_6| and |mean of psi_6| of
-        `jamlab.orientational_order`. z is nan without a backbone; g, g_x and b are nan where the packing
-        is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); z and rattlers are nan
-        where positions are rounded so that a contact may be open or closed (`Packing.rounding`); the void columns are
-        nan where outlines of polygons cross, the means also where every void percolates.
+        z_all: of all that press, over all particles; rattlers: their number; pressure; energy: total; contact_energy:
+        per disk or vertex; g: relaxed shear modulus by linear response, mean over directions; g_x: the same for shear
+        along x; b: relaxed bulk modulus; shape, shape_rim: mean shape factors (SP: disks cut by their power cells; DP:
+        bare polygons, and with their rims); area: mean of area over area at rest (`jamlab.area_ratios`);
+        contact_length: mean over pairs of polygons; shortest_edge, longest_edge: of polygons (these three nan for SP);
+        voids: their number; void_sides, void_area, void_shape: means over voids that do not percolate; max_force:
+        largest force left, which says how near to a minimum the packing is; psi_6, psi_6_overall: mean of |psi_6| and
+        |mean of psi_6| of `jamlab.orientational_order`. z is nan without a backbone; g, g_x and b are nan where the
+        packing is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); z, z_all and
+        rattlers are nan where positions are rounded so that a contact may be open or closed (`Packing.rounding`); the
+        void columns are nan where outlines of polygons cross, the means also where every void percolates.
 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`.
@@ -102,9 +102,7 @@ def why_no_modulus(packing: Packing) -> str:
         squeezed = rattlers - (packing.n - bearing.packing.n)
         if not (rattlers and packing.converged):
             return str(error)
-        kept = (
-            f", but for {squeezed} that two contacts squeeze, or weak ones stop, and that may roll" if squeezed else ""
-        )
+        kept = f", but for {squeezed} that two contacts squeeze, and that may roll" if squeezed else ""
         return f"with its {rattlers} rattlers taken out{kept}, {error}"
     return ""
 
@@ -220,8 +218,9 @@ class _State:
 
 def _measure_contacts(state: _State) -> dict[str, float]:
     if not contacts_are_certain(state.packing):
-        return {"z": float("nan"), "rattlers": float("nan")}
-    return {"z": state.network.z, "rattlers": float(state.network.rattlers.sum())}
+        return dict.fromkeys(("z", "z_all", "rattlers"), float("nan"))
+    network = state.network
+    return {"z": network.z, "z_all": network.z_all, "rattlers": float(network.rattlers.sum())}
 
 
 def _measure_energy(state: _State) -> dict[str, float]:
@@ -308,7 +307,7 @@ def _measure_order(state: _State) -> dict[str, float]:
 _GROUPS: tuple[tuple[tuple[str, ...], Callable[[_State], dict[str, float]]], ...] = (
     (("rho", "voids", "void_sides", "void_area", "void_shape"), _measure_cover),
     (("phi",), lambda state: {"phi": state.packing.phi}),
-    (("z", "rattlers"), _measure_contacts),
+    (("z", "z_all", "rattlers"), _measure_contacts),
     (("pressure",), lambda state: {"pressure": state.pressure}),
     (("energy", "contact_energy"), _measure_energy),
     (("g", "g_x", "b"), _measure_moduli),

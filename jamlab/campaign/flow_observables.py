@@ -144,7 +144,7 @@ class SteadyFlow(_Run):
     name, defined_by, needs = "flow", ("flow",), "a table with rates"
     _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
         *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
-        *("normal_stress_difference_error", "dissipation", "plastic_events"),
+        *("normal_stress_difference_error", "dissipation", "plastic_events", "z_all", "z_all_error"),
     )
     _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
     stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), **_Run._ENDED}
@@ -153,9 +153,13 @@ class SteadyFlow(_Run):
         "rate": r"shear rate $\dot\gamma$",
         "stress": r"shear stress $\sigma$",
         "flow_pressure": "pressure $p$",
+        "z_all": "contacts per particle in flow $z$",
     }
 
     flow: Flow
+
+    def constants(self) -> Row:
+        return super().constants() | dict.fromkeys(("z_all", "z_all_error"), np.nan)  # a file of version 0.2.0
 
     def points(self) -> list[dict[str, float]]:
         return [{"rate": rate} for rate in self.flow.rates]

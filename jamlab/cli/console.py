@@ -135,6 +135,7 @@ SHOWN = {
     "rho": ("ρ", ".6g"),
     "phi": ("φ", ".6g"),
     "z": ("z", ".4f"),
+    "z_all": ("z all", ".4f"),
     "rattlers": ("rattlers", ".0f"),
     "pressure": ("pressure", ".5g"),
     "g": ("G", ".5g"),

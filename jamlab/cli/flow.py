@@ -116,7 +116,7 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
     return decorate
 
 
-_HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁"}
+_HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
 _LINES = 15  # of a table on the screen
 _PICTURES = (".png", ".pdf", ".svg")
 
@@ -167,7 +167,7 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
 def _rows(found: "Flow") -> dict[str, Any]:
     """Arrays of a result that have one value a row, the first of them first, and what of energy is not balanced."""
     arrays = {f.name: getattr(found, f.name) for f in fields(found)}
-    derived = ("compliance", "modulus", "finished", "energy_gap")
+    derived = ("compliance", "modulus", "finished", "energy_gap", "z_all")
     arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
     arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
@@ -175,7 +175,7 @@ def _rows(found: "Flow") -> dict[str, Any]:
 
 
 _SHEAR_COLUMNS = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stress": ".5g", "viscous_stress": ".4g"}
-_SHEAR_COLUMNS |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": ".4g", "contacts": ".0f"}
+_SHEAR_COLUMNS |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".3f"}
 
 
 @flow_command(_SHEAR_COLUMNS, out=Path("shear.h5"), tolerance=1e-2)
@@ -207,7 +207,8 @@ def shear(
 
 
 _MEANS = {"stress": ".5g", "stress_error": ".1g", "pressure": ".5g", "pressure_error": ".1g"}
-_MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "plastic_events": ".3g", "imbalance": ".1e"}
+_MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".4g", "plastic_events": ".3g"}
+_MEANS |= {"imbalance": ".1e"}
 
 
 @flow_command({"rates": ".4g", **_MEANS, "finished": ""}, out=Path("flow-curve.h5"), tolerance=1e-2)
@@ -242,7 +243,7 @@ def flow_curve(
 
 
 _OSCILLATE_COLUMNS = {"time": ".5g", "strain": ".4g", "stress": ".6g", "elastic_stress": ".6g", "viscous_stress": ".5g"}
-_OSCILLATE_COLUMNS |= {"pressure": ".5g", "contacts": ".0f"}
+_OSCILLATE_COLUMNS |= {"pressure": ".5g", "z_all": ".3f"}
 
 
 @flow_command(_OSCILLATE_COLUMNS, out=Path("oscillate.h5"))
@@ -261,7 +262,7 @@ def oscillate(
 
 
 _RELAX_STRESS_COLUMNS = {"time": ".5g", "modulus": ".6g", "stress": ".6g", "elastic_stress": ".6g"}
-_RELAX_STRESS_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "contacts": ".0f"}
+_RELAX_STRESS_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "z_all": ".3f"}
 
 
 @flow_command(_RELAX_STRESS_COLUMNS, out=Path("relax-stress.h5"))
@@ -279,7 +280,7 @@ def relax_stress(
 
 
 _COLUMNS = {"time": ".5g", "strain": ".5g", "compliance": ".6g", "rate": ".4g", "elastic_stress": ".5g"}
-_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "contacts": ".0f"}
+_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "z_all": ".3f"}
 
 
 @flow_command(_COLUMNS, out=Path("creep.h5"))

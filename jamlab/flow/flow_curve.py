@@ -54,7 +54,8 @@ class FlowCurve:
     Attributes:
         rates: (m,) of shear, ascending.
         stress, stress_error: (m,) mean shear stress.
-        elastic_stress, pressure, normal_stress_difference: (m,) means, each with `..._error`.
+        elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._error`; z_all as in
+            `FlowRun`, nan in files of version 0.2.0.
         dissipation: (m,) mean, per time and area, over all steps; stress times rate but for what elastic energy took.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
@@ -88,10 +89,13 @@ class FlowCurve:
     tolerance: float
     unit: str = field(repr=False)
     unsettled: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    z_all: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    z_all_error: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
 
     def __post_init__(self) -> None:
-        if not len(self.unsettled):  # a file of version 0.2.0
-            object.__setattr__(self, "unsettled", np.zeros(len(self.rates)))
+        for name, value in {"unsettled": 0.0, "z_all": np.nan, "z_all_error": np.nan}.items():
+            if not len(getattr(self, name)):  # a file of version 0.2.0
+                object.__setattr__(self, name, np.full(len(self.rates), value))
 
     @property
     def finished(self) -> NDArray[np.bool_]:
@@ -185,7 +189,7 @@ FLOW_DEFINITION = 1  # version, see jamlab.campaign.versions
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 MOST_PROCESSES = 1024
 AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
-_AVERAGED = ("stress", "elastic_stress", "pressure", "normal_stress_difference")
+_AVERAGED = ("stress", "elastic_stress", "pressure", "normal_stress_difference", "z_all")
 _POINTS = (
     *_AVERAGED,
     *(f"{name}_error" for name in _AVERAGED),

@@ -149,7 +149,7 @@ class FlowRun:
     # work, dissipated: (m,) done and lost since the start, per area, over all steps
     work: Array
     dissipated: Array
-    contacts: Array  # (m,) pairs that touch; of droplets, except at rate 0, vertices that touch an edge
+    contacts: Array  # (m,) pairs of particles that press on each other
     # packings at the start, on the way if asked for, and at the end; strain and time in their provenance
     frames: tuple[Packing, ...] = field(repr=False)
     damping: Damping | None  # drag law; None without rate
@@ -170,6 +170,11 @@ class FlowRun:
     def packing(self) -> Packing:
         """The last state; no energy minimum: `converged` is False."""
         return self.frames[-1]
+
+    @property
+    def z_all(self) -> Array:
+        """(m,) 2 N_c/N of all contacts that press, as `Contacts.z_all`; in motion no rule tells rattlers."""
+        return np.asarray(2 * self.contacts / self.packing.n)
 
     @property
     def energy_gap(self) -> Array:

@@ -87,8 +87,8 @@ class Oscillation(FlowRun):
     def reached(self) -> str:
         """What the run has reached, in words."""
         change = f"{self.error:.1g} from cycle to cycle after {self.cycles}"
-        other = int(np.ptp(self.contacts))
-        touching = f", {other} contacts open or close" if other else ""
+        other = float(np.ptp(self.contacts))
+        touching = f", {other:.0f} contacts open or close" if other > 0 else ""
         return f"{'periodic' if self.finished else 'NOT PERIODIC'}: G* changes by {change}{touching}"
 
     def __repr__(self) -> str:

@@ -18,7 +18,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
-from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.contact_network import count_pressing
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
@@ -45,7 +45,8 @@ _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a 
 class FlowState(NamedTuple):
     """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
     elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
-    area. `iterations` are those of all solutions so far, `unsettled` as in `FlowRun`."""
+    area. `contacts` are those of the plugin, after `drive` and `advance` pairs that press. `iterations` are those of
+    all solutions so far, `unsettled` as in `FlowRun`."""
 
     time: float
     strain: float
@@ -172,7 +173,7 @@ class OverdampedSession:
             self._session.command("run 0 post no")
         state = self.state()
         self._looked = self.steps(), state.time
-        return state
+        return self._counted(state)
 
     def stress_drive(self, stress: float) -> str:
         """Say for `drive` that a shear stress, in the unit of the packing, is held."""
@@ -192,7 +193,11 @@ class OverdampedSession:
             if now == _LOOK and state.time < end * (1 - 1e-12):
                 self._check_pace(before, state)
             self._check_length(state)
-        return state if self._session.model == "sp" else self._corrected(state)
+        return self._counted(state if self._session.model == "sp" else self._corrected(state))
+
+    def _counted(self, state: FlowState) -> FlowState:
+        """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets."""
+        return state._replace(contacts=float(count_pressing(self.packing())))
 
     def _corrected(self, state: FlowState) -> FlowState:
         """What droplets have at the end of the step: forces of their prediction are those of a moment before."""
@@ -279,7 +284,7 @@ def _refuse_endless(packing: Packing, damping: Damping, background: float, lengt
     drag = 1.0 + background / _NEIGHBOURS if damping.at_contacts else 1.0 / _NEIGHBOURS
     step = _STABLE * damping.tau * drag
     known = packing.model == "sp" and damping.linear() == damping and length.strain == np.inf
-    if known and length.time > MOST_STEPS * step and contacts(packing).count:
+    if known and length.time > MOST_STEPS * step and count_pressing(packing):
         raise InputError(length.too_many(length.time / step, step))
 
 

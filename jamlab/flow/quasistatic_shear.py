@@ -21,7 +21,7 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import LIMIT, Remedy, describe_balance, energy_gap
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear_run import ShearRun, StressDrops
-from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.contact_network import count_pressing
 from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.natural_units import Scales, natural_scales
@@ -262,7 +262,7 @@ class Walk:
             pressure=reached.pressure,
             normal_stress_difference=float(reached.stress[1, 1] - reached.stress[0, 0]),
             energy=reached.energy / packing.area,
-            contacts=float(contacts(packing).count),
+            contacts=float(count_pressing(packing)),
             converged=found.converged,
             max_force=reached.max_force,
         )

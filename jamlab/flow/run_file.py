@@ -19,6 +19,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from jamlab.errors import StorageError
+from jamlab.geometry.contact_network import CONTACTS_DEFINITION
 from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
@@ -113,6 +114,7 @@ def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
         for name in entries.keys() - rest.keys():
             group[name] = entries[name]
         group.attrs["kind"] = type(result).__name__
+        group.attrs["contacts"] = CONTACTS_DEFINITION
         group.attrs["facts"] = json.dumps(rest)
         group.attrs["damping"] = json.dumps(_describe(result.damping))
         group.attrs["task"] = task
@@ -130,6 +132,8 @@ def read_result(path: FilePath, kind: type[R]) -> R:
         if group is None or group.attrs["kind"] != kind.__name__:
             raise StorageError(f"{path} holds no {kind.__name__}: give a file that its command wrote")
         arrays = {name: dataset(group, name, "biufc")[()] for name in group}
+        if "contacts" in arrays and group.attrs.get("contacts") != CONTACTS_DEFINITION:
+            arrays["contacts"] = np.full(len(arrays["contacts"]), np.nan)  # counted by another definition
         facts, law = json.loads(group.attrs["facts"]), json.loads(group.attrs["damping"])
     if "converged" in facts:  # of an `Oscillation` of version 0.2.0
         facts["finished"] = facts.pop("converged")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import (
@@ -32,13 +32,9 @@ from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
 # written again because analysis reads no deck; tests/engine/test_decks.py compares the two.
 LEAST_CONTACTS = 3
 
-# A contact of droplets that bears less than this, over the mean force, holds no droplet. One that is squeezed between
-# two others slides on its flats until a third stops it: such stops, and the rattlers that they push about, are a second
-# tier of forces. Of 45 701 contacts of 361 packings of 64 at onset 713 are in it, most at 1e-7 to 1e-4; 15 lie between
-# 3e-4 and 1e-3, more on either side, and states of self-stress are as many without it. Above onset stops bear more and
-# more, so that the tiers are apart at onset alone. Contacts of disks, which count exactly at onset, all hold.
-LEAST_LOAD = 3e-4
-CONTACTS_DEFINITION = 2  # version, see jamlab.campaign.versions; 1 took every weak contact for one that holds
+# Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.versions; files of flows hold it too. In 2
+# contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices that touch edges in flows.
+CONTACTS_DEFINITION = 3
 
 
 def find_rattlers(
@@ -120,11 +116,11 @@ class Contacts:
     """Force-bearing contacts of a packing.
 
     Attributes:
-        pairs: (m, 2) int64, particles i <= j that touch. Several circulo-line contacts of one pair of droplets are one
-            contact; contacts with two periodic images of one particle, in very small boxes, are two.
-        rattlers: (n,) bool, particles with fewer than three contacts, found recursively. Droplets: with fewer than
-            three that bear 3e-4 of the mean force; weaker ones stop droplets that slide, and hold nothing.
-        bearing: (m,) bool, contacts between two particles that are not rattlers, weak ones of droplets among them.
+        pairs: (m, 2) int64, particles i <= j that press on each other, whatever their force. Several circulo-line
+            contacts of one pair of droplets are one contact; contacts with two periodic images of one particle, in very
+            small boxes, are two.
+        rattlers: (n,) bool, particles with fewer than three contacts of `min_force`, found recursively.
+        bearing: (m,) bool, contacts of `min_force` between two particles that are not rattlers.
         r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         meetings: SP: the touching disks, the same rows as `pairs`. DP: every contact of a vertex with an edge.
@@ -158,13 +154,20 @@ class Contacts:
 
     @property
     def loose(self) -> bool:
-        """Whether every particle rattles, the weakest contacts of droplets counted too: the packing is not jammed."""
+        """Whether every particle rattles, contacts below `min_force` counted too: the packing is not jammed."""
         return bool(find_rattlers(self.pairs, np.ones(self.packing.n, dtype=bool))[0].all())
 
     @property
     def z(self) -> float:
-        """Coordination number 2 N_c/N' (Boromand et al. print N_c/N); nan if every particle rattles."""
+        """Coordination number 2 N_c/N' (Boromand et al. print N_c/N); nan if every particle rattles.
+
+        For packings at rest: in motion drag holds particles as well, and those with two contacts are no rattlers."""
         return 2 * self.count / self.backbone if self.backbone else float("nan")
+
+    @property
+    def z_all(self) -> float:
+        """2 N_c/N of all contacts that press and all particles, at rest or in motion."""
+        return 2 * len(self.pairs) / self.packing.n
 
     @property
     def isostatic(self) -> int:
@@ -216,14 +219,20 @@ def find_meetings(packing: Packing) -> Meetings:
 
 
 @checked
-def contacts(packing: Packing) -> Contacts:
+def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
     """Find the contacts and rattlers of a packing.
 
     SP: disks touch when r < (d_i + d_j)/2. DP: droplets touch when their circulo-lines overlap, d < delta, in the
     contact form of the packing.
 
+    Args:
+        packing: SP or DP.
+        min_force: contacts that bear less hold no particle and do not count in z, over the mean force of contacts. By
+            default all that press count, as in every table. 3e-4 leaves out contacts that only stop a droplet from
+            sliding on its flats; above onset these bear more and more, so that z - z_J then has a part of their own.
+
     Raises:
-        InputError: DP: if outlines of two polygons cross.
+        InputError: DP: if outlines of two polygons cross; `min_force` is not from 0 to 1.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -233,23 +242,28 @@ def contacts(packing: Packing) -> Contacts:
         >>> round(c.z, 3), c.z == 2 * c.count / c.backbone
         (4.452, True)
     """
+    if not (is_number(min_force) and 0 <= min_force <= 1):
+        raise InputError(f"min_force = {min_force!r}: must be a number from 0 to 1, over the mean force of contacts")
     meetings = find_meetings(packing)
-    near, loaded, _ = pairs_in_contact(packing, meetings)
-    pairs = np.column_stack([near.i, near.j])
-    rattlers, _ = find_rattlers(pairs[loaded], np.ones(packing.n, dtype=bool))
-    bearing = np.asarray(~rattlers[pairs].any(axis=1))
-    return Contacts(pairs, rattlers, bearing, near.r, near.shift, meetings, packing)
-
-
-def pairs_in_contact(packing: Packing, meetings: Meetings) -> tuple[Pairs, NDArray[np.bool_], Indices]:
-    """Find the pairs of particles that touch, (m,) which of them are strong enough to hold one, all those of disks, and
-    which pair each meeting belongs to."""
     if isinstance(meetings, Pairs):
-        return meetings, np.ones(len(meetings.i), dtype=bool), np.arange(len(meetings.i))
-    names = name_pairs(packing, meetings)
-    size = _between_droplets(packing, meetings, names).size
-    loaded = size * len(size) >= LEAST_LOAD * size.sum()
-    return pair_polygons(packing, names[0]), loaded, names[1]
+        near = meetings
+    else:
+        near = pair_polygons(packing, name_pairs(packing, meetings)[0])
+    pairs, every = np.column_stack([near.i, near.j]), np.ones(packing.n, dtype=bool)
+    found = Contacts(pairs, *find_rattlers(pairs, every), near.r, near.shift, meetings, packing)
+    if not min_force:
+        return found
+    size = found.forces.size
+    counted = size * len(size) >= min_force * size.sum()
+    rattlers, bearing = find_rattlers(pairs[counted], every)
+    counted[counted] = bearing
+    return replace(found, rattlers=rattlers, bearing=counted)
+
+
+def count_pressing(packing: Packing) -> int:
+    """Number of pairs of particles that press on each other, as in `Contacts.pairs`."""
+    meetings = find_meetings(packing)
+    return len(meetings.i) if isinstance(meetings, Pairs) else len(name_pairs(packing, meetings)[0])
 
 
 @checked
@@ -288,7 +302,7 @@ def contacts_are_certain(packing: Packing) -> bool:
     if reach >= (packing.params["delta"] if packing.diameters is None else packing.diameters.min()):
         return False
     larger, smaller = (contacts(_grow(packing, growth)) for growth in (reach, -reach))
-    return np.array_equal(larger.pairs, smaller.pairs) and np.array_equal(larger.rattlers, smaller.rattlers)
+    return np.array_equal(larger.pairs, smaller.pairs)
 
 
 def _grow(packing: Packing, growth: float) -> Packing:

@@ -49,7 +49,7 @@ class ForceNetwork:
 
 def force_network(packing: Packing, *, prestress: bool = True, network: Contacts | None = None) -> ForceNetwork:
     """Take the rattlers out of a packing and build the energy terms of the others. `prestress`: see
-    `jamlab.mechanics.energy_terms.energy_terms`; `network`: contacts of the packing, if they are known already."""
+    `jamlab.mechanics.energy_terms.energy_terms`; `network`: all contacts of the packing, if they are known already."""
     network = network or contacts(packing)
     if network.loose:
         raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
@@ -60,13 +60,12 @@ def force_network(packing: Packing, *, prestress: bool = True, network: Contacts
 
 
 def _without_load(packing: Packing, network: Contacts) -> NDArray[np.bool_]:
-    """(n,) rattlers, but for the droplets that bear a load between two contacts, and with the weakest contacts counted.
-    Two forces hold a disk on one line only, and it gives way to the side; the flats of a droplet hold it, and where it
-    would slide on them, a contact too weak for z stops it. Without it its neighbors would be out of balance. A load
-    below the imbalance that is allowed is left out as before."""
+    """(n,) rattlers, but for the droplets that bear a load between two contacts. Two forces hold a disk on one line
+    only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of
+    balance. A load below the imbalance that is allowed is left out as before."""
     if not isinstance(network.meetings, VertexContacts):
         return network.rattlers
-    rattlers, _ = find_rattlers(network.pairs, np.ones(packing.n, dtype=bool))
+    rattlers = network.rattlers
     squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least=2)[0]
     if not squeezed.any():
         return rattlers

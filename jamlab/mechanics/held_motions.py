@@ -21,7 +21,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import LEAST_CONTACTS, find_meetings, find_rattlers, pairs_in_contact
+from jamlab.geometry.contact_network import LEAST_CONTACTS, contacts, find_rattlers
 from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import cross
@@ -84,17 +84,15 @@ def held_motions(packing: Packing) -> HeldMotions:
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
-    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive. Contacts
-    of droplets too weak for z are left out: what they stop is a motion left free."""
-    meetings = find_meetings(packing)
-    near, loaded, pair = pairs_in_contact(packing, meetings)
-    disks, ends = isinstance(meetings, Pairs), np.column_stack([near.i, near.j])[loaded]
-    rattlers, bearing = find_rattlers(ends, np.ones(packing.n, dtype=bool), LEAST_CONTACTS if disks else _LEAST_DROPLET)
+    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
+    network = contacts(packing)
+    meetings, every = network.meetings, np.ones(packing.n, dtype=bool)
+    disks = isinstance(meetings, Pairs)
+    rattlers, bearing = find_rattlers(network.pairs, every, LEAST_CONTACTS if disks else _LEAST_DROPLET)
     loose = np.repeat(rattlers, 2 if disks else 3)
     if rattlers.all():
         return np.zeros((0, 0)), 0, 0
-    strong = meetings.select(loaded[pair])
-    rows = _disk_conditions(packing, strong) if isinstance(strong, Pairs) else conditions(packing, strong)
+    rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing, meetings)
     rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
     return rows, int((~rattlers).sum()), int(bearing.sum())
 

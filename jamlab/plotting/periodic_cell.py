@@ -14,15 +14,19 @@ from matplotlib.collections import LineCollection, PolyCollection
 from jamlab.arrays import Array
 from jamlab.plotting.axes import merged
 
-MARGIN = 0.35  # around the cell, in units of length: about a third of a particle
+MARGIN = 0.045  # around the cell, over the root of its area: a third of a particle where there are 64
 _ARC = 48  # corners of a drawn disk: a circle to the eye at this size
 
 
 def lattice_moves(box: Array) -> Array:
     """(m, 2) translations of the cell to itself, in the middle, and to all images that reach into the picture. Nine in
     a box that is not tilted further than it is wide; a cell that leans more needs more images beside it."""
-    aside = 1 + max(0, int(np.ceil((abs(box[1, 0]) + MARGIN) / box[0, 0] - 1)))
+    aside = 1 + max(0, int(np.ceil((abs(box[1, 0]) + _margin(box)) / box[0, 0] - 1)))
     return np.asarray(np.array(list(product(range(-aside, aside + 1), (-1, 0, 1)))) @ box)
+
+
+def _margin(box: Array) -> float:
+    return MARGIN * float(np.sqrt(abs(np.linalg.det(box))))
 
 
 def circles(centres: Array, diameters: Array) -> list[Array]:
@@ -51,8 +55,9 @@ def frame_cell(axes: Axes, box: Array) -> None:
     corner = box.sum(axis=0)
     cell = np.array([[0, 0], box[0], corner, box[1], [0, 0]])
     axes.plot(*cell.T, color="black", linewidth=1.4)
-    axes.set_xlim(min(0, box[1, 0]) - MARGIN, max(corner[0], box[0, 0]) + MARGIN)
-    axes.set_ylim(-MARGIN, corner[1] + MARGIN)
+    margin = _margin(box)
+    axes.set_xlim(min(0, box[1, 0]) - margin, max(corner[0], box[0, 0]) + margin)
+    axes.set_ylim(-margin, corner[1] + margin)
     axes.set_aspect("equal")
     axes.set_xticks([])
     axes.set_yticks([])

@@ -17,6 +17,7 @@ from jamlab.checks import checked, named_from
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_LENGTH
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -147,8 +148,9 @@ def displacement_correlation(
         omega: angular frequency, 1/tau_1.
         damping: default balanced contact damping.
         prestress: see `jamlab.dynamical_matrices`.
-        lane: height of a lane; the box is cut into lanes of about this height.
-        width: of a bin in delta, about.
+        lane: height of a lane, in mean diameters (droplets: means of the root of the rest area), default 1; the box
+            is cut from its origin into lanes of about this height.
+        width: of a bin in delta, about, in mean diameters, default 0.5.
 
     Raises:
         InputError: omega, lane or width is not positive, or they are too wide for the box.
@@ -173,22 +175,25 @@ def displacement_correlations(
     width: float = 0.5,
 ) -> list[DisplacementCorrelation]:
     """`displacement_correlation` at several frequencies, for which the equation of motion is built and checked once."""
-    unit = UNIT_OF_LENGTH[packing.model, packing.units]
+    unit, size = UNIT_OF_LENGTH[packing.model, packing.units], mean_size(packing)
+    grid = {"lane": lane, "width": width, "size": size}
     return [
-        replace(correlation_along_x(backbone.positions, u[:, 1].real, packing.box, lane=lane, width=width), unit=unit)
+        replace(correlation_along_x(backbone.positions, u[:, 1].real, packing.box, **grid), unit=unit)
         for backbone, u in _displacements(packing, frequencies, damping, prestress)
     ]
 
 
 def correlation_along_x(
-    positions: Array, values: Array, box: Array, *, lane: float = 1.0, width: float = 0.5
+    positions: Array, values: Array, box: Array, *, lane: float = 1.0, width: float = 0.5, size: float = 1.0
 ) -> DisplacementCorrelation:
-    """Correlation of values (n,) at positions (n, 2) of a periodic box, between sites of one lane; see above."""
+    """Correlation of values (n,) at positions (n, 2) of a periodic box, between sites of one lane; see above. `size`:
+    of particles, in which `lane` and `width` are given."""
     # four bins at least: the correlation is known up to half the box, and a zero needs two of them
-    for name, size, side in (("lane", lane, box[1, 1]), ("width", width, box[0, 0] / 4)):
-        if not 0 < size <= side:
-            raise InputError(f"{name} = {size}: must be positive and at most {side:.3g} in this box")
-    lanes, bins = int(box[1, 1] / lane), int(box[0, 0] / width)
+    height, length = box[1, 1] / size, box[0, 0] / size
+    for name, value, side in (("lane", lane, height), ("width", width, length / 4)):
+        if not 0 < value <= side:
+            raise InputError(f"{name} = {value}: must be positive and at most {side:.3g} mean diameters in this box")
+    lanes, bins = int(height / lane), int(length / width)
     fraction = positions @ np.linalg.inv(box)
     x = (positions - np.floor(fraction) @ box)[:, 0] / box[0, 0]
     row = np.minimum((fraction[:, 1] % 1.0 * lanes).astype(np.int64), lanes - 1)

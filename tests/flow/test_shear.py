@@ -54,11 +54,12 @@ def test_packings_on_the_way_are_whole_and_their_forces_those_of_plain_loops(run
     assert packing.provenance["flow_strain"] == pytest.approx(0.5 * k, rel=1e-9)
     assert not packing.converged and abs(packing.box[1, 0]) < 0.56 * packing.box[0, 0]
     packing.write(tmp_path / "p.h5")
-    forces, energy = np.zeros((packing.n, 2)), 0.0
+    forces, energy, pressing = np.zeros((packing.n, 2)), 0.0, 0
     inside = packing.positions - np.floor(packing.positions @ np.linalg.inv(packing.box)) @ packing.box
     for i, j, r in touching(packing.with_state(positions=inside)):
         distance = np.hypot(*r)
         overlap = packing.diameters[[i, j]].mean() - distance
+        pressing += 1
         energy += 0.5 * packing.params["k"] * overlap**2
         forces[i] -= packing.params["k"] * overlap * r / distance
         forces[j] += packing.params["k"] * overlap * r / distance
@@ -66,6 +67,7 @@ def test_packings_on_the_way_are_whole_and_their_forces_those_of_plain_loops(run
     assert found.forces == pytest.approx(forces, abs=1e-12)
     row = np.argmin(np.abs(run.strain - 0.5 * k))
     assert energy / packing.area == pytest.approx(run.energy[row], rel=1e-9)
+    assert run.z_all[row] == jamlab.contacts(packing).z_all == 2 * pressing / packing.n
     assert -found.stress[0, 1] == pytest.approx(run.elastic_stress[row], abs=1e-12)
 
 
@@ -260,5 +262,6 @@ def test_an_oscillation_is_read_as_version_0_2_0_wrote_it():
         assert facts["converged"] is False and "finished" not in facts and "unsettled" not in facts
         assert np.array_equal(found.stress, stored["flow/stress"]) and found.cycles == 2
     assert (found.finished, found.unsettled, found.error > found.tolerance) == (False, 0, True)
+    assert np.isnan(found.z_all).all()  # it counts disks that rub without overlap
     again = jamlab.oscillate(found.frames[0], found.omega, found.amplitude, cycles=2)
     assert found.storage == pytest.approx(again.storage, rel=1e-6)

@@ -10,8 +10,6 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import check_touching
-from jamlab.geometry.contact_network import contacts_are_certain
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import _without_load, force_network
 from jamlab.mechanics.held_motions import MOST, conditions, count_motions
@@ -94,36 +92,28 @@ def rows_of_three(overlap, first=0.2, beside=0.2):
     )
 
 
-def test_what_hardly_presses_holds_no_droplet_but_stops_it():
+def test_contacts_below_min_force_hold_no_droplet_and_do_not_count():
     """Of 18 forces 12 are strong, so an overlap of 4e-5 of delta bears 3e-4 of their mean."""
-    packing = rows_of_three(3.5e-5)
-    network, held = jamlab.contacts(packing), np.repeat([True, True, False], 3)
-    assert len(network.pairs) == 18 and np.array_equal(network.rattlers, ~held) and (network.count, network.z) == (9, 3)
-    all_weak = rows_of_three(3.5e-5, beside=3.5e-5)  # what stops a slide belongs to the Hessian
-    assert np.array_equal(jamlab.contacts(all_weak).rattlers, ~held) and force_network(all_weak).packing.n == 9
-    stronger = jamlab.contacts(rows_of_three(4.5e-5))
-    assert not stronger.rattlers.any() and (stronger.count, stronger.z) == (18, 4)
-    found = [jamlab.held_motions(rows_of_three(part)) for part in (3.5e-5, 4.5e-5)]
-    assert [(each.pairs, each.contacts) for each in found] == [(12, 24), (18, 36)]
-    chains = rows_of_three(1e-5, first=1e-5)  # rows alone press: no z, but they are jammed
-    assert jamlab.contacts(chains).rattlers.all() and np.isnan(jamlab.contacts(chains).z)
-    assert force_network(chains).packing.n == 9 and check_touching(chains) is None
+    packing, held = rows_of_three(3.5e-5), np.repeat([True, True, False], 3)
+    every, strong = (jamlab.contacts(packing, min_force=least) for least in (0.0, 3e-4))
+    assert (every.count, every.z, every.z_all) == (18, 4, 4) and not every.rattlers.any()
+    assert np.array_equal(strong.rattlers, ~held) and (strong.count, strong.z, strong.z_all) == (9, 3, 4)
+    assert jamlab.contacts(rows_of_three(4.5e-5), min_force=3e-4).count == 18
+    chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5), min_force=3e-4)  # rows alone press, but it is jammed
+    assert chains.rattlers.all() and np.isnan(chains.z) and not chains.loose
     alike = replace(packing, params={**packing.params, "eps": 1e-6})  # whatever the unit of force
-    assert np.array_equal(jamlab.contacts(alike).rattlers, network.rattlers)
+    assert np.array_equal(jamlab.contacts(alike, min_force=3e-4).rattlers, strong.rattlers)
 
 
-@pytest.mark.parametrize(("overlap", "certain"), [(3.99e-5, False), (4.01e-5, False), (3e-5, True), (5e-5, True)])
-def test_rounding_that_may_let_a_droplet_go_leaves_no_z(overlap, certain):
-    packing = rows_of_three(overlap).with_state(provenance={"rounding": 2e-8})
-    assert contacts_are_certain(packing) == certain != np.isnan(jamlab.measure(packing, "z")["z"])
-
-
-def test_disks_are_held_however_weakly_they_are_pressed():
-    places = np.array([[x, y] for y in (0.0, 0.9, 1.9 - 1e-6) for x in (0.0, 0.9, 1.8)])
-    packing = disks(places, 1.0, np.diag([2.7, 2.9 - 2e-6]))
-    network = jamlab.contacts(packing)
-    assert network.forces.size.min() < 1e-4 * network.forces.size.mean()
-    assert not network.rattlers.any() and network.z == 4
+def test_a_weak_contact_between_disks_that_others_hold_counts_by_default_alone():
+    """Two rows of three: each disk touches two in its row and one in the other, and by 1e-6 an image of the latter."""
+    packing = disks(np.array([[x, y] for y in (0.0, 0.9) for x in (0.0, 0.9, 1.8)]), 1.0, np.diag([2.7, 1.9 - 1e-6]))
+    every, strong = (jamlab.contacts(packing, min_force=least) for least in (0.0, 1e-3))
+    assert not every.rattlers.any() and not strong.rattlers.any()
+    assert (every.z, strong.z, strong.z_all) == (4, 3, 4) and strong.forces.size[~strong.bearing].max() < 1.1e-6
+    for bad in (-1e-9, 1.01, np.nan, "1e-3"):
+        with pytest.raises(InputError):
+            jamlab.contacts(packing, min_force=bad)
 
 
 def views(packing):

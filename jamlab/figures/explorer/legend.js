@@ -83,6 +83,7 @@ function facts(row, {units, along}) {
     ['ρ', number(row.rho)],
     ['φ', number(row.phi)],
     ['z', number(row.z)],
+    ['z of all', number(row.z_all)],
     ['rattlers', row.rattlers === null ? 'uncertain' : String(row.rattlers)],
     ['pressure', `${number(row.pressure)} [${units.stress}]`],
     ['G', row.g === null ? `none: ${row.why}` : `${number(row.g)} [${units.stress}] ${row.why}`],

@@ -259,7 +259,7 @@ def unit_labels(packing: Packing) -> dict[str, str]:
     }
 
 
-SHOWN = ("rho", "z", "rattlers", "pressure", "g")
+SHOWN = ("rho", "z", "z_all", "rattlers", "pressure", "g")
 SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more than rounding
 
 
@@ -324,10 +324,12 @@ def along(packings: Sequence[Packing]) -> Quantity:
 
 
 def curves(packing: Packing) -> list[Quantity]:
-    """The curves beside the picture."""
+    """The curves beside the picture; in motion, where no rule tells rattlers, z is that of all contacts."""
     stress = unit_labels(packing)["stress"]
+    moving = "flow_rate" in packing.provenance
+    of_all = Quantity("z_all", "z", "contacts per particle z, of all that press")
     return [
-        Quantity("z", "z", "contacts per particle z, without rattlers"),
+        of_all if moving else Quantity("z", "z", "contacts per particle z, without rattlers"),
         Quantity("g", "G", f"G: {LABELS['g']}", stress),
         Quantity("pressure", "p", "pressure p", stress),
     ]

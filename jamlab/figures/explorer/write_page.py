@@ -111,8 +111,8 @@ def write_page(
         packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`. The order of
             0.2, packings before path, works for one more release, with a warning.
         every: take every k-th state, from the first on.
-        observables: name -> (states,) numbers known already, as of `jamlab.read_observables`: rho, z, rattlers,
-            pressure, g. Others are measured.
+        observables: name -> (states,) numbers known already, as of `jamlab.read_observables`: rho, z, z_all,
+            rattlers, pressure, g. Others are measured.
         progress: called after each state with the share of them that is done, and in words.
 
     Raises:

@@ -9,6 +9,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
 from jamlab.statistics import published_numbers as published
@@ -52,7 +53,7 @@ def lengths_otherwise(packing: Packing) -> dict[str, float]:
     }
     found = {}
     for way, (motion, lane) in ways.items():
-        c = correlation_along_x(backbone.positions, motion[:, 1], packing.box, lane=lane)
+        c = correlation_along_x(backbone.positions, motion[:, 1], packing.box, lane=lane, size=mean_size(packing))
         try:
             found[f"length{way}"] = c.length
         except ConvergenceError:
