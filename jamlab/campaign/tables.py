@@ -110,7 +110,7 @@ def _states(file: TaskFile) -> dict[str, Any]:
         "onset_phi": phi_j,
         "target_pressure": file.target_pressure,
         "converged": file.converged,
-        **{name: file.observables[name] for name in COLUMNS},
+        **{name: file.observables.get(name, np.nan) for name in COLUMNS},  # of an earlier version: measured less
         **{name: law.get(name, np.nan) for name in _LAW},
         "contact": str(law.get("contact", "")),
         "wall_time": file.wall_time,

@@ -170,7 +170,7 @@ CASES = {
     "creep": Case(lambda p, s, k: {"strain": (jamlab.creep(p, 1e-5 * k, 2.0).strain[-1], NUMBER)}, FLOW),
     "displacement_correlation": Case(
         _fields(
-            lambda p, s, k: jamlab.displacement_correlation(p, 1e-2, lane=1.0 * s, width=0.5 * s),
+            lambda p, s, k: jamlab.displacement_correlation(p, 1e-2),
             delta=LENGTH,
             correlation=NUMBER,
         )
