@@ -32,8 +32,8 @@ from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
 # written again because analysis reads no deck; tests/engine/test_decks.py compares the two.
 LEAST_CONTACTS = 3
 
-# Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.versions; files of flows hold it too. In 2
-# contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices that touch edges in flows.
+# Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.versions; files of flows hold it too.
+# In 2 contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices on edges in flows.
 CONTACTS_DEFINITION = 3
 
 
