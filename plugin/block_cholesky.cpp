@@ -3,106 +3,202 @@
 
 #include "block_cholesky.h"
 
+#include "dense_panel.h"
+#include "elimination_order.h"
+
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <iterator>
-#include <set>
+#include <numeric>
 
 using namespace LAMMPS_NS;
 
 static constexpr double GROWN = 1.3;    // blocks of the factors, over those in an order of their own
+static constexpr double ZEROS = 0.2;    // part of a panel that may be blocks that stay zero
 
 /* ---------------------------------------------------------------------- */
 
 template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<std::pair<int, int>> &pairs)
 {
-  std::vector<std::vector<int>> near(size);
-  for (const auto &pair : pairs) {
-    if (pair.first == pair.second) continue;
-    near[pair.first].push_back(pair.second);
-    near[pair.second].push_back(pair.first);
-  }
-  for (auto &each : near) {
-    std::sort(each.begin(), each.end());
-    each.erase(std::unique(each.begin(), each.end()), each.end());
-  }
-  columns.resize(size);
-  if (static_cast<int>(rank.size()) == size) find_fill(near);
-  if (static_cast<int>(rank.size()) == size && filled <= GROWN * filled_when_ordered) return;
-  find_order(near);
-  find_fill(near);
+  Graph found = read(size, pairs);
+  const bool ordered = static_cast<int>(rank.size()) == size;
+  if (ordered && found == graph) return;
+  graph = std::move(found);
+  if (ordered) find_fill();
+  if (ordered && filled <= GROWN * filled_when_ordered) return;
+  find_order();
+  find_fill();
   filled_when_ordered = filled;
 }
 
 /* ---------------------------------------------------------------------- */
 
-template <int D> void BlockCholesky<D>::find_order(std::vector<std::vector<int>> near)
+template <int D>
+typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vector<std::pair<int, int>> &pairs) const
 {
-  const int size = static_cast<int>(near.size());
-  std::set<std::pair<std::size_t, int>> waiting;    // by degree
-  for (int i = 0; i < size; i++) waiting.insert({near[i].size(), i});
+  std::vector<int> end(size + 1, 0), other(2 * pairs.size());
+  for (const auto &pair : pairs) {
+    end[pair.first]++;
+    end[pair.second]++;
+  }
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  for (const auto &pair : pairs) {    // each row is filled from its end
+    other[--end[pair.first]] = pair.second;
+    other[--end[pair.second]] = pair.first;
+  }
+  Graph found;
+  found.first.push_back(0);
+  for (int i = 0; i < size; i++) {
+    const auto begin = other.begin() + end[i], last = other.begin() + end[i + 1];
+    std::sort(begin, last);
+    std::copy_if(begin, std::unique(begin, last), std::back_inserter(found.other), [i](int j) { return j != i; });
+    found.first.push_back(static_cast<int>(found.other.size()));
+  }
+  return found;
+}
 
-  rank.assign(size, 0);
-  std::vector<int> joined;
-  for (int place = 0; place < size; place++) {
-    const int row = waiting.begin()->second;
-    waiting.erase(waiting.begin());
-    rank[row] = place;
-    columns[place].row = row;
-    const std::vector<int> left = std::move(near[row]);
-    for (const int i : left) {
-      waiting.erase({near[i].size(), i});
-      joined.clear();
-      std::set_union(near[i].begin(), near[i].end(), left.begin(), left.end(), std::back_inserter(joined));
-      near[i].clear();
-      for (const int j : joined)
-        if (j != i && j != row) near[i].push_back(j);
-      waiting.insert({near[i].size(), i});
+/* ---------------------------------------------------------------------- */
+
+template <int D> void BlockCholesky<D>::find_order()
+{
+  row = EliminationOrder(graph.first, graph.other).find();
+  rank.resize(row.size());
+  for (std::size_t c = 0; c < row.size(); c++) rank[row[c]] = static_cast<int>(c);
+}
+
+/* ----------------------------------------------------------------------
+   of each column, the row of its first block below the diagonal in the factors: its parent in a tree
+------------------------------------------------------------------------- */
+
+template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
+{
+  const int size = static_cast<int>(row.size());
+  std::vector<int> parent(size, -1), highest(size, -1);    // highest: known so far above a column
+  for (int c = 0; c < size; c++)
+    for (int n = graph.first[row[c]]; n < graph.first[row[c] + 1]; n++)
+      for (int i = rank[graph.other[n]]; i >= 0 && i < c;) {
+        const int above = highest[i];
+        highest[i] = c;
+        if (above < 0) parent[i] = c;
+        i = above;
+      }
+  return parent;
+}
+
+/* ----------------------------------------------------------------------
+   the same elimination in another order, in which a column follows the last of its children
+------------------------------------------------------------------------- */
+
+template <int D> void BlockCholesky<D>::order_children_first()
+{
+  const int size = static_cast<int>(row.size());
+  const std::vector<int> parent = find_parents();
+  std::vector<int> first_child(size + 1, -1), next_child(size, -1), order, way;
+  for (int c = size - 1; c >= 0; c--) {
+    const int above = parent[c] < 0 ? size : parent[c];
+    next_child[c] = first_child[above];
+    first_child[above] = c;
+  }
+  for (int root = first_child[size]; root >= 0; root = next_child[root]) {
+    way.push_back(root);
+    while (!way.empty()) {
+      int &child = first_child[way.back()];
+      if (child >= 0) {
+        way.push_back(child);
+        child = next_child[child];
+      } else {
+        order.push_back(row[way.back()]);
+        way.pop_back();
+      }
     }
   }
+  row = order;
+  for (int c = 0; c < size; c++) rank[row[c]] = c;
 }
 
 /* ----------------------------------------------------------------------
    below a column: its neighbors, and what is below the columns whose first block below is in its row
 ------------------------------------------------------------------------- */
 
-template <int D> void BlockCholesky<D>::find_fill(const std::vector<std::vector<int>> &near)
+template <int D> void BlockCholesky<D>::find_fill()
 {
-  const int size = static_cast<int>(columns.size());
+  order_children_first();
+  const int size = static_cast<int>(row.size());
+  std::vector<std::vector<int>> below(size);
   std::vector<int> seen(size, -1), first_child(size, -1), next_child(size, -1);
   filled = updated = 0.0;
   for (int c = 0; c < size; c++) {
-    Column &column = columns[c];
-    column.below.clear();
     seen[c] = c;
     const auto take = [&](int r) {
       if (r < c || seen[r] == c) return;
       seen[r] = c;
-      column.below.push_back(r);
+      below[c].push_back(r);
     };
-    for (const int j : near[column.row]) take(rank[j]);
+    for (int n = graph.first[row[c]]; n < graph.first[row[c] + 1]; n++) take(rank[graph.other[n]]);
     for (int child = first_child[c]; child >= 0; child = next_child[child])
-      for (const int r : columns[child].below) take(r);
-    std::sort(column.below.begin(), column.below.end());
-    if (!column.below.empty()) {
-      next_child[c] = first_child[column.below.front()];
-      first_child[column.below.front()] = c;
+      for (const int r : below[child]) take(r);
+    std::sort(below[c].begin(), below[c].end());
+    if (!below[c].empty()) {
+      next_child[c] = first_child[below[c].front()];
+      first_child[below[c].front()] = c;
     }
-    column.blocks.resize(column.below.size());
-    const double count = static_cast<double>(column.below.size());
+    const double count = static_cast<double>(below[c].size());
     filled += count;
     updated += 0.5 * count * (count + 1.0);
   }
+  make_panels(below);
+}
+
+/* ----------------------------------------------------------------------
+   a column joins those before it if its first child is the last of them, and few blocks of the panel stay zero:
+   below its columns, a panel has the rows of its last one
+------------------------------------------------------------------------- */
+
+template <int D> void BlockCholesky<D>::make_panels(const std::vector<std::vector<int>> &below)
+{
+  const int size = static_cast<int>(below.size());
+  std::vector<std::pair<int, double>> parts;    // first column and number of blocks that are not zero
+  const auto worthwhile = [&](int begin, int last, double blocks) {
+    const double width = last - begin + 1, all = 0.5 * width * (width + 1.0) + width * below[last].size();
+    return all - blocks <= ZEROS * all;
+  };
+  const auto child_of = [&](int c, int parent) { return !below[c].empty() && below[c].front() == parent; };
+  for (int c = 0; c < size; c++) {
+    int begin = c;
+    double blocks = 1.0 + below[c].size();
+    while (!parts.empty() && child_of(begin - 1, begin) && worthwhile(parts.back().first, c, parts.back().second + blocks)) {
+      begin = parts.back().first;
+      blocks += parts.back().second;
+      parts.pop_back();
+    }
+    parts.emplace_back(begin, blocks);
+  }
+
+  panels.clear();
+  lower.clear();
+  panel_of.resize(size);
+  std::size_t room = 0;
+  int tallest = 0;
+  for (std::size_t k = 0; k < parts.size(); k++) {
+    const int begin = parts[k].first, end = k + 1 < parts.size() ? parts[k + 1].first : size;
+    const auto &rows = below[end - 1];
+    Panel panel = {begin, end, static_cast<int>(lower.size()), static_cast<int>(rows.size()), 0, room};
+    panel.stride = padded(panel.height());
+    room += static_cast<std::size_t>(panel.stride) * panel.width();
+    tallest = std::max(tallest, panel.height());
+    lower.insert(lower.end(), rows.begin(), rows.end());
+    std::fill(panel_of.begin() + begin, panel_of.begin() + end, static_cast<int>(panels.size()));
+    panels.push_back(panel);
+  }
+  values.resize(room + PANEL_ROWS);
+  gathered.resize(tallest);
 }
 
 /* ---------------------------------------------------------------------- */
 
 template <int D> void BlockCholesky<D>::clear()
 {
-  for (Column &column : columns) {
-    column.diagonal = {};
-    std::fill(column.blocks.begin(), column.blocks.end(), Block());
-  }
+  std::fill(values.begin(), values.end(), 0.0);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -110,12 +206,16 @@ template <int D> void BlockCholesky<D>::clear()
 template <int D> void BlockCholesky<D>::add(int i, int j, const Block &block)
 {
   const bool turned = rank[i] < rank[j];    // the block of the lower triangle is the transposed one
-  Column &column = columns[turned ? rank[i] : rank[j]];
-  const int other = turned ? rank[j] : rank[i];
-  const auto place = std::lower_bound(column.below.begin(), column.below.end(), other);
-  Block &to = i == j ? column.diagonal : column.blocks[place - column.below.begin()];
+  const int column = turned ? rank[i] : rank[j], other = turned ? rank[j] : rank[i];
+  const Panel &panel = panels[panel_of[column]];
+  int place = other - panel.begin;
+  if (other >= panel.end) {
+    const auto rows = lower.begin() + panel.below;
+    place = panel.end - panel.begin + static_cast<int>(std::lower_bound(rows, rows + panel.rows, other) - rows);
+  }
+  double *const to = &values[panel.values + static_cast<std::size_t>(D * (column - panel.begin)) * panel.stride + D * place];
   for (int a = 0; a < D; a++)
-    for (int b = 0; b < D; b++) to[D * a + b] += turned ? block[D * b + a] : block[D * a + b];
+    for (int b = 0; b < D; b++) to[b * panel.stride + a] += turned ? block[D * b + a] : block[D * a + b];
 }
 
 /* ---------------------------------------------------------------------- */
@@ -123,109 +223,117 @@ template <int D> void BlockCholesky<D>::add(int i, int j, const Block &block)
 template <int D> double BlockCholesky<D>::mean_diagonal() const
 {
   double total = 0.0;
-  for (const Column &column : columns)
-    for (int a = 0; a < D; a++) total += column.diagonal[(D + 1) * a];
-  return columns.empty() ? 0.0 : total / (D * columns.size());
+  for (const Panel &panel : panels)
+    for (int k = 0; k < panel.width(); k++) total += values[panel.values + static_cast<std::size_t>(k) * (panel.stride + 1)];
+  return rank.empty() ? 0.0 : total / (D * rank.size());
+}
+
+/* ----------------------------------------------------------------------
+   of each panel, the diagonal becomes its factor, a lower triangle; rows below B become L = B factor^-T, and L L^T is
+   taken off all that is left
+------------------------------------------------------------------------- */
+
+template <int D> bool BlockCholesky<D>::factorise(double shift)
+{
+  for (const Panel &panel : panels) {
+    double *const own = &values[panel.values];
+    for (int k = 0; k < panel.width(); k++) own[static_cast<std::size_t>(k) * (panel.stride + 1)] += shift;
+    if (!factorise_panel(own, panel.width(), panel.height(), panel.stride)) return false;
+    if (panel.rows) take_off_product(panel);
+  }
+  return true;
 }
 
 /* ---------------------------------------------------------------------- */
 
-template <int D> bool BlockCholesky<D>::factorise(double shift)
+template <int D> void BlockCholesky<D>::take_off_product(const Panel &panel)
 {
-  std::vector<int> place(columns.size());
-  for (Column &column : columns)
-    for (int a = 0; a < D; a++) column.diagonal[(D + 1) * a] += shift;
-  for (Column &column : columns)
-    if (!eliminate(column, place)) return false;
-  return true;
+  const int size = D * panel.rows, stride = padded(size);
+  product.resize(std::max(product.size(), static_cast<std::size_t>(stride) * stride));
+  multiply_panel(&values[panel.values + panel.width()], panel.width(), size, panel.stride, product.data(), stride);
+
+  const int *const rows = lower.data() + panel.below;
+  for (int n = 0; n < panel.rows;) {    // for the columns of one other panel at a time
+    const Panel &other = panels[panel_of[rows[n]]];
+    const int *const theirs = lower.data() + other.below;
+    for (; n < panel.rows && rows[n] < other.end; n++) {
+      const double *const from = &product[static_cast<std::size_t>(D * n) * stride];
+      double *const to = &values[other.values + static_cast<std::size_t>(D * (rows[n] - other.begin)) * other.stride];
+      const auto take_off = [&](int k, int place) {
+        for (int b = 0; b < D; b++)
+          for (int a = 0; a < D; a++) to[b * other.stride + D * place + a] -= from[b * stride + D * k + a];
+      };
+      int k = n, place = 0;
+      for (; k < panel.rows && rows[k] < other.end; k++) take_off(k, rows[k] - other.begin);
+      for (; k < panel.rows; k++) {
+        while (theirs[place] != rows[k]) place++;
+        take_off(k, other.end - other.begin + place);
+      }
+    }
+  }
 }
 
 /* ----------------------------------------------------------------------
-   the diagonal becomes its factor, a lower triangle; blocks below B become L = B factor^-T, and L L^T is
-   taken off all that is left
+   x: as many numbers as a panel is high; what its columns leave of a right-hand side, and the solution for them
 ------------------------------------------------------------------------- */
 
-template <int D> bool BlockCholesky<D>::eliminate(Column &column, std::vector<int> &place)
+template <int D> static void solve_down(const double *panel, int width, int height, int stride, double *__restrict x)
 {
-  Block &d = column.diagonal;
-  for (int a = 0; a < D; a++)
-    for (int b = 0; b <= a; b++) {
-      double rest = d[D * a + b];
-      for (int c = 0; c < b; c++) rest -= d[D * a + c] * d[D * b + c];
-      if (a == b && !(rest > 0.0)) return false;
-      d[D * a + b] = a == b ? std::sqrt(rest) : rest / d[(D + 1) * b];
+  for (int c = 0; c < width; c += D, panel += D * stride) {
+    double own[D];
+    for (int a = 0; a < D; a++) {
+      own[a] = x[c + a];
+      for (int b = 0; b < a; b++) own[a] -= panel[b * stride + c + a] * own[b];
+      x[c + a] = own[a] *= panel[a * stride + c + a];
     }
-  for (Block &l : column.blocks)
-    for (int a = 0; a < D; a++)
-      for (int b = 0; b < D; b++) {
-        double rest = l[D * a + b];
-        for (int c = 0; c < b; c++) rest -= l[D * a + c] * d[D * b + c];
-        l[D * a + b] = rest / d[(D + 1) * b];
-      }
-  const auto take_off = [](Block &to, const Block &l, const Block &m) {
-    for (int a = 0; a < D; a++)
-      for (int b = 0; b < D; b++)
-        for (int c = 0; c < D; c++) to[D * a + b] -= l[D * a + c] * m[D * b + c];
-  };
-  for (std::size_t n = 0; n < column.below.size(); n++) {
-    const Block &m = column.blocks[n];
-    Column &other = columns[column.below[n]];
-    take_off(other.diagonal, m, m);
-    for (std::size_t k = 0; k < other.below.size(); k++) place[other.below[k]] = static_cast<int>(k);
-    for (std::size_t k = n + 1; k < column.below.size(); k++)
-      take_off(other.blocks[place[column.below[k]]], column.blocks[k], m);
+    for (int r = c + D; r < height; r++)
+      for (int b = 0; b < D; b++) x[r] -= own[b] * panel[b * stride + r];
   }
-  return true;
+}
+
+template <int D> static void solve_up(const double *panel, int width, int height, int stride, double *__restrict x)
+{
+  for (int c = width - D; c >= 0; c -= D) {
+    const double *const own = panel + static_cast<std::ptrdiff_t>(c) * stride;
+    double sums[D] = {};
+#pragma omp simd reduction(+ : sums[:D])
+    for (int r = c + D; r < height; r++)
+      for (int b = 0; b < D; b++) sums[b] += own[b * stride + r] * x[r];
+    for (int b = D - 1; b >= 0; b--) {
+      for (int a = b + 1; a < D; a++) sums[b] += own[b * stride + c + a] * x[c + a];
+      x[c + b] = (x[c + b] - sums[b]) * own[b * stride + c + b];
+    }
+  }
 }
 
 /* ---------------------------------------------------------------------- */
 
 template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
 {
-  using Row = std::array<double, D>;
-  solved.resize(columns.size());
-  for (std::size_t c = 0; c < columns.size(); c++) std::copy_n(&r[D * columns[c].row], D, solved[c].begin());
-  for (std::size_t c = 0; c < columns.size(); c++) {
-    const Column &column = columns[c];
-    Row own = solved[c];
-    for (int a = 0; a < D; a++) {
-      for (int b = 0; b < a; b++) own[a] -= column.diagonal[D * a + b] * own[b];
-      own[a] /= column.diagonal[(D + 1) * a];
-    }
-    solved[c] = own;
-    for (std::size_t n = 0; n < column.below.size(); n++) {
-      Row &to = solved[column.below[n]];
-      const Block &l = column.blocks[n];
-      for (int a = 0; a < D; a++)
-        for (int b = 0; b < D; b++) to[a] -= l[D * a + b] * own[b];
-    }
-  }
-  for (std::size_t c = columns.size(); c-- > 0;) {
-    const Column &column = columns[c];
-    Row own = solved[c];
-    for (std::size_t n = 0; n < column.below.size(); n++) {
-      const Row from = solved[column.below[n]];
-      const Block &l = column.blocks[n];
-      for (int a = 0; a < D; a++)
-        for (int b = 0; b < D; b++) own[b] -= l[D * a + b] * from[a];
-    }
-    for (int a = D - 1; a >= 0; a--) {
-      for (int b = a + 1; b < D; b++) own[a] -= column.diagonal[D * b + a] * own[b];
-      own[a] /= column.diagonal[(D + 1) * a];
-    }
-    solved[c] = own;
-    std::copy_n(own.begin(), D, &r[D * column.row]);
-  }
+  const int size = static_cast<int>(rank.size());
+  solved.resize(D * size);
+  for (int c = 0; c < size; c++) std::copy_n(&r[D * row[c]], D, &solved[D * c]);
+  double *const x = gathered.data();
+  const auto visit = [&](const Panel &panel, auto step) {
+    std::copy_n(&solved[D * panel.begin], panel.width(), x);
+    double *below = x + panel.width();
+    const int *const rows = lower.data() + panel.below;
+    for (int n = 0; n < panel.rows; n++) std::copy_n(&solved[D * rows[n]], D, &below[D * n]);
+    step(&values[panel.values], panel.width(), panel.height(), panel.stride, x);
+    std::copy_n(x, panel.width(), &solved[D * panel.begin]);
+    for (int n = 0; n < panel.rows; n++) std::copy_n(&below[D * n], D, &solved[D * rows[n]]);
+  };
+  for (const Panel &panel : panels) visit(panel, solve_down<D>);
+  for (std::size_t k = panels.size(); k-- > 0;) visit(panels[k], solve_up<D>);
+  for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
 }
 
 /* ---------------------------------------------------------------------- */
 
 template <int D> double BlockCholesky<D>::memory_usage() const
 {
-  double bytes = columns.capacity() * sizeof(Column) + rank.capacity() * sizeof(int);
-  for (const Column &column : columns)
-    bytes += column.below.capacity() * sizeof(int) + column.blocks.capacity() * sizeof(Block);
-  return bytes;
+  return (values.capacity() + product.capacity() + solved.capacity()) * sizeof(double) + panels.capacity() * sizeof(Panel) +
+      (graph.other.capacity() + lower.capacity() + 4 * rank.capacity()) * sizeof(int);
 }
 
 template class LAMMPS_NS::BlockCholesky<2>;    // vertices

@@ -11,9 +11,8 @@
 namespace LAMMPS_NS {
 
 /* Cholesky factors of a sparse symmetric matrix of D x D blocks, one row of blocks for each vertex or disk.
-   Rows are eliminated in the order of least degree: the one with the fewest neighbors first, whose
-   neighbors then are neighbors of each other. The order serves other patterns of the same rows too, until
-   their factors have grown by too much. */
+   The order of elimination serves other patterns of the same rows too, until their factors have grown by
+   too much. Neighboring columns of the factors that have nearly the same rows are one dense panel. */
 
 template <int D> class BlockCholesky {
  public:
@@ -26,27 +25,40 @@ template <int D> class BlockCholesky {
   void add(int i, int j, const Block &block);    // to row i, column j; give one of (i, j) and (j, i)
   bool factorise(double shift);                  // shift: added to the diagonal; false: not positive definite
   void solve(std::vector<double> &r);            // D numbers of each row: right-hand side in, solution out
-  int size() const { return static_cast<int>(columns.size()); }
+  int size() const { return static_cast<int>(rank.size()); }
   double mean_diagonal() const;
   double blocks_below() const { return filled; }
   double updates() const { return updated; }    // products of two blocks in a factorisation
   double memory_usage() const;
 
  private:
-  struct Column {
-    int row;                   // that it is, in the order of the caller
-    Block diagonal;
-    std::vector<int> below;    // ranks of the rows with blocks, in the order of elimination
-    std::vector<Block> blocks;
+  struct Graph {    // of each row, the other rows that it has blocks with, in order
+    std::vector<int> first, other;
+    bool operator==(const Graph &o) const { return first == o.first && other == o.other; }
   };
-  std::vector<Column> columns;    // in the order of elimination
-  std::vector<int> rank;          // of each row
-  std::vector<std::array<double, D>> solved;
+  struct Panel {
+    int begin, end;           // columns, in the order of elimination
+    int below, rows;          // where the ranks of its rows below the last column begin in `lower`; how many
+    int stride;               // of its columns, in numbers
+    std::size_t values;       // column by column, from the row of the first column down
+    int width() const { return D * (end - begin); }
+    int height() const { return D * (end - begin + rows); }
+  };
+
+  Graph graph;
+  std::vector<int> rank, row;         // of each row its place in the order of elimination, and the reverse
+  std::vector<int> lower, panel_of;   // panel of each column
+  std::vector<Panel> panels;
+  std::vector<double> values, product, solved, gathered;
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
 
-  void find_order(std::vector<std::vector<int>> near);
-  void find_fill(const std::vector<std::vector<int>> &near);
-  bool eliminate(Column &, std::vector<int> &place);
+  Graph read(int size, const std::vector<std::pair<int, int>> &pairs) const;
+  void find_order();
+  void order_children_first();
+  void find_fill();
+  void make_panels(const std::vector<std::vector<int>> &below);
+  std::vector<int> find_parents() const;
+  void take_off_product(const Panel &);
 };
 
 }    // namespace LAMMPS_NS

@@ -8,6 +8,7 @@
 #include "domain.h"
 #include "edge_geometry.h"
 #include "error.h"
+#include "fix_polygon_area.h"
 #include "force.h"
 #include "memory.h"
 #include "neighbor.h"
@@ -20,7 +21,7 @@ using namespace LAMMPS_NS;
 
 /* ---------------------------------------------------------------------- */
 
-BondLineTension::BondLineTension(LAMMPS *_lmp) : Bond(_lmp), gamma(nullptr), eta(nullptr)
+BondLineTension::BondLineTension(LAMMPS *_lmp) : Bond(_lmp), rings(nullptr), gamma(nullptr), eta(nullptr)
 {
   writedata = 1;
 }
@@ -42,6 +43,7 @@ void BondLineTension::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
+  if (rings && !vflag_either && !eflag_atom && rings->add_tension_too(gamma[1], eta[1], energy)) return;
   if (neighbor->nbondlist == 0) return;
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const auto f = reinterpret_cast<Position *>(atom->f[0]);

@@ -26,6 +26,8 @@ class BondLineTension : public Bond {
   double single(int, double, int, int, double &) override;
   void *extract(const char *, int &) override;
 
+  class FixPolygonArea *rings;    // adds the tension of all edges together with its own forces, if there is one
+
  protected:
   double *gamma, *eta;
 

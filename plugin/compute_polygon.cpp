@@ -77,13 +77,10 @@ void ComputePolygon::compute_array()
   resize();
 
   const auto &polygons = sums.polygons();
-  const double *const *x = atom->x;
   perimeter.assign(polygons.size(), 0.0);
-  sums.areas_and_centers(shape, [&](const PolygonSums::Run &run) {
-    for (int n = run.begin; n < run.end; n++) {
-      const PolygonSums::Vertex &vertex = sums.vertices()[n];
-      perimeter[run.polygon] += std::hypot(x[vertex.next][0] - x[vertex.i][0], x[vertex.next][1] - x[vertex.i][1]);
-    }
+  sums.areas_and_centers(shape, false, [&](const PolygonSums::Run &run) {
+    const PolygonSums::Edges edges = sums.edges(run);
+    for (int n = 1; n <= run.end - run.begin; n++) perimeter[run.polygon] += std::hypot(edges.x[n], edges.y[n]);
   });
   sums.sum(perimeter, 1);
 

@@ -4,6 +4,7 @@
 #include "fix_polygon_area.h"
 
 #include "atom.h"
+#include "bond_line_tension.h"
 #include "edge_geometry.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
@@ -15,7 +16,9 @@
 #include "utils.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -29,7 +32,7 @@ static constexpr char WHO[] = "Fix polygon/area";
 
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), sums(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"), energy(0.0),
-    eflag_caller(0), level(0), levels(0), parameters_of(-1)
+    eflag_caller(0), level(0), levels(0), parameters_of(-1), done(false)
 {
   if (narg != 5)
     error->all(FLERR, "Fix polygon/area needs: ka a0, each a number, d_name from fix property/atom, or v_name");
@@ -60,6 +63,14 @@ int FixPolygonArea::setmask()
 
 /* ---------------------------------------------------------------------- */
 
+FixPolygonArea::~FixPolygonArea()
+{
+  const auto bond = dynamic_cast<BondLineTension *>(force ? force->bond : nullptr);
+  if (bond && bond->rings == this) bond->rings = nullptr;
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixPolygonArea::post_constructor()
 {
   FixPolygonOutline::shared(lmp, WHO);
@@ -73,11 +84,31 @@ void FixPolygonArea::init()
   rest_area.init(igroup);
   sums.init(groupbit);
   parameters_of = -1;
+  done = false;
 
   levels = 0;
-  if (!utils::strmatch(update->integrate_style, "^respa")) return;
+  const auto bond = dynamic_cast<BondLineTension *>(force->bond);
+  const bool respa = utils::strmatch(update->integrate_style, "^respa");
+  if (bond && !respa && atom->nbondtypes == 1 && first_to_add())
+    bond->rings = this;
+  else if (bond && bond->rings == this)
+    bond->rings = nullptr;
+  if (!respa) return;
   levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
   level = respa_level >= 0 ? std::min(respa_level, levels - 1) : levels - 1;    // fix_modify respa N stores N - 1
+}
+
+/* ----------------------------------------------------------------------
+   whether no fix before this one sees or changes the forces that it adds to
+------------------------------------------------------------------------- */
+
+bool FixPolygonArea::first_to_add()
+{
+  for (Fix *fix : modify->get_fix_list()) {
+    if (fix == this) return true;
+    if (fix->setmask() & (PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | MIN_POST_FORCE)) return false;
+  }
+  return false;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -139,30 +170,67 @@ void FixPolygonArea::min_pre_reverse(int eflag, int vflag)
 void FixPolygonArea::post_force(int vflag)
 {
   ev_init(eflag_caller, vflag);
+  if (!done) add_forces(0.0, 0.0);
+  done = false;
+}
+
+/* ----------------------------------------------------------------------
+   for the bond style: where all its bonds are edges of these rings, their tension is added in the same pass.
+   Returns their energy, of the edges that start at vertices of this rank.
+------------------------------------------------------------------------- */
+
+bool FixPolygonArea::add_tension_too(double gamma, double eta, double &energy_of_edges)
+{
   sums.refresh(groupbit);
-  find_parameters();
-  energy = 0.0;
-  sums.areas_and_centers(shape, [this](const PolygonSums::Run &run) { push(run); });
+  if (!sums.hold_all_bonds()) return false;
+  vflag_either = eflag_atom = 0;
+  energy_of_edges += add_forces(gamma, eta);
+  return done = true;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixPolygonArea::push(const PolygonSums::Run &run)
+double FixPolygonArea::add_forces(double gamma, double eta)
 {
-  const PolygonSums::Vertex *const vertices = sums.vertices().data();
-  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  sums.refresh(groupbit);
+  find_parameters();
+  energy = 0.0;
+  double length = 0.0;
+  sums.areas_and_centers(shape, vflag_either, [&](const PolygonSums::Run &run) { length += push(run, gamma, eta); });
+  return gamma * length;
+}
+
+/* ----------------------------------------------------------------------
+   returns the sum of sqrt(l^2 + eta^2). An edge of zero length has no direction and pulls nowhere.
+------------------------------------------------------------------------- */
+
+double FixPolygonArea::push(const PolygonSums::Run &run, double gamma, double eta)
+{
+  const PolygonSums::Vertex *const vertices = &sums.vertices()[run.begin];
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
+  const double *const ex = sums.edges(run).x, *const ey = sums.edges(run).y;
+  const int size = run.end - run.begin;
   const double excess = shape[3 * run.polygon] - a0[run.polygon];
   const double half_pressure = -0.5 * ka[run.polygon] * excess;
   const double per_vertex = -half_pressure * excess / sums.polygons()[run.polygon].size;
-  energy += per_vertex * (run.end - run.begin);
-  for (int n = run.begin; n < run.end; n++) {
-    const double *prev = x[vertices[n].prev], *next = x[vertices[n].next];
-    const double fx = half_pressure * (next[1] - prev[1]), fy = half_pressure * (prev[0] - next[0]);
-    f[vertices[n].i][0] += fx;
-    f[vertices[n].i][1] += fy;
-    if (evflag) tally(run.polygon, vertices[n], per_vertex, fx, fy);
+  energy += per_vertex * size;
+
+  pulls.resize(std::max<std::size_t>(pulls.size(), size + 1));
+  double *const pull = pulls.data();    // of each edge, over its length
+  double length = 0.0;
+#pragma omp simd reduction(+ : length)
+  for (int n = 0; n <= size; n++) {
+    const double long_enough = sqrt(std::max(ex[n] * ex[n] + ey[n] * ey[n] + eta * eta, std::numeric_limits<double>::min()));
+    pull[n] = gamma / long_enough;
+    length += n ? long_enough : 0.0;
   }
+  for (int n = 0; n < size; n++) {
+    const double fx = half_pressure * (ey[n] + ey[n + 1]), fy = -half_pressure * (ex[n] + ex[n + 1]);
+    f[vertices[n].i][0] += fx + pull[n + 1] * ex[n + 1] - pull[n] * ex[n];
+    f[vertices[n].i][1] += fy + pull[n + 1] * ey[n + 1] - pull[n] * ey[n];
+    if (vflag_either || eflag_atom) tally(run.polygon, vertices[n], per_vertex, fx, fy);
+  }
+  return length;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -244,5 +312,5 @@ void *FixPolygonArea::extract(const char *str, int &dim)
 
 double FixPolygonArea::memory_usage()
 {
-  return (ka.capacity() + a0.capacity() + shape.capacity()) * sizeof(double) + sums.memory_usage();
+  return (ka.capacity() + a0.capacity() + shape.capacity() + pulls.capacity()) * sizeof(double) + sums.memory_usage();
 }

@@ -19,6 +19,7 @@ namespace LAMMPS_NS {
 class FixPolygonArea : public Fix {
  public:
   FixPolygonArea(class LAMMPS *, int, char **);
+  ~FixPolygonArea() override;
   int setmask() override;
   void post_constructor() override;
   void init() override;
@@ -33,6 +34,7 @@ class FixPolygonArea : public Fix {
   double compute_scalar() override;
   void *extract(const char *, int &) override;
   double memory_usage() override;
+  bool add_tension_too(double gamma, double eta, double &energy_of_edges);
 
   // at the last evaluation of forces
   const PolygonSums &rings() const { return sums; }
@@ -46,9 +48,13 @@ class FixPolygonArea : public Fix {
   double energy;                        // of this rank's share
   int eflag_caller, level, levels;      // level: of respa, on which the force acts
   bigint parameters_of;                 // refresh for which ka and a0 were found
+  std::vector<double> pulls;
+  bool done;                            // by the bond style, in this evaluation of forces
 
   void find_parameters();
-  void push(const PolygonSums::Run &);
+  double add_forces(double gamma, double eta);
+  double push(const PolygonSums::Run &, double gamma, double eta);
+  bool first_to_add();
   void tally(int polygon, const PolygonSums::Vertex &, double share, double fx, double fy);
   void check_rest_areas() const;
 };

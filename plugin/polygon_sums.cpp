@@ -89,13 +89,21 @@ void PolygonSums::refresh(int groupbit)
   vertex_list.clear();
   std::unordered_map<tagint, int> number;
   std::vector<char> seen(atom->nlocal, 0);
+  int others = 0;
   for (int i = 0; i < atom->nlocal; i++) {
+    others = others || (atom->num_bond[i] && !takes_part(i, groupbit));
     if (seen[i] || !takes_part(i, groupbit)) continue;
     const OutlineLink &link = outline->link(i);
     const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
     if (found.second) polygon_list.push_back({atom->molecule[i], link.size, 0, {0.0, 0.0}, false});
     walk(i, found.first->second, groupbit, seen);
   }
+  MPI_Allreduce(MPI_IN_PLACE, &others, 1, MPI_INT, MPI_MAX, world);
+  all_bonds = !others;
+  edge_x.resize(vertex_list.size() + run_list.size());
+  edge_y.resize(edge_x.size());
+  place_x.resize(vertex_list.size());
+  place_y.resize(vertex_list.size());
   find_partners();
   refuse_cut_polygons();
   find_origins();
@@ -251,24 +259,41 @@ void PolygonSums::sum(std::vector<double> &values, int width) const
    sum; one near the polygon keeps its digits.
 ------------------------------------------------------------------------- */
 
-void PolygonSums::add_area_and_center(const Run &run, double *value) const
+void PolygonSums::measure(const Run &run, bool centers, double *value)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const double xprd = domain->xprd, yprd = domain->yprd, xy = domain->xy;
   const double *const origin = polygon_list[run.polygon].origin;
-  double twice_area = 0.0, sum_x = 0.0, sum_y = 0.0;
-  for (int n = run.begin; n < run.end; n++) {
-    const Vertex &vertex = vertex_list[n];
-    const double *here = x[vertex.i], *next = x[vertex.next];
-    const double rx = here[0] + vertex.a * xprd + vertex.b * xy - origin[0];
-    const double ry = here[1] + vertex.b * yprd - origin[1];
-    twice_area += rx * (next[1] - here[1]) - ry * (next[0] - here[0]);
-    sum_x += rx;
-    sum_y += ry;
+  const Vertex *const vertex = &vertex_list[run.begin];
+  const int size = run.end - run.begin;
+  double *const px = place_x.data(), *const py = place_y.data();
+  double *const ex = &edge_x[first_edge(run)], *const ey = &edge_y[first_edge(run)];
+
+  for (int n = 0; n < size; n++) {
+    const double *here = x[vertex[n].i];
+    px[n] = here[0] + vertex[n].a * xprd + vertex[n].b * xy - origin[0];
+    py[n] = here[1] + vertex[n].b * yprd - origin[1];
   }
+  for (int n = 1; n < size; n++) {
+    ex[n] = px[n] - px[n - 1];
+    ey[n] = py[n] - py[n - 1];
+  }
+  const double *first = x[vertex[0].i], *before = x[vertex[0].prev];
+  const double *last = x[vertex[size - 1].i], *after = x[vertex[size - 1].next];
+  ex[0] = first[0] - before[0];
+  ey[0] = first[1] - before[1];
+  ex[size] = after[0] - last[0];
+  ey[size] = after[1] - last[1];
+
+  double twice_area = 0.0;
+#pragma omp simd reduction(+ : twice_area)
+  for (int n = 0; n < size; n++) twice_area += px[n] * ey[n + 1] - py[n] * ex[n + 1];
   value[0] += 0.5 * twice_area;
-  value[1] += sum_x;
-  value[2] += sum_y;
+  if (!centers) return;
+  for (int n = 0; n < size; n++) {
+    value[1] += px[n];
+    value[2] += py[n];
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -290,5 +315,5 @@ std::vector<tagint> PolygonSums::molecules() const
 double PolygonSums::memory_usage() const
 {
   return polygon_list.capacity() * sizeof(Polygon) + run_list.capacity() * sizeof(Run) +
-      vertex_list.capacity() * sizeof(Vertex);
+      vertex_list.capacity() * sizeof(Vertex) + 2 * (edge_x.capacity() + place_x.capacity()) * sizeof(double);
 }

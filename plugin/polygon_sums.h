@@ -38,6 +38,7 @@ class PolygonSums : protected Pointers {
   void init(int groupbit);
   void refresh(int groupbit);    // collective, before use after a neighbor build
   bigint refreshed() const { return outline_refresh; }
+  bool hold_all_bonds() const { return all_bonds; }    // no atom outside the group has bonds, on any rank
 
   const std::vector<Polygon> &polygons() const { return polygon_list; }
   const std::vector<Run> &runs() const { return run_list; }
@@ -46,19 +47,25 @@ class PolygonSums : protected Pointers {
   // collective: values[width * polygon + k] of every rank becomes the sum over the ranks that share the polygon
   void sum(std::vector<double> &values, int width) const;
 
-  // collective: area, then the sum of x and of y from the origin, three values for each polygon.
-  // act(run) is called when they are known, at once where this rank owns the whole polygon.
-  template <class Act> void areas_and_centers(std::vector<double> &values, Act act) const
+  // collective: area, then, where centers are wanted, the sum of x and of y from the origin: three values for each
+  // polygon. act(run) is called when they are known, at once where this rank owns the whole polygon.
+  template <class Act> void areas_and_centers(std::vector<double> &values, bool centers, Act act)
   {
     values.assign(3 * polygon_list.size(), 0.0);
     for (const Run &run : run_list) {
-      add_area_and_center(run, &values[3 * run.polygon]);
+      measure(run, centers, &values[3 * run.polygon]);
       if (whole(run)) act(run);
     }
     sum(values, 3);
     for (const Run &run : run_list)
       if (!whole(run)) act(run);
   }
+
+  // when act(run) is called: vectors along the polygon, the first to the first vertex of the run, the last from its last
+  struct Edges {
+    const double *x, *y;    // one more than the run has vertices
+  };
+  Edges edges(const Run &run) const { return {&edge_x[first_edge(run)], &edge_y[first_edge(run)]}; }
 
   // from the origin of its polygon, unwrapped
   void position(const Vertex &, const Polygon &, double *) const;
@@ -75,13 +82,16 @@ class PolygonSums : protected Pointers {
   const char *who;
   class FixPolygonOutline *outline = nullptr;
   bigint outline_refresh = -1;
+  bool all_bonds = false;
   std::vector<Polygon> polygon_list;
   std::vector<Run> run_list;
   std::vector<Vertex> vertex_list;
   std::vector<Partner> partners;    // in the order of their ranks
+  std::vector<double> edge_x, edge_y, place_x, place_y;
 
+  std::size_t first_edge(const Run &run) const { return run.begin + (&run - run_list.data()); }
   bool whole(const Run &run) const { return run.end - run.begin == polygon_list[run.polygon].size; }
-  void add_area_and_center(const Run &, double *) const;
+  void measure(const Run &, bool centers, double *);
   bool takes_part(int i, int groupbit) const;
   void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
   void find_partners();

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "dense_panel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+
+// compiled twice, for wider vectors too; without fused products, so that both give the same digits
+#if defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__)
+#define FOR_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define FOR_WIDE_VECTORS
+#endif
+
+using namespace LAMMPS_NS;
+
+static constexpr int COLUMNS = 4;    // of a product that are found together with PANEL_ROWS rows
+
+/* ----------------------------------------------------------------------
+   sums[q][r] = sum over k < depth of a[r] b[q] in column k
+------------------------------------------------------------------------- */
+
+using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+
+#define MULTIPLY(a, b, depth, stride, sums)                                                             \
+  do {                                                                                                  \
+    Four s00 = {}, s01 = {}, s10 = {}, s11 = {}, s20 = {}, s21 = {}, s30 = {}, s31 = {};                \
+    const double *pa = (a), *pb = (b);                                                                  \
+    for (int k = 0; k < (depth); k++, pa += (stride), pb += (stride)) {                                 \
+      const Four low = *reinterpret_cast<const Four *>(pa), high = *reinterpret_cast<const Four *>(pa + 4); \
+      s00 += low * pb[0];                                                                               \
+      s01 += high * pb[0];                                                                              \
+      s10 += low * pb[1];                                                                               \
+      s11 += high * pb[1];                                                                              \
+      s20 += low * pb[2];                                                                               \
+      s21 += high * pb[2];                                                                              \
+      s30 += low * pb[3];                                                                               \
+      s31 += high * pb[3];                                                                              \
+    }                                                                                                   \
+    sums[0] = s00; sums[1] = s01; sums[2] = s10; sums[3] = s11;                                         \
+    sums[4] = s20; sums[5] = s21; sums[6] = s30; sums[7] = s31;                                         \
+  } while (0)
+
+/* ---------------------------------------------------------------------- */
+
+FOR_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, int height, int stride)
+{
+  for (int first = 0; first < width; first += COLUMNS) {
+    const int last = std::min(first + COLUMNS, width);
+    if (first)
+      for (int r = first; r < height; r += PANEL_ROWS) {
+        Four sums[2 * COLUMNS];
+        MULTIPLY(panel + r, panel + first, first, stride, sums);
+        for (int c = first; c < last; c++) {
+          Four *const to = reinterpret_cast<Four *>(panel + static_cast<std::ptrdiff_t>(c) * stride + r);
+          to[0] -= sums[2 * (c - first)];
+          to[1] -= sums[2 * (c - first) + 1];
+        }
+      }
+    for (int c = first; c < last; c++) {
+      double *const __restrict own = panel + static_cast<std::ptrdiff_t>(c) * stride;
+      for (int b = first; b < c; b++) {
+        const double *const __restrict before = panel + static_cast<std::ptrdiff_t>(b) * stride;
+        const double factor = before[c];
+        for (int r = c; r < height; r++) own[r] -= factor * before[r];
+      }
+      if (!(own[c] > 0.0)) return false;
+      const double reciprocal = own[c] = 1.0 / std::sqrt(own[c]);
+      for (int r = c + 1; r < height; r++) own[r] *= reciprocal;
+    }
+  }
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+FOR_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, int height, int stride, double *product,
+                                                int apart)
+{
+  for (int first = 0; first < height; first += COLUMNS)
+    for (int r = first; r < height; r += PANEL_ROWS) {
+      Four sums[2 * COLUMNS];
+      MULTIPLY(rows + r, rows + first, width, stride, sums);
+      double *const to = product + static_cast<std::ptrdiff_t>(first) * apart + r;
+      for (int q = 0; q < COLUMNS; q++) std::memcpy(to + static_cast<std::ptrdiff_t>(q) * apart, &sums[2 * q], 2 * sizeof(Four));
+    }
+}

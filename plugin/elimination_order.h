@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_ELIMINATION_ORDER_H
+#define JAMLAB_ELIMINATION_ORDER_H
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* Rows of a sparse symmetric matrix in an order of least fill. The row with the fewest neighbors goes first, whose
+   neighbors then are neighbors of each other. Such a set of rows is kept as one element, never as pairs, and numbers of
+   neighbors are bounds from above: Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl. 17, 886 (1996). */
+
+class EliminationOrder {
+ public:
+  // the neighbors of each row, sorted or not, in others[first[i]] to others[first[i + 1] - 1]
+  EliminationOrder(const std::vector<int> &first, const std::vector<int> &others);
+  std::vector<int> find();    // rows, in the order of their elimination
+
+ private:
+  struct Row {
+    std::vector<int> rows, elements;    // neighbors that are left; elements that it is in
+    int degree, before, after;          // the same degree
+  };
+  struct Element {
+    std::vector<int> rows;
+    int outside, seen;    // rows that are not in the newest element, if looked at for it
+  };
+  std::vector<Row> rows;
+  std::vector<Element> elements;    // by the row whose elimination made them; absorbed ones are empty
+  std::vector<int> of_degree;       // first row of each degree, -1 if none
+  std::vector<int> mark;            // the newest element that a row is in
+  int least = 0;
+
+  void put(int i, int degree);
+  void take(int i);
+  void eliminate(int p);
+  void renew(int i, int p);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
