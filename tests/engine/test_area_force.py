@@ -152,7 +152,7 @@ def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
 @pytest.mark.parametrize("newton", ["on", "off"])
 @pytest.mark.parametrize("ranks", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_forces_do_not_depend_on_whether_a_virial_is_asked_for(tmp_path, ranks, newton):
-    """Without one, tension is added along with the area force; not where walls have bonds, or a fix comes in between."""
+    """Without one, tension is added along with the area force; not where walls have bonds or a fix comes between."""
     area = "fix area rings polygon/area 20.0 d_a0\n"
     held = "unfix area\nfix held all setforce 0.0 NULL NULL\n" + area
     deck = ""
