@@ -11,7 +11,7 @@ from scipy import sparse
 import jamlab
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
 from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.static_response import FLOPPY, UnstableError, static_response
+from jamlab.mechanics.static_response import FLOPPY, HIDDEN, UnstableError, static_response
 
 SIZES = (12, 500)  # coordinates: all eigenvalues at once, and a few by iteration
 
@@ -40,6 +40,31 @@ def test_a_floppy_mode_that_nothing_pushes_leaves_the_others_alone(size, scale, 
     stiff = np.arange(size) != 3  # along the floppy one the rounding of the load decides
     np.testing.assert_allclose((vectors.T @ found)[stiff], wanted[stiff], atol=1e-9)
     assert np.abs(matrix @ found - matrix @ (vectors @ wanted)).max() < 1e-11 * scale * 300
+
+
+def _pushed(size, share):
+    """A matrix with a floppy mode, its vector, and a load that pushes it: the mode takes a share of the energy."""
+    values = _stiff(size)
+    values[3] = 0.0
+    matrix, vectors = _with_eigenvalues(values)
+    along = np.where(np.arange(size) == 3, 0.0, 1.0)
+    energy = np.sum(along[values > 0] / values[values > 0])
+    return matrix, vectors[:, 3], vectors @ along + np.sqrt(share * energy * FLOPPY * 300) * vectors[:, 3]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_floppy_mode_takes_no_part_in_the_response(size):
+    """Pushed by less than what counts; its stiffness, which is rounding, would let it move a thousand times as far."""
+    matrix, mode, load = _pushed(size, 0.1 * HIDDEN)
+    moved, free = mode @ static_response(matrix, load[:, None])[:, 0], mode @ load / (FLOPPY * 300)
+    assert abs(moved) < 0.03 * free and free > 100
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_floppy_mode_that_hides_a_ten_thousandth_of_the_energy_is_pushed(size):
+    matrix, _, load = _pushed(size, 1e-4)
+    with pytest.raises(UnstableError):
+        static_response(matrix, load[:, None])
 
 
 @pytest.mark.parametrize("size", SIZES)

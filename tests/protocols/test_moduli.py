@@ -1,6 +1,7 @@
 """Moduli of shear and bulk, and G*(omega), against finite strain, closed forms and numeric differentiation."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -200,3 +201,29 @@ def test_what_has_no_bulk_modulus(packings, random_disks):
         jamlab.bulk_modulus(random_disks(phi=0.01))
     with pytest.raises(jamlab.ConvergenceError, match="not at an energy minimum"):
         jamlab.bulk_modulus(random_disks(phi=1.1))
+
+
+@pytest.mark.parametrize("lean", [0, 7])
+@pytest.mark.parametrize("modulus", [jamlab.shear_modulus, jamlab.bulk_modulus])
+def test_rounding_of_positions_leaves_finite_strain_its_digits(packings, modulus, lean):
+    """The same packing in a leaning box, whose sites lie further from the origin: forces cannot be brought to 1e-13."""
+    p = packings["droplets"]
+    q = p.with_state(box=p.box + np.outer([0, lean], p.box[0]))
+    assert modulus(q, "finite-strain") == pytest.approx(modulus(p), rel=2e-6)
+
+
+def test_a_state_that_is_no_minimum_after_a_strain_is_refused(packings, monkeypatch):
+    monkeypatch.setattr(
+        "jamlab.protocols.moduli.relax", lambda session, *_, **__: SimpleNamespace(evaluation=session.evaluate())
+    )
+    with pytest.raises(jamlab.ConvergenceError):
+        jamlab.shear_modulus(packings["droplets"], "finite-strain", strain=1e-3)
+
+
+def test_weak_contacts_of_spheres_are_extrapolated_to_no_strain():
+    """Hertzian disks on a triangular lattice: a strain of a quarter of the overlap alone is off by 6e-4."""
+    a = 0.98
+    x = np.array([[i + 0.5 * j, np.sqrt(0.75) * j] for j in range(4) for i in range(4)]) * a
+    box = 4 * a * np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
+    p = jamlab.Packing("sp", box, x, {"k": 1.0, "exponent": 2.5}, "k", np.ones(16))
+    assert jamlab.bulk_modulus(p, "finite-strain", strain=1e-2) == pytest.approx(jamlab.bulk_modulus(p), rel=5e-5)
