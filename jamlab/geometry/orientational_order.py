@@ -85,7 +85,7 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
         k: symmetry, 6 for the triangular lattice.
 
     Raises:
-        InputError: k below 1, or centres on one line.
+        InputError: k below 1, centres on one line, or two in one place.
 
     Example:
         >>> lattice = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
@@ -99,6 +99,8 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
         raise InputError(f"k = {k!r}: the symmetry must be a whole number, 1 or more")
     i, bond = _find_bonds(packing.centroids, packing.box)
     neighbors = np.bincount(i, minlength=packing.n)
+    if not neighbors.all():
+        raise InputError(f"particle {neighbors.argmin()} lies in the place of another: move one of them")
     waves = np.exp(1j * k * np.arctan2(bond[:, 1], bond[:, 0]))
     local = np.zeros(packing.n, dtype=np.complex128)
     np.add.at(local, i, waves)

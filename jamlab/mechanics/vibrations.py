@@ -128,6 +128,8 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     """
     matrix = hessian(packing, prestress=prestress)
     shift = SETTINGS.zero * float(sparse.linalg.norm(matrix, np.inf))
+    if shift == 0:  # nothing touches
+        return int(matrix.shape[0])
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     return SymmetricFactors(matrix - shift * identity).negative - SymmetricFactors(matrix + shift * identity).negative
 

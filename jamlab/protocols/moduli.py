@@ -51,8 +51,8 @@ def shear_modulus(
     Args:
         packing: SP or DP.
         method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box
-            by +-strain/2 and minimises; the strain is halved until no contact changes. Forces that rounding of positions
-            leaves are worked off by linear response, a last Newton step. "affine": without relaxation.
+            by +-strain/2 and minimises; the strain is halved until no contact changes, and a last Newton step takes
+            away the forces that rounding of positions leaves. "affine": without relaxation.
         angle: direction of shear, radian; 0 is along x. One number or (m,).
         average: mean over all directions instead.
         strain: for "finite-strain", where to start; by default 1e-6, DP 3e-7.

@@ -58,6 +58,7 @@ class ComplexModulus:
         spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
             frequencies asked for (reduced); None for method "direct".
         unit: of stress, for labels.
+        eta_inf_error: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
 
     Example:
         >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), np.logspace(-4, 2, 7))
@@ -75,6 +76,7 @@ class ComplexModulus:
     error: Array
     spectrum: RelaxationSpectrum | None = None
     unit: str = field(default="", repr=False)
+    eta_inf_error: float = float("nan")
 
     __repr__ = short_repr
 
@@ -184,6 +186,7 @@ def linear_modulus(
         error=error,
         spectrum=elements and replace(elements, unit=unit),
         unit=unit,
+        eta_inf_error=limits.eta_inf_error,
     )
 
 

@@ -203,3 +203,9 @@ def test_circles_around_a_void_hold_no_copy_however_far_it_lies(seed):
     bonds = {(a, b) for triangle in corners for a in triangle for b in triangle if a != b and a < len(points)}
     wanted = np.bincount([a for a, _ in bonds], minlength=len(points))
     assert np.array_equal(orientational_order(packed(points, box)).neighbors, wanted)
+
+
+def test_two_particles_in_one_place_are_refused():
+    with pytest.raises(jamlab.InputError) as refused:
+        orientational_order(packed([[1.0, 1.0], [3.0, 2.0], [1.0, 1.0], [2.0, 3.0]], 5 * np.eye(2)))
+    assert "particle 0 " in str(refused.value) or "particle 2 " in str(refused.value)

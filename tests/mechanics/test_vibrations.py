@@ -196,3 +196,11 @@ def test_a_mode_that_the_iteration_missed_is_noticed(monkeypatch, missed):
     monkeypatch.setattr(vibrations, "eigsh", forgetful)
     with pytest.raises(jamlab.ConvergenceError, match="were missed"):
         vibrations._find_lowest(jamlab.hessian(packing), jamlab.zero_modes(packing) + missed + 1)
+
+
+@pytest.mark.parametrize("n", [1, 5])
+def test_disks_that_do_not_touch_move_at_no_cost(n):
+    apart = jamlab.Packing(
+        "sp", [[20.0, 0], [3.0, 20.0]], 3 * np.arange(2 * n).reshape(n, 2), {"k": 1.0}, "k", np.ones(n)
+    )
+    assert jamlab.zero_modes(apart) == 2 * n

@@ -102,6 +102,9 @@ def test_labels_change_nothing(packing, original):
         params, offsets = packing.params | {"a0": packing.params["a0"][order]}, np.cumsum([0, *map(len, rings)])
         other = dataclasses.replace(packing, positions=np.concatenate(rings), offsets=offsets, params=params)
     compare(other, original)
+    one, two = (jamlab.complex_modulus(p, [1.0]) for p in (packing, other))
+    assert abs(one.eta_inf - two.eta_inf) <= one.eta_inf_error + two.eta_inf_error
+    assert one.eta_inf_error < 0.1 * one.eta_inf or one.eta_inf == 0
 
 
 def test_images_change_nothing(packing, original):
