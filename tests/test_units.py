@@ -1,7 +1,4 @@
-"""Units mean nothing: lengths times 1e-6 to 1e6 and stiffness times 1e-9 to 1e9 change no function's physics.
-
-`tests/support/unit_cases.py` lists the functions, and what each must give; as a program it prints the deviations.
-"""
+"""Natural units and back; that units change no function's physics is told by `tests/test_invariances.py`."""
 
 from functools import cache
 
@@ -9,24 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from unit_cases import CASES, NOT_COMPARED, deviation, packings, public_functions_of_packings, scaled
+from invariant_cases import packings, scaled
 
 import jamlab
 from jamlab.packing.natural_units import Scales, natural_scales
-
-RUNS = [(name, model) for name, case in CASES.items() for model in case.models]
-
-
-def test_no_public_function_of_a_packing_is_forgotten():
-    assert CASES.keys().isdisjoint(NOT_COMPARED)
-    assert public_functions_of_packings() == CASES.keys() | NOT_COMPARED.keys()
-
-
-@pytest.mark.parametrize("name, model", RUNS)
-@settings(max_examples=max(2, settings.default.max_examples // 12))
-@given(length=st.floats(-6, 6), stiffness=st.floats(-9, 9))
-def test_any_units(name, model, length, stiffness):
-    assert deviation(name, model, 10.0**length, 10.0**stiffness) < CASES[name].tolerance
 
 
 @pytest.mark.parametrize("model", ["sp", "dp"])
@@ -48,7 +31,8 @@ def test_natural_units_and_back_lose_no_digit(model, length, stiffness):
 
 
 def test_packings_of_the_papers_are_left_as_they_are():
-    for packing in packings().values():
+    for name in ("sp", "dense", "dp", "square"):
+        packing = packings()[name]
         assert natural_scales(packing) == Scales() and Scales().to_natural(packing) is packing
 
 
