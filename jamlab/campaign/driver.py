@@ -64,7 +64,7 @@ def run_task(folder: str, task: Task, source: str | None = None, modules: Sequen
         return end(FULL, str(error))
     except Exception as error:  # whatever it is, it belongs to this task alone and must not stop the others
         if isinstance(error, OSError) and error.errno in _NO_SPACE:
-            return end(FULL, f"no space for {label}: {error}")
+            return end(FULL, f"no space for {label}: {error}; make room")
         try:
             place.record_failure(task, error)
         except StorageError as full:
@@ -152,7 +152,7 @@ def drive(
             folder.record_failure(task, reason)
             outcome = Outcome(FAILED, str(reason), float("nan"))
         if outcome.state == FULL:
-            raise StorageError(f"{outcome.line}; make room, then `jamlab campaign resume` goes on")
+            raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs what is left")
         if outcome.state == FINISHED and not folder.task_file(task.name).exists():
             raise EngineError(
                 f"a worker says that {task.parameters.label} is finished, but {folder.task_file(task.name)} is not"

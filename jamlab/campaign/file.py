@@ -39,6 +39,7 @@ from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES, name_meant
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -369,7 +370,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
     except OSError as error:
         if isinstance(error, JamlabError):
             raise
-        raise InputError(f"cannot read the campaign file {path}: {error.strerror}; check its name") from error
+        raise InputError(f"cannot read the campaign file {path}: {system_said(error, 'check its name')}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not TOML: {error}; correct that line") from error
 

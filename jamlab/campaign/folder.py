@@ -28,12 +28,14 @@ Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema add
 The checksum at the start of the file (`jamlab.storage.verified_file`) carries the name of the task.
 """
 
+import errno
 import fcntl
 import json
 import os
 import shutil
 import stat
 import traceback
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -47,7 +49,8 @@ from jamlab.campaign.observable import Columns, TaskStates
 from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import file_image
-from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
+from jamlab.storage.atomic_file import atomic_file, check_target, make_folder, remove_abandoned
+from jamlab.storage.system_errors import system_said
 from jamlab.storage.verified_file import add_checksum, checksum, opened
 
 _ONSET = ("rho_J", "phi_J")
@@ -108,7 +111,7 @@ def damage(path: Path, task: str) -> str | None:
         found = checksum(path)
         empty = path.stat().st_size == 0
     except OSError as error:
-        raise StorageError(f"cannot read {path}: {error.strerror}; check the disk and its permissions") from error
+        raise StorageError(f"cannot read {path}: {system_said(error, 'check its permissions')}") from error
     if found is None:
         return "empty" if empty else "not a task file of this jamlab"
     if found.label != f"task {task}":
@@ -182,6 +185,7 @@ def _campaign(path: Path) -> Iterator[Any]:
 
 
 COPY = "campaign.toml"
+_NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)  # of file systems that lock nothing
 CERTIFICATE = ".certificate-"  # how folders with the certificate of a run on SLURM begin
 
 
@@ -275,9 +279,7 @@ class CampaignFolder:
     def sweep_up(self) -> None:
         """Remove the half-written files of killed workers; hold the lock."""
         for part in ("tasks", "failed"):
-            with _changing(self.path / part):
-                for file in (self.path / part).glob(".jamlab-*.tmp"):
-                    file.unlink(missing_ok=True)
+            remove_abandoned(self.path / part)
         with _changing(self.path):
             for place in self.path.glob(f"{CERTIFICATE}*"):  # of a driver that was killed
                 shutil.rmtree(place)
@@ -294,6 +296,15 @@ class CampaignFolder:
                 raise StorageError(
                     f"{holder} is working in {self.path}: wait for it, stop it, or choose another folder with --out"
                 ) from None
+            except OSError as error:
+                if error.errno not in _NO_LOCKS:
+                    raise StorageError(
+                        f"cannot lock {self.path}: {system_said(error, 'choose another folder')}"
+                    ) from error
+                warnings.warn(
+                    f"{self.path}: {os.strerror(error.errno)}: nothing keeps a second driver out, so run one at a time",
+                    stacklevel=4,
+                )
             file.seek(0)
             file.truncate()
             file.write(f"process {os.getpid()} on {os.uname().nodename}")
@@ -318,7 +329,8 @@ class CampaignFolder:
         except FileNotFoundError:
             return set()
         except OSError as error:
-            raise InputError(f"cannot read the folder {self.path / part}: {error.strerror}") from error
+            said = system_said(error, "check it and its permissions")
+            raise InputError(f"cannot read the folder {self.path / part}: {said}") from error
         return {entry[: -len(ending)] for entry in entries if entry.endswith(ending) and not entry.startswith(".")}
 
 
@@ -327,7 +339,9 @@ def _open_lock(path: Path) -> TextIO:
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     except OSError as error:
-        raise StorageError(f"cannot open the lock {path}: {error.strerror}; check it and its permissions") from error
+        raise StorageError(
+            f"cannot open the lock {path}: {system_said(error, 'check it and its permissions')}"
+        ) from error
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
         raise StorageError(f"cannot open the lock {path}: it is not a file; remove it")
@@ -340,4 +354,4 @@ def _changing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StorageError(f"cannot change {path}: {error.strerror}; check its permissions") from error
+        raise StorageError(f"cannot change {path}: {system_said(error, 'check its permissions')}") from error

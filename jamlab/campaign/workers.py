@@ -35,6 +35,7 @@ _KNOCK_TIMEOUT = 5.0  # s
 _CORES = "cores"  # resource of workers that hold the cores of several ranks
 _EARLY_DEATHS = 12  # in a row and per worker, before they have begun anything: they cannot start at all
 
+
 class Crew(Protocol):
     """Workers that carry calls, a few at a time."""
 

@@ -126,12 +126,10 @@ def _analyze_tracks(file: Path, overlay: Path | None, csv: Path | None, as_json:
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:
     """Warn of what the numbers of a foreign or old file rest on."""
-    import h5py
-
-    from jamlab.storage.verified_file import checksum
+    from jamlab.storage.verified_file import checksum, is_hdf5
 
     lines = []
-    if h5py.is_hdf5(file) and checksum(file) is None:
+    if is_hdf5(file) and checksum(file) is None:
         lines.append(f"{file.name} has no checksum: damage to it would go unnoticed")
     if assumed := packing.provenance.get("assumed"):
         lines.append(f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken")
@@ -270,16 +268,15 @@ def explore(
     as_json: Json = False,
 ) -> None:
     """Write one self-contained page to look through a sweep: slider, force network, voids, cells, z, G and pressure."""
-    import h5py
-
     from jamlab.figures.explorer.write_page import write_page
     from jamlab.packing.hdf5 import read_observables
+    from jamlab.storage.verified_file import is_hdf5
     from jamlab.trajectories.files import read_all
 
     check_target(out, file, replace=force)
     expect_output(out)
     packings = read_all(file)
-    known = read_observables(file) if h5py.is_hdf5(file) else {}
+    known = read_observables(file) if is_hdf5(file) else {}
     with progress_bar("states") as progress:
         write_page(out, packings, every=every, observables=known, progress=progress)
     states, size = len(packings[::every]), out.stat().st_size

@@ -16,6 +16,7 @@ from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import check_target
+from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
@@ -81,7 +82,7 @@ def new(file: Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file
     except FileExistsError:
         raise InputError(f"{file} exists: name another file, or remove it first") from None
     except OSError as error:
-        raise StorageError(f"cannot write {file}: {error.strerror or error}; name another file") from error
+        raise StorageError(f"cannot write {file}: {system_said(error, 'name another file')}") from error
     print_note(f"wrote {file}; next: jamlab campaign plan {file}")
 
 

@@ -6,11 +6,12 @@ is there is whole; child processes die with this one.
 """
 
 import os
+import shlex
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -114,10 +115,10 @@ class KeptStates:
     """States of a sweep, written to a file every so many seconds, at the end, and when a signal ends the command.
     Whoever measures them, which may take longer than to make them, writes the file once more with the results."""
 
-    def __init__(self, out: Path, interval: float = _INTERVAL) -> None:
-        self.states: list[Packing] = []
+    def __init__(self, out: Path, begun: "Sequence[Packing]" = (), *, interval: float = _INTERVAL) -> None:
+        self.states: list[Packing] = list(begun)  # which the file holds already
         self._out, self._interval = out, interval
-        self._written, self._saved = 0, time.monotonic()
+        self._written, self._saved = len(begun), time.monotonic()
 
     def __enter__(self) -> Self:
         describe_kept(self._describe)
@@ -143,4 +144,9 @@ class KeptStates:
     def _describe(self) -> str:
         if not self._written:
             return "nothing was written"
-        return f"kept {self._written} states in {self._out}, which is complete; `jamlab compress` goes on from it"
+        return f"kept {self._written} states in {self._out}; `{_this_command()}` resumes"
+
+
+def _this_command() -> str:
+    """The words of the shell, but for the one that would begin anew."""
+    return shlex.join(["jamlab", *(word for word in sys.argv[1:] if word != "--force")])

@@ -1,14 +1,19 @@
 """`jamlab jam`, `pack` and `compress`: packings at onset, at a pressure, and sweeps above onset."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 from jamlab.cli import options
 from jamlab.cli.console import print_packings, progress_bar
 from jamlab.cli.interruption import KeptStates, expect_output
+from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import check_target
+
+if TYPE_CHECKING:
+    from jamlab.packing.packing import Packing
 
 
 def jam(
@@ -82,15 +87,42 @@ def compress(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Compress or decompress a packing in steps; the first frame written is the start."""
+    """Compress or decompress a packing in steps; the first frame written is the start. The same command resumes a
+    sweep that was interrupted."""
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.compression import compress as run
 
-    check_target(out, file, replace=force)
-    start, kept = read(file, frame), KeptStates(out)
+    check_target(out, file)
+    start = read(file, frame)
+    begun = [] if force else _begun(out, start, to)
+    kept, how = KeptStates(out, begun), {"nearest": nearest, "error": error, "ranks": ranks, "tolerance": tolerance}
     with kept, progress_bar("compress") as progress:
-        how: dict[str, Any] = {"nearest": nearest, "error": error, "ranks": ranks, "tolerance": tolerance}
-        kept.add(start)
-        for state in run(start, to, step, by=by, progress=progress, **how):
+        if not begun:
+            kept.add(start)
+        try:
+            sweep = run(start, to, step, by=by, progress=progress, after=begun[1:], **how)  # type: ignore[arg-type]
+        except InputError as error_:
+            if not begun:
+                raise
+            remedy = "choose another name, or give --force to replace it"
+            raise StorageError(f"{out} exists, and this command does not resume it: {error_}; {remedy}") from error_
+        for state in sweep:
             kept.add(state)
     print_packings(kept.states, out, as_json)
+
+
+def _begun(out: Path, start: "Packing", to: float) -> "list[Packing]":
+    """States of a sweep from this start that a file holds, if it was interrupted; none if there is no file."""
+    from jamlab.packing.hdf5 import read_all, read_observables
+
+    if not out.exists():
+        return []
+    try:
+        states = read_all(out)
+    except StorageError:
+        states = []
+    same = states and states[0].difference(start) is None and np.array_equal(states[0].positions, start.positions)
+    whole = same and states[-1].provenance.get("target") == to and read_observables(out)
+    if not same or len(states) < 2 or whole:
+        check_target(out, replace=False)
+    return states

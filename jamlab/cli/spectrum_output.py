@@ -63,7 +63,7 @@ def save(curves: Sequence[Spectra], damping: Damping, path: Path) -> None:
         with atomic_file(path) as temporary:
             pd.DataFrame(dict(zip(HEADERS, columns, strict=True))).to_csv(temporary, sep="\t", index=False)
     else:
-        with atomic_file(path) as temporary, h5py.File(temporary, "w") as file:
+        with atomic_file(path) as temporary, h5py.File(temporary, "w", locking=False) as file:
             file.attrs.update({"schema": "jamlab-spectra", "version": 1, "damping": repr(damping)})
             for k, spectra in enumerate(curves, 1):
                 _fill(file if len(curves) == 1 else file.create_group(f"curve_{k}"), spectra)

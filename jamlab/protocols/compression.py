@@ -6,7 +6,8 @@ A bisection finds the packing fraction at which a packing reaches six contacts p
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 
 import numpy as np
 
@@ -92,6 +93,7 @@ def compress(
     ranks: int = 1,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
+    after: Sequence[Packing] = (),
 ) -> Iterator[Packing]:
     """Compress or decompress a packing by steps, each to an energy minimum.
 
@@ -114,6 +116,8 @@ def compress(
         ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
         settings: numbers of the solvers and of the sweep.
         progress: called after each state with the share of the work that is done, and in words.
+        after: states that the same sweep has yielded already, in an earlier run that was interrupted: it resumes behind
+            the last of them.
 
     Yields:
         One Packing per state. A state that did not converge has `converged` False, one that misses its packing
@@ -121,7 +125,7 @@ def compress(
         relative error of a pressure predicted since the state before.
 
     Raises:
-        InputError: `to`, `step`, `nearest`, `per_decade`, `error` or `ranks` out of range.
+        InputError: `to`, `step`, `nearest`, `per_decade`, `error` or `ranks` out of range; `after` is of another sweep.
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)
@@ -144,7 +148,28 @@ def compress(
     value = packing_fraction(packing) if by == "rho" else packing.phi
     targets = grid(value, to, step, nearest, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
+    for state, target in zip_longest(after, targets[: len(after)]):
+        if target is None or (reason := _unlike(state, packing, by, target, error, force)):
+            raise InputError(f"after: its states are not of this sweep, which goes to {to:g}: {reason}")
+    if after:
+        packing, targets = after[-1], targets[len(after) :]
+    if not len(targets):
+        return iter(())
     return _sweep(packing, targets, by, error, force, ranks, settings, progress)
+
+
+def _unlike(state: Packing, start: Packing, by: str, target: float, error: float | None, force: float) -> str | None:
+    """What shows that a state is not the one of a sweep at this target; None if nothing does."""
+    said = state.provenance
+    wanted = {"by": by, "force_tolerance": force, "compression_version": COMPRESSION_PROTOCOL}
+    if other := state.difference(start):
+        return f"{other} differs"
+    if not np.isclose(said.get("target", np.nan), target, rtol=1e-12, atol=0.0):
+        return f"{by} = {said.get('target')} for {target:.6g}"
+    if ("step_error" in said) != (error is not None):
+        return f"error = {error}"
+    unlike = (name for name, value in wanted.items() if said.get(name) != value)
+    return next((f"{name} = {said.get(name)} for {wanted[name]}" for name in unlike), None)
 
 
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:

@@ -1,21 +1,67 @@
 """Writing a file in one step: readers see the old file or the whole new one, never a part of it."""
 
+import hashlib
 import os
+import re
 import stat
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 from jamlab.errors import InputError, StorageError
+from jamlab.storage.system_errors import system_said
+
+_ABANDONED = 86_400.0  # s since its last change after which a temporary file of another machine has no writer
+_TEMPORARY = re.compile(r"\.jamlab-([0-9a-f]{8})-([0-9]+)-[0-9a-f]{8}\.tmp")
+_looked_after: set[Path] = set()  # folders in which this process has removed what others left behind
+
+
+@cache
+def _machine() -> str:
+    """Name of what process ids belong to: the machine, or the container on it."""
+    try:
+        container = os.readlink("/proc/self/ns/pid")
+    except OSError:  # no Linux
+        container = ""
+    return hashlib.sha256(f"{os.uname().nodename} {container}".encode()).hexdigest()[:8]
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove the temporary files of writers that were killed: of this machine those whose process is gone; of others,
+    which may share the folder, and of earlier versions those that nobody has changed for a day."""
+    with suppress(OSError):
+        for file in folder.glob(".jamlab-*.tmp"):
+            name = _TEMPORARY.fullmatch(file.name)
+            if name is not None and name[1] == _machine():
+                gone = not _is_alive(int(name[2]))
+            else:
+                gone = time.time() - file.stat().st_mtime > _ABANDONED
+            if gone:
+                file.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # it is of another user, or no number of a process
+        return True
+    return True
 
 
 @contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary path `.jamlab-*.tmp` in the same folder, where a rename is atomic; it takes the place of `path`,
     or of the file that a link points to, when the block ends well. If the block raises, it is removed, and the old file
-    stays as it was; only a killed process leaves it behind."""
+    stays as it was; what a killed process leaves behind, the next one that writes into the folder removes."""
     target = check_target(path)
-    temporary = target.with_name(f".jamlab-{os.urandom(8).hex()}.tmp")
+    if target.parent not in _looked_after:
+        _looked_after.add(target.parent)
+        remove_abandoned(target.parent)
+    temporary = target.with_name(f".jamlab-{_machine()}-{os.getpid()}-{os.urandom(4).hex()}.tmp")
     try:
         try:
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
@@ -29,9 +75,8 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     except StorageError:
         raise
     except OSError as error:
-        raise StorageError(
-            f"cannot write {path}: {error.strerror or error}; check permissions and free space of {target.parent}"
-        ) from error
+        said = system_said(error, f"check permissions and free space of {target.parent}")
+        raise StorageError(f"cannot write {path}: {said}") from error
     with suppress(OSError):  # the file is in place; some file systems cannot flush a folder
         _flush(target.parent)
 
@@ -41,8 +86,7 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        reason = getattr(error, "strerror", None) or error
-        raise StorageError(f"cannot make the folder {folder}: {reason}; choose another") from error
+        raise StorageError(f"cannot make the folder {folder}: {system_said(error, 'choose another')}") from error
     check_target(folder / "file")
 
 
@@ -59,9 +103,7 @@ def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str],
         target = Path(os.path.realpath(path))
         mode = target.stat().st_mode if target.exists() else None
     except (OSError, ValueError) as error:  # too long, or a zero byte in it
-        raise StorageError(
-            f"cannot write {path}: {getattr(error, 'strerror', None) or error}; choose another"
-        ) from error
+        raise StorageError(f"cannot write {path}: {system_said(error, 'choose another')}") from error
     if mode is not None and stat.S_ISDIR(mode):
         raise StorageError(f"cannot write {path}: it is a folder; give the name of a file in it")
     if mode is not None and not stat.S_ISREG(mode):  # a rename would put a file in its place

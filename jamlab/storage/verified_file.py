@@ -21,6 +21,7 @@ import numpy as np
 from threadpoolctl import threadpool_info
 
 from jamlab.errors import JamlabError, StorageError
+from jamlab.storage.system_errors import system_error, system_said
 
 USER_BLOCK = 512  # bytes; HDF5 looks for its signature at 0, 512, 1024, ...
 PACKINGS = "packings"
@@ -101,27 +102,46 @@ FilePath = str | os.PathLike[str]
 SCHEMA = "jamlab"
 SCHEMA_VERSION = 1
 REMEDY = "copy it again, or run the task that wrote it again"
+_CHECK = "check the name and its permissions"
+
+
+def read_hdf5(path: FilePath) -> Any:
+    """Open an h5py.File for reading, without a lock: file systems may have none, and files are replaced as a whole."""
+    import h5py
+
+    return h5py.File(path, "r", locking=False)
+
+
+def is_hdf5(path: FilePath) -> bool:
+    """Whether a file is there and is an HDF5 file.
+
+    Raises:
+        StorageError: it cannot be read.
+    """
+    import h5py
+
+    try:
+        return bool(h5py.is_hdf5(path))
+    except OSError as error:
+        raise StorageError(f"cannot read {path}: {system_said(error, _CHECK)}") from error
 
 
 @contextmanager
 def opened(path: FilePath) -> Iterator[Any]:
     """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
-    import h5py
-
     try:
         _check_source(path)
         found = checksum(path)
     except (OSError, ValueError) as error:
         if isinstance(error, JamlabError):
             raise
-        reason = getattr(error, "strerror", None) or error
-        raise StorageError(f"cannot read {path}: {reason}; check the name and its permissions") from error
+        raise StorageError(f"cannot read {path}: {system_said(error, _CHECK)}") from error
     if found is not None and not found.matches:
         raise StorageError(f"{path} is damaged or truncated (its checksum does not match): {REMEDY}")
-    if not h5py.is_hdf5(path):
-        raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
     try:
-        with h5py.File(path, "r") as file:
+        if not is_hdf5(path):
+            raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
+        with read_hdf5(path) as file:
             _check_links(path, file)
             _check_schema(path, file)
             if found is None and file.userblock_size:
@@ -139,6 +159,8 @@ def opened(path: FilePath) -> Iterator[Any]:
         ArithmeticError,
         MemoryError,
     ) as error:
+        if system_error(error) is not None:
+            raise StorageError(f"cannot read {path}: {system_said(error, _CHECK)}") from error
         raise StorageError(f"{path} is damaged or truncated ({error}): {REMEDY}") from error
 
 

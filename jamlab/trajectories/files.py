@@ -8,7 +8,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,7 +15,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
-from jamlab.storage.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath, is_hdf5
 from jamlab.trajectories.h5md import is_h5md, read_h5md
 from jamlab.trajectories.lammps_data import COMPRESSED, read_data, read_dump, sites
 from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_leiden, read_netcdf, read_xyz
@@ -129,7 +128,7 @@ def _kind(path: FilePath) -> str:
         raise StorageError(f"{path} is a folder: give one of its files")
     if not file.exists() and any(mark in file.name for mark in "*?["):
         raise StorageError(f"there is no file {path}: give one name; `glob.glob` lists those that fit a pattern")
-    if h5py.is_hdf5(path):
+    if is_hdf5(path):
         return "netcdf" if is_netcdf(path) else "h5md" if is_h5md(path) else "hdf5"
     compressed = file.suffix.lower() in COMPRESSED
     ending = (file.with_suffix("") if compressed else file).suffix.lower()

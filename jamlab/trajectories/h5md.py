@@ -12,7 +12,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.storage.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath, read_hdf5
 from jamlab.trajectories.lammps_data import damage_named
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat, plane_box, radius_of, rounding_of
 
@@ -25,7 +25,7 @@ MOST_BYTES = 2**31  # of one array
 def is_h5md(path: FilePath) -> bool:
     """Whether an HDF5 file is an H5MD file that jamlab did not write."""
     try:
-        with h5py.File(path, "r") as file:
+        with read_hdf5(path) as file:
             creator = file["h5md/creator"].attrs.get("name", "") if "h5md/creator" in file else ""
             return "particles" in file and "schema" not in file.attrs and str(creator) not in ("jamlab", "b'jamlab'")
     except (OSError, RuntimeError, LookupError, AttributeError):
@@ -34,7 +34,7 @@ def is_h5md(path: FilePath) -> bool:
 
 def read_h5md(path: FilePath) -> Iterator[Sites]:
     """Read the frames of a file, in the length that it is written in."""
-    with damage_named(path), h5py.File(path, "r") as file:
+    with damage_named(path), read_hdf5(path) as file:
         names = [name for name in file["particles"] if "position" in file["particles"][name]]
         if len(names) != 1 and "all" not in names:
             raise InputError(

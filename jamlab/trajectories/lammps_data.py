@@ -19,6 +19,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.packing.lammps_files import STATE, described
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
+from jamlab.storage.system_errors import system_said
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.sites import (
     LAW_NAMES,
@@ -54,8 +55,7 @@ def damage_named(path: FilePath) -> Iterator[None]:
     except JamlabError as error:
         raise type(error)(f"{path}: {error}") from error
     except OSError as error:
-        reason = error.strerror or error  # gzip has no number for what is wrong
-        raise StorageError(f"cannot read {path}: {reason}; check the name and its permissions") from error
+        raise StorageError(f"cannot read {path}: {system_said(error, 'check the name and its permissions')}") from error
     except (ValueError, LookupError, TypeError, OverflowError, EOFError, zlib.error, lzma.LZMAError) as error:
         raise StorageError(f"{path} is damaged or cut off ({error}): copy it or write it again") from error
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
-from jamlab.storage.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath, read_hdf5
 from jamlab.trajectories.lammps_data import damage_named, numbers, rounding, text_of
 from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, plane_box, radius_of, rounding_of
 
@@ -94,7 +94,7 @@ def _leiden_block(
 def is_netcdf(path: FilePath) -> bool:
     """Whether an HDF5 file is a netCDF 4 file."""
     try:
-        with h5py.File(path, "r") as file:
+        with read_hdf5(path) as file:
             return "_NCProperties" in file.attrs and "jamlab" not in str(file.attrs.get("schema", ""))
     except OSError:
         return False
@@ -102,7 +102,7 @@ def is_netcdf(path: FilePath) -> bool:
 
 def read_netcdf(path: FilePath) -> Iterator[Sites]:
     """Read the packings of a netCDF file as Goodrich and Liu wrote them, in units of `eps`."""
-    with damage_named(path), h5py.File(path, "r") as file:
+    with damage_named(path), read_hdf5(path) as file:
         if missing := [name for name in _NETCDF if name not in file]:
             raise InputError(
                 f"a netCDF file of another kind than that of Goodrich and Liu: it has {', '.join(file) or 'nothing'}, "

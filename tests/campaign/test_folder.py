@@ -1,5 +1,6 @@
 """Campaigns: the folder of tasks; status, damage, failures, merge, export, plan."""
 
+import errno
 import os
 import shutil
 import subprocess
@@ -221,6 +222,21 @@ def test_two_drivers_do_not_share_a_folder(tmp_path):
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
     with folder.lock():  # the lock of a dead driver is none
         pass
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOTSUP])
+def test_a_campaign_runs_where_there_are_no_locks(tmp_path, monkeypatch, number):
+    def fail(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("jamlab.campaign.folder.fcntl.flock", fail)
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2]))
+    with pytest.warns(UserWarning):
+        assert campaign.run(1).finished == 1
+    number = errno.EIO
+    with pytest.raises(StorageError) as caught:
+        campaign.run(1)
+    assert os.strerror(errno.EIO) in str(caught.value)
 
 
 def test_merge_takes_what_is_whole_and_missing(full, tmp_path):

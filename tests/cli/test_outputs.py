@@ -117,7 +117,7 @@ def test_a_forced_table_leaves_the_run_it_is_made_of(tmp_path, onset, monkeypatc
     assert call(tmp_path, *words, "--force").exit_code == 0
 
 
-def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset):
+def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset, monkeypatch):
     kept = KeptStates(tmp_path / "sweep.h5")
     with pytest.raises(Interrupted), kept:
         kept.add(onset)
@@ -126,6 +126,8 @@ def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset):
             kept.add(state)
         raise Interrupted(2)
     assert f"kept {len(kept.states)} states" in kept._describe()
+    monkeypatch.setattr(interruption.sys, "argv", ["x", "compress", "a b.h5", "--to", "0.9", "--force"])
+    assert "`jamlab compress 'a b.h5' --to 0.9`" in kept._describe()
     assert [p.phi for p in jamlab.read_all(tmp_path / "sweep.h5")] == [p.phi for p in kept.states]
 
 
@@ -158,6 +160,33 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
         words = ["compress", str(tmp_path / "onset.h5"), "--to", "0.86", "--out", str(tmp_path / "sweep.h5")]
         app(words, standalone_mode=False)
     assert len(jamlab.read_all(tmp_path / "sweep.h5")) > 2
+
+
+@pytest.mark.parametrize("more", [[], ["--nearest", "1e-3", "--by", "phi"]])
+def test_the_same_command_resumes_a_sweep(tmp_path, onset, more, monkeypatch):
+    onset.write(tmp_path / "onset.h5")
+    words = ["compress", "onset.h5", "--to", "0.9", "--step", "0.01", "--out", "sweep.h5", *more]
+    assert call(tmp_path, *words[: -len(more) or None][:-1], "whole.h5", *more).exit_code == 0
+    whole, sweep = jamlab.read_all(tmp_path / "whole.h5"), tmp_path / "sweep.h5"
+    jamlab.write(sweep, whole[:3])
+    for other in (["--to", "0.95"], ["--nearest", "2e-3"], ["--tolerance", "1e-11"], ["--error", "0.1"]):
+        before = sweep.read_bytes()
+        refused = call(tmp_path, *words, *other)
+        assert (refused.exit_code == 1) == (other[0] != "--to")  # further on the same grid is more of the same sweep
+        if refused.exit_code == 1:
+            assert "sweep.h5" in refused.stderr and sweep.read_bytes() == before
+        jamlab.write(sweep, whole[:3])
+    assert call(tmp_path, *words).exit_code == 0
+    resumed = jamlab.read_all(sweep)
+    assert [p.provenance.get("target") for p in resumed] == [p.provenance.get("target") for p in whole]
+    assert all(p.converged and p.on_target for p in resumed)
+    assert [p.positions.tobytes() for p in resumed[:3]] == [p.positions.tobytes() for p in whole[:3]]
+    assert call(tmp_path, *words).exit_code == 1  # it is whole
+    jamlab.write(sweep, resumed)  # interrupted while states were measured
+    monkeypatch.setattr("jamlab.engine.session.Session.__init__", lambda *_, **__: pytest.fail("a state was made"))
+    assert call(tmp_path, *words).exit_code == 0 and len(jamlab.read_observables(sweep)["z"]) == len(whole)
+    with pytest.raises(jamlab.InputError):
+        jamlab.compress(onset, 0.9, 0.01, after=jamlab.read_all(sweep)[2:])
 
 
 def test_the_line_of_a_flow_names_the_file_as_long_as_it_is_there(tmp_path, onset, monkeypatch):

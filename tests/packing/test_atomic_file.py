@@ -1,10 +1,15 @@
 """A file is written whole or not at all: failures keep the old file and leave no other behind."""
 
 import contextlib
+import errno
+import fcntl
 import os
 import resource
 import socket
 import stat
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -13,6 +18,7 @@ from commands import call
 from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read, write
 from jamlab.packing.packing import Packing
+from jamlab.storage import atomic_file
 
 
 def disks(seed=0):
@@ -119,3 +125,57 @@ def test_names_that_no_file_system_takes(tmp_path, name):
         with pytest.raises(StorageError, match=r"cannot (write|read)"):
             act()
     assert os.listdir(tmp_path) == []
+
+
+def test_files_are_read_without_locks(tmp_path):
+    """HDF5 locks what it opens, which fails where there are no locks, and where another holds one as here."""
+    write(tmp_path / "run.h5", [disks()])
+    with open(tmp_path / "run.h5") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        assert (read(tmp_path / "run.h5").positions == disks().positions).all()
+
+
+@pytest.mark.parametrize("number", [errno.EIO, errno.ESTALE, errno.ENOLCK, errno.EDQUOT, errno.EACCES])
+@pytest.mark.parametrize("place", ["h5py.File", "h5py.is_hdf5", "builtins.open"])
+def test_what_the_system_says_is_not_damage(tmp_path, monkeypatch, number, place):
+    write(tmp_path / "run.h5", [disks()])
+
+    def fail(*_, **__):
+        raise OSError(number, f"file read failed: errno = {number}, total read size = 8")
+
+    monkeypatch.setattr(place, fail)
+    with pytest.raises(StorageError) as caught:
+        read(tmp_path / "run.h5")
+    monkeypatch.undo()
+    assert os.strerror(number) in str(caught.value) and "damaged" not in str(caught.value)
+
+
+def test_only_temporary_files_of_dead_writers_are_removed(tmp_path, monkeypatch):
+    with subprocess.Popen(["true"]) as dead:
+        dead.wait()
+    here = atomic_file._machine()
+
+    def left(name, age=0.0):
+        (tmp_path / name).write_text("half")
+        os.utime(tmp_path / name, (time.time() - age,) * 2)
+        return name
+
+    week = 7 * 86_400.0
+    gone = {left(f".jamlab-{here}-{dead.pid}-00000000.tmp"), left(".jamlab-0123456789abcdef.tmp", week)}
+    gone |= {left(f".jamlab-{'0' * 8}-{dead.pid}-00000000.tmp", week)}
+    kept = {left(f".jamlab-{here}-{os.getppid()}-00000000.tmp", week), left(f".jamlab-{here}-1-00000000.tmp", week)}
+    kept |= {left(f".jamlab-{'0' * 8}-{dead.pid}-00000000.tmp".replace("0.tmp", "1.tmp")), left(".jamlab-0.tmp")}
+    write(tmp_path / "run.h5", [disks()])
+    assert set(os.listdir(tmp_path)) == kept | {"run.h5"}
+    left(min(gone))
+    write(tmp_path / "run.h5", [disks()])
+    assert (tmp_path / min(gone)).exists()  # a folder is looked after once
+
+
+def test_a_killed_writer_leaves_a_file_that_the_next_removes(tmp_path):
+    code = "import os, sys; from jamlab.storage.atomic_file import atomic_file\n"
+    code += "with atomic_file(sys.argv[1]): os.kill(os.getpid(), 9)"
+    assert subprocess.run([sys.executable, "-c", code, tmp_path / "a"], check=False).returncode == -9
+    (half,) = os.listdir(tmp_path)
+    atomic_file.remove_abandoned(tmp_path)
+    assert half.startswith(".jamlab-") and not os.listdir(tmp_path)
