@@ -8,6 +8,7 @@ Both sides of every connection show a certificate that is made for the run and k
 """
 
 import contextlib
+import logging
 import os
 import queue
 import re
@@ -18,6 +19,7 @@ import time
 import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 _LOOK = 20.0  # s between two looks at the queue; the end of a connected job is noticed at once
 _PAUSE = 1.0  # s to wait for the end of a call before jobs are counted again
+_FETCH = 10.0  # s to fetch what a call returned, which its worker holds
 _REGISTERED = 10.0  # s that a new job may need to appear in the queue
 _COMMAND_TIMEOUT = 60.0  # s
 _RETRIES = (5.0, 10.0, 20.0, 40.0, 80.0)  # s after each refusal; jobs that run are a reason to go on trying
@@ -90,6 +93,7 @@ def slurm_crew(options: dict[str, Any], name: str, ranks: int, jobs: int, folder
         scheduler = {"cls": Scheduler, "options": how}
         cluster = stack.enter_context(SpecCluster(scheduler=scheduler, security=security, silence_logs=False))
         client = stack.enter_context(Client(cluster, set_as_default=False))
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # which warns of results that went with a job
 
         def script(worker: str) -> str:
             return job_script(options, ranks, worker, cluster.scheduler_address, security)
@@ -172,7 +176,11 @@ class SlurmCrew:
             raise EngineError(f"workers cannot run a task: {error}; they must have the driver's jamlab") from error
         if status != "finished":
             raise EngineError("lost the Dask scheduler: `jamlab campaign resume` starts it again")
-        result = future.result()
+        try:
+            result = future.result(timeout=_FETCH)
+        except (TimeoutError, CancelledError):  # the worker died with it; a task that is done has its file
+            job.lost, job.address = True, None
+            return None
         future.release()
         job.key = job.future = None
         job.carried += 1
@@ -237,9 +245,6 @@ class SlurmCrew:
         key, future = job.key, job.future
         job.key = job.future = None
         if key is None:
-            return
-        if future.status == "finished":  # just before
-            self._done.append((key, future.result()))
             return
         future.release()
         self._deaths[key] += 1

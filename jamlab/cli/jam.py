@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from jamlab.cli import options
@@ -121,7 +120,7 @@ def _begun(out: Path, start: "Packing", to: float) -> "list[Packing]":
         states = read_all(out)
     except StorageError:
         states = []
-    same = states and states[0].difference(start) is None and np.array_equal(states[0].positions, start.positions)
+    same = states and states[0].difference(start) is None and states[0].positions.tobytes() == start.positions.tobytes()
     whole = same and states[-1].provenance.get("target") == to and read_observables(out)
     if not same or len(states) < 2 or whole:
         check_target(out, replace=False)
