@@ -93,7 +93,7 @@ def slurm_crew(options: dict[str, Any], name: str, ranks: int, jobs: int, folder
         scheduler = {"cls": Scheduler, "options": how}
         cluster = stack.enter_context(SpecCluster(scheduler=scheduler, security=security, silence_logs=False))
         client = stack.enter_context(Client(cluster, set_as_default=False))
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # which warns of results that went with a job
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # it warns of results that went
 
         def script(worker: str) -> str:
             return job_script(options, ranks, worker, cluster.scheduler_address, security)
