@@ -37,6 +37,7 @@ from jamlab.plotting.drawable import CURVES
 from jamlab.processes.progress import Progress
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
+from jamlab.storage.file_endings import check_ending
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -450,15 +451,15 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
 
 def export_table(frame: pd.DataFrame, path: Path) -> None:
     """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing."""
-    if path.suffix not in (".csv", ".parquet"):
-        raise InputError(f"cannot tell what to write to {path}: end its name in .csv or .parquet")
-    if path.suffix == ".parquet":
+    check_ending(path, "table", "parquet")
+    packed = path.suffix.lower() == ".parquet"
+    if packed:
         check_parquet()
     with atomic_file(path) as temporary:
-        if path.suffix == ".csv":
-            frame.to_csv(temporary, index=False, float_format="%.17g")
-        else:
+        if packed:
             frame.to_parquet(temporary, index=False, engine="pyarrow")
+        else:
+            frame.to_csv(temporary, index=False, float_format="%.17g")
 
 
 def check_parquet() -> None:

@@ -16,7 +16,7 @@ from jamlab.cli.console import (
     write_rows,
 )
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Force, Json
+from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
@@ -53,12 +53,20 @@ def analyze(
     channel: Annotated[str, typer.Option(help="Picture in colours: grey, red, green or blue.")] = "grey",
     dark: Annotated[bool | None, typer.Option("--dark/--bright", help="Old name of --contrast.", hidden=True)] = None,
     periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
-    overlay: Annotated[Path | None, typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.")] = None,
+    overlay: Annotated[
+        Path | None,
+        typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png")),
+    ] = None,
     packing: Annotated[
-        Path | None, typer.Option(help="Picture: HDF5 file of its droplets as a relaxed periodic packing.")
+        Path | None,
+        typer.Option(
+            help="Picture: HDF5 file of its droplets as a relaxed periodic packing.", callback=written_as("packings")
+        ),
     ] = None,
     model: Annotated[str, typer.Option(help="Model of that packing: dp (droplets) or sp (disks).")] = "dp",
-    csv: Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Picture: CSV with a row per droplet.", callback=written_as("table"))
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -263,7 +271,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
 def explore(
     file: Annotated[Path, typer.Argument(help="File of jamlab (HDF5), LAMMPS data file or dump, or GSD file.")],
     every: Annotated[int, typer.Option(help="Take every k-th state, from the first on.")] = 1,
-    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("explorer.html"),
+    out: Annotated[Path, typer.Option(help="HTML file to write.", callback=written_as("page"))] = Path("explorer.html"),
     force: Force = False,
     as_json: Json = False,
 ) -> None:

@@ -13,7 +13,7 @@ import typer
 
 from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
-from jamlab.cli.options import Force, Json
+from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.system_errors import system_said
@@ -70,7 +70,12 @@ Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finis
 
 
 @app.command(epilog="Example: jamlab campaign new campaign.toml")
-def new(file: Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.")]) -> None:
+def new(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.", callback=written_as("campaign")),
+    ],
+) -> None:
     """Write a commented campaign file to start from.
 
     It has two small sweeps, to be edited. No file is ever replaced.
@@ -304,7 +309,9 @@ def _print_earlier(campaign: "Campaign") -> None:
 @app.command(epilog="Example: jamlab campaign page campaign.toml --out campaign.html")
 def page(
     file: Where,
-    out: Annotated[Path, typer.Option("--out", "--to", help="HTML file to write.")] = Path("campaign.html"),
+    out: Annotated[Path, typer.Option("--out", "--to", help="HTML file to write.", callback=written_as("page"))] = Path(
+        "campaign.html"
+    ),
     folder: Annotated[Path | None, typer.Option(help="Folder of the tasks; default: beside the file.")] = None,
     force: Force = False,
 ) -> None:

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.text import Text
 
 from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.file_endings import check_ending
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,6 +78,7 @@ def print_json(content: dict[str, Any]) -> None:
 
 def write_rows(table: "pd.DataFrame", path: Path) -> None:
     """Write a table as CSV, all digits, all or nothing."""
+    check_ending(path, "table")
     with atomic_file(path) as temporary:
         table.to_csv(temporary, index=False)
 

@@ -14,8 +14,7 @@ import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar, write_rows
 from jamlab.cli.interruption import describe_kept
-from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law
-from jamlab.errors import InputError
+from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law, written_as
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
@@ -46,8 +45,12 @@ class FlowOptions:
     ] = None
     frame: Frame = -1
     out: Out = Path("flow.h5")
-    plot: Annotated[Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.")] = None
-    csv: Annotated[Path | None, typer.Option(help="Table of all rows to write as well.")] = None
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.", callback=written_as("picture"))
+    ] = None
+    csv: Annotated[
+        Path | None, typer.Option(help="Table of all rows to write as well, .csv.", callback=written_as("table"))
+    ] = None
     force: Force = False
     as_json: Json = False
 
@@ -118,15 +121,12 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
 
 _HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
 _LINES = 15  # of a table on the screen
-_PICTURES = (".png", ".pdf", ".svg")
 
 
 def expect_files(options: FlowOptions) -> None:
     """Refuse, before anything runs, what cannot be written at the end."""
     out, plot = options.out, options.plot
     check_target(out, options.file)
-    if plot is not None and plot.suffix.lower() not in _PICTURES:
-        raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")
     for path in (plot, options.csv):
         if path is not None:
             check_target(path, options.file, out, replace=options.force)

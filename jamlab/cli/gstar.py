@@ -35,7 +35,7 @@ def gstar(
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
     omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
     points: Annotated[int, typer.Option(help="Number of frequencies, evenly spaced in log omega.")] = 41,
-    out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv (omega, G', G'') or .h5 to write.")] = None,
+    out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv or .tsv (omega, G', G'') or .h5.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:

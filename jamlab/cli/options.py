@@ -1,20 +1,27 @@
 """Options shared by several commands."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from jamlab.errors import InputError
+from jamlab.storage.file_endings import check_ending
 
 if TYPE_CHECKING:
     from jamlab.rheology.damping import Damping
 
 
-def _check_hdf5(path: Path) -> Path:
-    if path.suffix.lower() not in ("", ".h5", ".hdf5"):
-        raise InputError(f"--out {path}: packings and runs are written as HDF5; name a file that ends in .h5")
-    return path
+def written_as(*kinds: str) -> Callable[..., Path | None]:
+    """Check of an option that names a file to write: its ending must be that of one of these formats."""
+
+    def check(param: typer.CallbackParam, path: Path | None) -> Path | None:
+        if path is not None:
+            check_ending(path, *kinds, option=param.opts[0])
+        return path
+
+    return check
 
 
 Beta = Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")]
@@ -62,7 +69,7 @@ Sizes = Annotated[
     ),
 ]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
-Out = Annotated[Path, typer.Option(help="HDF5 file to write, .h5.", callback=_check_hdf5)]
+Out = Annotated[Path, typer.Option(help="HDF5 file to write, .h5.", callback=written_as("packings"))]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that are there already.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]

@@ -17,17 +17,19 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.file_endings import FORMATS, check_ending
 
 if TYPE_CHECKING:
     import pandas as pd
 
-PICTURES = (".png", ".pdf", ".svg")
+PICTURES = FORMATS["picture"].endings
 _DPI = 130  # figures of two or more panels are wider than the page, and stay sharp when it scales them down
 
 
 def save_picture(figure: Figure, path: Path) -> bytes:
     """Write a figure as .png, .pdf or .svg, all or nothing, and return the bytes."""
-    drawn = picture(figure, path.suffix.lower())
+    check_ending(path, "picture")
+    drawn = picture(figure, path.suffix.lower() or ".png")
     with atomic_file(path) as temporary:
         temporary.write_bytes(drawn)
     return drawn

@@ -25,6 +25,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import Damping, law_of_record
 from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.file_endings import check_ending
 from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
 
 FilePath = str | os.PathLike[str]
@@ -60,6 +61,7 @@ class RunFile(Generic[R]):
         self.before: R | None = None
         if self._path is None:
             return
+        check_ending(self._path, "packings")
         check_target(self._path)
         if self._path.exists():
             self.before = self._read_same(self._path, kind, packing)

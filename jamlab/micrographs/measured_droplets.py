@@ -19,6 +19,7 @@ from jamlab.micrographs.quality import LEAST_RING
 from jamlab.micrographs.segmentation import borders
 from jamlab.packing.short_repr import short_repr
 from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.file_endings import check_ending
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -274,6 +275,7 @@ class Micrograph:
         Raises:
             StorageError: the file cannot be written.
         """
+        check_ending(path, "png")
         check_target(path)
         buffer = BytesIO()
         figure: Any = self.plot().figure

@@ -41,7 +41,8 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file, check_ending
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.file_endings import check_ending
 from jamlab.storage.verified_file import (
     NUMBERS,
     REMEDY,
@@ -59,7 +60,6 @@ LABELS = {
     "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
     "b": "relaxed bulk modulus",
 }
-HDF5_ENDINGS = (".h5", ".hdf5", ".h5md")
 
 
 @checked
@@ -84,7 +84,7 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
         >>> len(jamlab.read_all("sweep.h5")) == len(sweep)
         True
     """
-    check_ending(path, HDF5_ENDINGS, "packings are written as HDF5")
+    check_ending(path, "packings")
     content = add_checksum(file_image(packings, observables))
     with atomic_file(path) as temporary:
         temporary.write_bytes(content)

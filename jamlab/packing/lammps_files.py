@@ -35,6 +35,7 @@ from jamlab.errors import InputError
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.file_endings import check_ending
 
 # Of particles of one size each. Type pairs take time when LAMMPS is started, of 4096 disks 0.3 s with 64 sizes, 0.9 s
 # with 128 and 4.9 s with 256; with classes 0.15 s.
@@ -90,7 +91,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
         The atom types written.
 
     Raises:
-        InputError: a position more than 511 lattice vectors away from the box.
+        InputError: an ending of another format; a position more than 511 lattice vectors away from the box.
         StorageError: the file cannot be written.
 
     Example:
@@ -100,6 +101,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
         >>> q.params == p.params, bool(np.allclose(q.diameters, p.diameters))
         (True, True)
     """
+    check_ending(path, "data")
     table = types(packing)
     text = "\n".join(_data_lines(packing, table)) + "\n"
     with atomic_file(path) as temporary:
@@ -121,7 +123,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
         packings: the frames; all with the same number of positions, which readers rely on.
 
     Raises:
-        InputError: no packings, or packings of different size or model.
+        InputError: an ending of another format, no packings, or packings of different size or model.
         StorageError: the file cannot be written.
 
     Example:
@@ -130,6 +132,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
         >>> jamlab.read("sweep.dump", frame=0).n
         16
     """
+    check_ending(path, "dump")
     frames = list(packings)
     if not frames:
         raise InputError("no packings to write: a dump needs at least one")

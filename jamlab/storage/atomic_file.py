@@ -5,12 +5,12 @@ import os
 import re
 import stat
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import StorageError
 from jamlab.storage.system_errors import system_said
 
 _ABANDONED = 86_400.0  # s since its last change after which a temporary file of another machine has no writer
@@ -88,12 +88,6 @@ def make_folder(folder: Path) -> None:
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         raise StorageError(f"cannot make the folder {folder}: {system_said(error, 'choose another')}") from error
     check_target(folder / "file")
-
-
-def check_ending(path: str | os.PathLike[str], endings: Sequence[str], format_: str) -> None:
-    """Refuse a name whose ending promises another format; names without an ending promise nothing."""
-    if Path(os.fspath(path)).suffix.lower() not in ("", *endings):
-        raise InputError(f"{os.fspath(path)}: {format_}; name a file that ends in {endings[0]}")
 
 
 def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str], replace: bool = True) -> Path:

@@ -28,6 +28,7 @@ import pandas as pd
 from jamlab.errors import StorageError
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.file_endings import check_ending
 from jamlab.storage.verified_file import versions
 
 SCHEMA = "jamlab-measured"
@@ -107,6 +108,7 @@ def measure_table(
     """Do the tasks that the file does not hold, on one core, and save after each; a row need not have all columns.
     `progress` is called before each task. A file with other facts, which all rows share, is refused and not gone on
     with."""
+    check_ending(path, "packed table")
     check_target(path)
     names = [*_FIRST, *columns]
     cells, provenance = _begin(path, names, json.loads(json.dumps(dict(facts))))

@@ -15,6 +15,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
+from jamlab.storage.file_endings import FORMATS, begins_as
 from jamlab.storage.verified_file import FilePath, is_hdf5
 from jamlab.trajectories.h5md import is_h5md, read_h5md
 from jamlab.trajectories.lammps_data import COMPRESSED, read_data, read_dump, sites
@@ -22,8 +23,7 @@ from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_le
 from jamlab.trajectories.sites import Radii
 from jamlab.trajectories.tables import read_csv, read_npy
 
-DATA = (".data", ".lmp", ".lammps")
-DUMP = (".dump", ".lammpstrj", ".lammpsdump")
+DATA, DUMP = FORMATS["data"].endings, FORMATS["dump"].endings
 GSD = (".gsd",)
 XYZ = (".xyz", ".extxyz")
 CSV = (".csv", ".tsv")
@@ -132,12 +132,12 @@ def _kind(path: FilePath) -> str:
         return "netcdf" if is_netcdf(path) else "h5md" if is_h5md(path) else "hdf5"
     compressed = file.suffix.lower() in COMPRESSED
     ending = (file.with_suffix("") if compressed else file).suffix.lower()
-    kind = _OF_ENDING.get(ending)
-    if kind is not None and (kind in _TEXT or not compressed):
+    kind = _OF_ENDING.get(ending, begins_as(path))
+    if kind and (kind in _TEXT or not compressed):
         return kind
     if is_leiden(path):
         return "leiden"
-    if (compressed or ending not in ("", *hdf5.HDF5_ENDINGS)) and file.is_file():
+    if (compressed or ending not in ("", *FORMATS["packings"].endings)) and file.is_file():
         raise StorageError(
             f"{path} is of no kind that is read: give HDF5 of jamlab, a LAMMPS data file ({', '.join(DATA)}) or dump "
             f"({', '.join(DUMP)}), {', '.join((*XYZ, *CSV))}, each also with {', '.join(COMPRESSED)}, "

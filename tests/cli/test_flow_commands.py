@@ -47,7 +47,7 @@ def test_command(folder, words):
 def test_refusals(folder, monkeypatch):
     monkeypatch.setattr("jamlab.flow.flow_cost.TRIAL", 0.0)
     for words, message in {
-        ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "cannot draw p.txt",
+        ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",
         ("shear", "p.h5", "--rate", "1e9", "--out", "fast.h5"): "rates = [1000000000.0]: give",
         ("flow-curve", "p.h5", "--rate", "1e-6", "--within", "1", "--out", "slow.h5"): "s, of 1 s given",

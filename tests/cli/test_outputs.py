@@ -99,6 +99,21 @@ def test_no_file_is_replaced_without_force(tmp_path, onset, command, option):
         assert (out.read_text() == "work of a week" and list(out.parent.glob("*")) == [out]) or target == out
 
 
+@pytest.mark.parametrize(
+    ("command", "option"), [each for each, (_, names) in WRITTEN.items() if isinstance(names, str)]
+)
+def test_no_file_gets_a_name_of_another_format(tmp_path, onset, command, option):
+    words, _ = WRITTEN[command, option]
+    onset.write(tmp_path / "source.h5")
+    (tmp_path / "photo.png").write_bytes(b"never read")
+    (tmp_path / "c.toml").write_text(campaigns.FULL)
+    before = set(tmp_path.iterdir())
+    for name in ("out.xlsx", "out.data"):
+        done = call(tmp_path, *command.split(), *words.split(), *([] if option == "file" else [option]), name)
+        assert done.exit_code == 1 and name in done.stderr, done.stderr
+        assert set(tmp_path.iterdir()) == before
+
+
 def test_force_replaces_files(tmp_path, onset):
     next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
     for words in ("jam --n 8 --out p.h5", "explore source.h5 --out p.html", "gstar source.h5 --points 3 --out g.csv"):

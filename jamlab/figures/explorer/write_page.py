@@ -24,7 +24,8 @@ from jamlab.figures.explorer.states import along, curves, observe, pack_state, s
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import bar_colours, has_many_sizes, particle_sizes, size_colours
 from jamlab.processes.progress import Progress
-from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.file_endings import check_ending
 from jamlab.storage.verified_file import FilePath, versions
 
 MOST_PARTICLES = 20_000  # more do not come out as single particles on a screen, and slow the page down
@@ -134,7 +135,7 @@ def write_page(
         path, packings = packings, path
     if not isinstance(path, str | os.PathLike) or isinstance(packings, str | os.PathLike):
         raise InputError("write_page takes the path of an HTML file and packings")
-    check_ending(path, (".html", ".htm"), "a page is written as HTML")
+    check_ending(path, "page")
     check_target(path)
     states = [packings] if isinstance(packings, Packing) else list(packings)
     fragment = explorer_fragment(states, every=every, observables=observables, progress=progress)
