@@ -264,8 +264,9 @@ def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt
 
 def test_disks_in_one_place_are_refused():
     p = jamlab.Packing("sp", [[3.0, 0], [0, 3.0]], [[1.0, 1.0], [1.0, 1.0]], {"k": 1.0}, "k", [1.0, 1.0])
-    with pytest.raises(jamlab.EngineError, match="lie in one place; move one of them"):
-        jamlab.evaluate(p)
+    for act in (jamlab.evaluate, jamlab.relaxed, lambda p: list(jamlab.compress(p, to=0.8, step=0.1))):
+        with pytest.raises(jamlab.EngineError, match="disks 0 and 1"):
+            act(p)
 
 
 @pytest.fixture(scope="module")
