@@ -458,7 +458,7 @@ def _check_fits(packing: Packing) -> None:
     order = np.lexsort(packing.positions.T)
     if len(same := np.flatnonzero((np.diff(packing.positions[order], axis=0) == 0).all(axis=1))):
         i, j = sorted(order[same[0] : same[0] + 2])
-        raise EngineError(f"disks {i} and {j} lie in one place, where their contact has no direction: move one of them")
+        raise EngineError(f"disks {i} and {j} lie in one place; move one of them")
 
 
 def _check_edges(packing: Packing) -> None:
