@@ -19,6 +19,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
+from jamlab.storage.file_endings import check_ending
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
@@ -271,7 +272,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
 def explore(
     file: Annotated[Path, typer.Argument(help="File of jamlab (HDF5), LAMMPS data file or dump, or GSD file.")],
     every: Annotated[int, typer.Option(help="Take every k-th state, from the first on.")] = 1,
-    out: Annotated[Path, typer.Option(help="HTML file to write.", callback=written_as("page"))] = Path("explorer.html"),
+    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("explorer.html"),
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -282,6 +283,7 @@ def explore(
     from jamlab.trajectories.files import read_all
 
     check_target(out, file, replace=force)
+    check_ending(out, "page", option="--out")
     expect_output(out)
     packings = read_all(file)
     known = read_observables(file) if is_hdf5(file) else {}
