@@ -82,6 +82,20 @@ def test_droplets_that_files_hold_come_back_from_a_universe_and_as_outlines(tmp_
     assert again.positions == pytest.approx(p.positions, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    "ring",
+    [
+        [[0.05, 0.1], [0.9, 0.1], [0.5, 0.6]],  # its shortest edges do not close
+        [[0.0, 0.0], [1.3, 0.15], [1.3, 0.2], [0.0, 0.05]],  # no cell has room for it
+        [[0.1, 0.1], [0.9, 0.1], [0.9, 0.3], [0.82, 0.2], [0.1, 0.3]],  # its shortest edges cross each other
+    ],
+)
+def test_an_outline_that_the_box_cannot_have_cut_is_whole(ring):
+    p = jamlab.from_outlines([ring], [1.0, 3.0])
+    unit = 1.0 / p.box[0, 0]
+    assert unit * p.positions == pytest.approx(np.array(ring), rel=1e-14)
+
+
 def test_the_rest_area_says_which_of_two_readings_is_meant():
     ring, box = rectangle(0.6, 0.3, [0.1, 0.1]), np.eye(2)
     for area in (0.17, 0.13):
