@@ -93,7 +93,10 @@ def slurm_crew(options: dict[str, Any], name: str, ranks: int, jobs: int, folder
         scheduler = {"cls": Scheduler, "options": how}
         cluster = stack.enter_context(SpecCluster(scheduler=scheduler, security=security, silence_logs=False))
         client = stack.enter_context(Client(cluster, set_as_default=False))
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # it warns of results that went
+        for noisy in ("distributed.client", "asyncio"):  # which warn of results that went with a job
+            logger = logging.getLogger(noisy)
+            stack.callback(logger.setLevel, logger.level)
+            logger.setLevel(logging.CRITICAL)
 
         def script(worker: str) -> str:
             return job_script(options, ranks, worker, cluster.scheduler_address, security)

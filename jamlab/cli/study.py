@@ -1,4 +1,4 @@
-"""`jamlab study`, `chart`, `figure`, `calibrate`, `compare`: evidence planned, run and drawn, and your own studies."""
+"""`jamlab study`, `chart`, `figure`, `calibrate`, `compare`: evidence planned, run and drawn."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
@@ -251,7 +251,7 @@ def compare(
 study = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Evidence: figures, charts of cost against error, stability maps, comparisons; and studies of your own.",
+    help="Evidence: figures, charts of cost against error, stability maps, comparisons.",
     epilog="Start with: jamlab study list",
 )
 Names = Annotated[list[str], typer.Argument(help="Studies, by the names that `jamlab study list` prints.")]
@@ -263,7 +263,7 @@ def list_studies(
     kind: Annotated[str | None, typer.Option(help="figure, topic, map, comparison, sizes, calibration.")] = None,
     as_json: Json = False,
 ) -> None:
-    """List all studies: those that ship, and your own."""
+    """List all studies."""
     from jamlab.studies.registry import studies
 
     chosen = {name: s for name, s in studies().items() if kind in (None, s.kind)}
@@ -335,33 +335,6 @@ def draw(
     out_console.print(f"Open {out / 'studies.html'}", soft_wrap=True)
 
 
-@study.command(
-    "add", short_help="Add a study of your own, or packings.", epilog="Example: jamlab study add my_study.py"
-)
-def add(
-    source: Annotated[Path, typer.Argument(help="Python file with a study, or a campaign whose packings to add.")],
-    out: Annotated[Path, typer.Option(help="Of a campaign: folder of tables to add to.")] = Path("jamlab-tables"),
-    commit: Annotated[str, typer.Option(help="Of a campaign: commit to record.")] = "unknown",
-    only: Annotated[list[str] | None, typer.Option(help="Of a campaign: a table to write; default: all.")] = None,
-) -> None:
-    """Add a study of your own, or packings of a campaign to the tables that figures are drawn from.
-
-    A Python file defines a subclass of jamlab.studies.study.TableStudy with columns, tasks and show, and makes one,
-    STUDY = MyStudy(name, title); the file jamlab-studies.txt in the working folder lists it from then on. Tables of a
-    campaign take packings that they lack: jamlab figure all --from FOLDER draws all.
-    """
-    if source.suffix == ".py":
-        from jamlab.studies.registry import OWN, add_studies
-
-        names = ", ".join(each.name for each in add_studies(source))
-        out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
-        return
-    from jamlab.studies.reference_data import has_record
-
-    expect_output(out)
-    _save_tables(source, out, commit, only or [], keep=has_record(out))
-
-
 def _chosen(names: list[str]) -> "dict[str, Study]":
     from jamlab.studies.registry import chosen, studies
 
@@ -395,6 +368,7 @@ def figure(
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
     from jamlab.studies import gallery
+    from jamlab.studies.reference_data import has_record
 
     expect_output(out)
     if names == ["list"] and as_json:
@@ -406,7 +380,7 @@ def figure(
     elif names == ["reference"]:
         if source is None:
             raise InputError("reference needs a campaign: name its file or folder with --from")
-        _save_tables(source, out, commit, only or [], keep=add, replace=force, as_json=as_json)
+        _save_tables(source, out, commit, only or [], keep=add and has_record(out), replace=force, as_json=as_json)
     else:
         _draw_figures(names, source, out, force, as_json)
 

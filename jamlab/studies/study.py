@@ -76,7 +76,7 @@ class Study(ABC):
 
 @dataclass(frozen=True)
 class TableStudy(Study):
-    """A study whose tasks are functions that give rows of one table; those of your own are such.
+    """A study whose tasks are functions that give rows of one table.
 
     A subclass has `columns`, `tasks` and `show`:
 

@@ -55,7 +55,6 @@ WRITTEN = {  # command and its option that names what is written: its other word
     ("campaign new", "file"): ("", "new.toml"),
     ("campaign page", "--out"): ("c.toml", "p.html"),
     ("study draw", "--out"): ("boromand-6", ["boromand-6.png", "boromand-6.csv", "studies.html"]),
-    ("study add", "--out"): ("c.toml", TABLES),
     ("study run", "--out"): ("spectrum", ["spectrum.csv"]),
     ("chart speed-accuracy", "--out"): ("", ["spectrum.png", "speed-accuracy.html", "speed-accuracy.csv"]),
     ("chart stability", "--out"): ("", ["moved.png", "stability.html", "stability.csv"]),

@@ -98,7 +98,7 @@ LONG = {  # commands that keep what is finished when they are interrupted
 }
 ALL_OR_NOTHING = {"demo", "jam", "pack", "analyze", "gstar", "explore"}  # one result: nothing is finished on the way
 TASKS = {"campaign run", "campaign resume", "study run", "estimate"}  # finished tasks are files in a folder
-DRAWING = {"figure", "calibrate", "compare", "study draw", "study add", *(f"chart {k}" for k in CHARTS)}
+DRAWING = {"figure", "calibrate", "compare", "study draw", *(f"chart {k}" for k in CHARTS)}
 SHORT = {"decks", "doctor", "study list", "study plan", *(f"campaign {k}" for k in CAMPAIGN_LOOKS)}
 
 

@@ -1,22 +1,18 @@
-"""Studies by name: what ships, what users add, plan, run and draw; and names that are taken."""
+"""Studies by name: what ships; they are planned, run and drawn."""
 
 import json
+from dataclasses import dataclass
+from functools import partial
 
 import campaigns
 import pytest
 from commands import call
-
-import jamlab
-from jamlab.studies import gallery
-from jamlab.studies.reference_data import read_record
-from jamlab.studies.registry import CHARTS, MAPS, OWN, add_studies, studies
-
-OWN_STUDY = """
-from dataclasses import dataclass
-from functools import partial
-
 from matplotlib.figure import Figure
 
+import jamlab
+from jamlab.studies import gallery, registry
+from jamlab.studies.reference_data import read_record
+from jamlab.studies.registry import CHARTS, MAPS, studies
 from jamlab.studies.study import Shown, TableStudy
 
 
@@ -37,18 +33,12 @@ class Squares(TableStudy):
         return Shown(figure, "Squares of numbers.", rows=table.rows)
 
 
-STUDY = Squares("squares", "Squares of a few numbers")
-"""
-
-
-def test_a_study_of_ones_own_is_listed_planned_run_and_drawn(tmp_path):
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "squares.py").write_text(OWN_STUDY)
-    done = call(tmp_path, "study", "add", "mine/squares.py")
-    assert done.exit_code == 0 and (tmp_path / OWN).read_text() == "mine/squares.py\n"
-    assert json.loads(call(tmp_path, "study", "list", "--kind", "study", "--json").stdout) == {
-        "squares": {"kind": "study", "title": "Squares of a few numbers"}
-    }
+def test_a_study_is_listed_planned_run_and_drawn_and_no_code_of_the_folder_runs(tmp_path, monkeypatch):
+    (tmp_path / "jamlab-studies.txt").write_text("mine.py\n")
+    (tmp_path / "mine.py").write_text("1 / 0\n")
+    monkeypatch.setitem(registry.OTHERS, "squares", Squares("squares", "Squares of a few numbers"))
+    found = json.loads(call(tmp_path, "study", "list", "--kind", "study", "--json").stdout)
+    assert found["squares"] == {"kind": "study", "title": "Squares of a few numbers"}
     plan = ("study", "plan", "squares", "--out", "results", "--json")
     assert json.loads(call(tmp_path, *plan).stdout)["plan"] == [["squares", "3", "unknown"]]
     assert "squares: task 2 of 3" in call(tmp_path, "study", "run", "squares", "--out", "results").stderr
@@ -64,26 +54,8 @@ def test_a_study_of_ones_own_is_listed_planned_run_and_drawn(tmp_path):
     assert refused.exit_code == 1 and "ships no table 'squares'" in refused.stderr
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("STUDY = 1", "defines no study"),
-        ("1 / 0", "cannot be imported: ZeroDivisionError"),
-        (OWN_STUDY.replace('"squares"', '"moved"'), "the name 'moved' is taken"),
-        (None, "is no Python file"),
-    ],
-)
-def test_what_is_no_study_is_refused_and_not_listed(tmp_path, text, said):
-    file = tmp_path / "own.py"
-    if text is not None:
-        file.write_text(text)
-    with pytest.raises(jamlab.InputError, match=said):
-        add_studies(file, tmp_path)
-    assert not (tmp_path / OWN).exists()
-
-
 def test_all_that_ships_is_one_list(tmp_path):
-    known = studies(tmp_path)
+    known = studies()
     assert {
         *CHARTS,
         *MAPS,
@@ -118,7 +90,9 @@ def test_packings_of_a_campaign_are_added_to_tables(tmp_path):
     campaign = jamlab.open_campaign(campaigns.written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaigns.run_here(campaign)
     for commit in ("one", "two"):
-        done = call(tmp_path, "study", "add", campaign.file, "--out", "tables", "--commit", commit)
+        done = call(
+            tmp_path, "figure", "reference", "--from", campaign.file, "--add", "--out", "tables", "--commit", commit
+        )
         assert done.exit_code == 0, done.stderr
     record = read_record(tmp_path / "tables")
     assert [run["commit"] for run in record["runs"]] == ["one", "two"]
