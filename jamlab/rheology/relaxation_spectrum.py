@@ -65,6 +65,13 @@ class RelaxationSpectrum:
         loss = self.eta_inf * omega + np.sum(weight * y, axis=1)
         return np.asarray(storage + 1j * loss)
 
+    def beside(self, other: RelaxationSpectrum, unit: str) -> RelaxationSpectrum:
+        """This spectrum in parallel with another one; `unit`: of stress."""
+        rates, strengths = (np.concatenate([getattr(s, n) for s in (self, other)]) for n in ("rates", "strengths"))
+        order = np.argsort(rates, kind="stable")
+        g0, eta_inf = self.g0 + other.g0, self.eta_inf + other.eta_inf
+        return RelaxationSpectrum(g0, eta_inf, rates[order], strengths[order], unit)
+
     @drawn('Line2D, such as marker="s"')
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the strength of every Maxwell element over its rate; spring and dashpot stand in the legend.
