@@ -31,7 +31,8 @@ def from_outlines(
     """Make droplets of outlines, in any unit of length; not relaxed.
 
     Args:
-        outlines: n arrays (vertices, 2), clockwise or not, closed by an edge from the last vertex to the first.
+        outlines: n arrays (vertices, 2), clockwise or not, closed by an edge from the last vertex to the first, which
+            may be repeated at the end.
         box: (2, 2), rows are the lattice vectors; or two sides of a rectangle.
         rest_areas: (n,) in the square of that unit; default the areas of the outlines.
         wrapped: True: the box may cut every outline, and its edges are the shortest of their periodic images. False:
@@ -54,6 +55,7 @@ def from_outlines(
         (2, [1.0, 1.0], [[4.0, 0.0], [0.0, 4.0]])
     """
     shapes = [finite_array(f"outlines[{m}]", outline, (None, 2)) for m, outline in enumerate(outlines)]
+    shapes = [shape[:-1] if len(shape) > 3 and (shape[0] == shape[-1]).all() else shape for shape in shapes]
     if not shapes or min(map(len, shapes)) < 3:
         raise InputError("outlines: give one or more, each of three vertices or more")
     names = [name for name in FORCE_LAW["dp", "eps"] if name != "a0"]

@@ -25,6 +25,12 @@ from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings
 _FLOAT32 = 2.0**-22
 
 
+_GSD = (
+    *(f"particles/{name}" for name in ("N", "position", "image", "type", "diameter", "velocity", "mass", "charge")),
+    *("configuration/", "bonds/"),
+)
+
+
 class UniverseFrames:
     """Convert frames of a Universe or AtomGroup one by one, see `from_universe`; its topology is read once."""
 
@@ -55,6 +61,7 @@ class UniverseFrames:
         residues = _attribute(self.group.residues, "rest_areas", None)
         self._a0 = None if residues is None else self.group.rest_areas
         self._entries = _entries(self.group)
+        self._unread = _gsd_unread(str(self.trajectory.filename)) if self.trajectory.format == "GSD" else []
 
     def packing(self) -> Packing:
         """Convert the present frame. Errors as in `from_universe`."""
@@ -74,6 +81,7 @@ class UniverseFrames:
             deck=False,
             rounding=max(error, self._entries.get("rounding", 0.0)),
             provenance=provenance,
+            unread=self._unread,
         )
         check_flat(positions[:, 2], box[0, 0], f"frame {step.frame}")
         try:
@@ -218,6 +226,14 @@ def _gsd_has_diameters(path: str, frame: int) -> bool:
 
     with gsd.hoomd.open(path, "r") as file:
         return any(file.file.chunk_exists(k, "particles/diameter") for k in (0, frame))
+
+
+def _gsd_unread(path: str) -> list[str]:
+    """Names in a GSD file of what is not read, and is more than states at rest have."""
+    import gsd.hoomd
+
+    with gsd.hoomd.open(path, "r") as file:
+        return [name for name in file.file.find_matching_chunk_names("") if not name.startswith(_GSD)]
 
 
 def _gsd_box(path: str, frame: int) -> Array:

@@ -69,6 +69,8 @@ def _frame(group: Any, frame: int, unread: list[str]) -> Sites:
     if "image" in group and box is not None:
         read = read + _at(group, "image", frame, 2)[:, :2] @ box
     columns = {name: _at(group, name, frame, 1) for name in ("id", "species", *SIZE_NAMES) if name in group}
+    if "id" in columns and len(np.unique(columns["id"])) != count:
+        raise ValueError(f"frame {frame}: two particles have the same id")
     here = np.argsort(columns["id"]) if "id" in columns else np.arange(count)
     types = [f"{kind:g}" for kind in columns["species"]] if "species" in columns else ["1"] * count
     error = rounding_of(_array(group, "position").dtype, positions)

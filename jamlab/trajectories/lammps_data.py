@@ -68,6 +68,14 @@ def numbers(words: Sequence[Sequence[str]], column: int) -> Array:
     return values
 
 
+def equal_rows(rows: list[list[str]], count: int) -> list[list[str]]:
+    """Rows of words, none of which has more or fewer than it should."""
+    wrong = next((k for k, row in enumerate(rows) if len(row) != count), None)
+    if wrong is not None:
+        raise ValueError(f"row {wrong} has {len(rows[wrong])} columns, {count} expected")
+    return rows
+
+
 def given_numbers(words: Sequence[Sequence[str]], columns: Mapping[str, int], names: Iterable[str]) -> dict[str, Array]:
     """Some columns of rows of words by name, those that there are."""
     return {name: numbers(words, columns[name]) for name in names if name in columns}
@@ -121,7 +129,7 @@ def read_data(path: FilePath) -> Sites:
         style, rows = sections["Atoms"]
         if len(rows) != int(header["atoms"][0]) or not rows:
             raise ValueError(f"it announces {header['atoms'][0]} atoms and holds {len(rows)}")
-        columns = _columns(style, len(rows[0]))
+        columns = _columns(style, len(equal_rows(rows, len(rows[0]))[0]))
         ids = whole_numbers(rows, 0)
         place = {int(k): m for m, k in enumerate(np.sort(ids))}
         if len(place) != len(rows):
@@ -138,7 +146,9 @@ def read_data(path: FilePath) -> Sites:
         sizes = {"diameter": numbers(rows, columns.index("diameter"))} if "diameter" in columns else {}
         error += sum(0.5 * rounding([row[columns.index(k)] for row in rows], v, chosen=True) for k, v in sizes.items())
         if "d_diameter" in sections:
-            sizes["diameters"] = _by_atom(sections["d_diameter"][1], place)
+            own = sections["d_diameter"][1]
+            sizes["diameters"] = _by_atom(own, place)
+            error += 0.5 * rounding([row[1] for row in own], sizes["diameters"], chosen=True)
         ends = [word for name in ("xlo xhi", "ylo yhi", "xy xz yz") for word in header.get(name, ())]
         error += rounding(ends, box, chosen=True)
         bonds = [[place[int(word)] for word in row[2:4]] for row in sections.get("Bonds", ("", []))[1]]
@@ -278,10 +288,10 @@ def sites(path: FilePath, frame: Frame) -> Sites:
     """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
     vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
     with damage_named(path):
-        columns = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(frame.columns)))}
+        columns = {_plain(name): k for k, name in reversed(list(enumerate(frame.columns)))}
         if "id" not in columns:
             raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
-        rows = [row.split() for row in frame.rows]
+        rows = equal_rows([row.split() for row in frame.rows], len(frame.columns))
         ids = whole_numbers(rows, columns["id"])
         if len(np.unique(ids)) != len(ids):
             raise ValueError("two atoms of a frame have the same id")
@@ -298,7 +308,9 @@ def sites(path: FilePath, frame: Frame) -> Sites:
         for name, values in sizes.items():
             error += SIZE_NAMES[name] * rounding([row[columns[name]] for row in rows], values, chosen=True)
         if rings is not None and radius is not None:
-            entries.setdefault("delta", 2 * _one_value("radius of vertices", radius))
+            if np.ptp(radius):
+                raise InputError(f"vertices have rims of {radius.min():g} to {radius.max():g}: all must have one")
+            entries.setdefault("delta", 2 * float(radius[0]))
         kind = next((name for name in ("type", "element") if name in columns), None)
         return Sites(
             box=box,
@@ -311,8 +323,17 @@ def sites(path: FilePath, frame: Frame) -> Sites:
             entries=entries,
             rounding=max(error, entries.get("rounding", 0.0)),
             provenance={"step": frame.step},
-            unread=[*(columns.keys() - _COLUMNS), *frame.items],
+            unread=[
+                *(n for k, n in enumerate(frame.columns) if columns[_plain(n)] != k or _plain(n) not in _COLUMNS),
+                *frame.items,
+            ],
         )
+
+
+def _plain(name: str) -> str:
+    """Name of a column without that of a variable, property or compute; a compute knows no force law."""
+    plain = _PREFIX.sub("", name)
+    return name if name.startswith("c_") and plain in _ENTRIES else plain
 
 
 def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
@@ -361,19 +382,18 @@ def _heights(rows: list[list[str]], columns: dict[str, int], box: Array) -> tupl
     return heights, 1.0 if name == scaled else float(box[0, 0])
 
 
-def _one_value(what: str, values: Array) -> float:
+def _one_value(what: str, rows: list[list[str]], column: int) -> float:
+    words = list(dict.fromkeys(row[column] for row in rows))
+    values = np.array([float(word) for word in words])
     if np.ptp(values):
-        k = int(np.flatnonzero(values != values[0])[0])
-        raise InputError(
-            f"{what} of atom {k} in order of id is {values[k]:g}, of atom 0 {values[0]:g}: all must have one"
-        )
+        raise InputError(f"{what} is {words[0]} on one atom and {words[1]} on another: all must have one")
     return float(values[0])
 
 
 def _entries(rows: list[list[str]], columns: dict[str, int]) -> dict[str, Any]:
     """Read the columns of `jamlab.write_dump` that are the same for all atoms."""
-    shared = given_numbers(rows, columns, (*LAW_NAMES, *STATE, "rounding"))
-    found: dict[str, Any] = {name: _one_value(name, values) for name, values in shared.items()}
+    shared = [name for name in (*LAW_NAMES, *STATE, "rounding") if name in columns]
+    found: dict[str, Any] = {name: _one_value(name, rows, columns[name]) for name in shared}
     for name, names in (("contact", CONTACT_FORMS), ("ensemble", ENSEMBLES)):
         if name in found:
             found[name] = dict(enumerate(names))[int(found[name])]

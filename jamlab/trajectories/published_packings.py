@@ -8,7 +8,7 @@ box, `rad` and `box`, energy (eps/2)(1 - r/s)^2, eps = 1. Extended xyz (freud, O
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.verified_file import FilePath, read_hdf5
-from jamlab.trajectories.lammps_data import damage_named, numbers, rounding, text_of
+from jamlab.trajectories.lammps_data import damage_named, equal_rows, numbers, rounding, text_of
 from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, plane_box, radius_of, rounding_of
 
 _HEAD = re.compile(
@@ -57,16 +57,12 @@ def read_leiden(path: FilePath) -> Iterator[Sites]:
             box = np.array([_floats(head[name], 2, f"block {block}: lattice vector") for name in ("first", "second")])
             if next(lines, "") != "{":
                 raise ValueError(f"block {block}: no brace opens the list of disks")
-            words = [word for name in ("first", "second") for word in head[name].split(",")]
-            yield _leiden_block(lines, int(head["n"]), box, words, head["pressure"], block)
+            yield _leiden_block(lines, head, box, block)
             block += 1
 
 
-def _leiden_block(
-    lines: Iterator[str], n: int, box: Array, words: Sequence[str], pressure: str | None, block: int
-) -> Sites:
-    """One state; `words`: the numbers of its box as they are written."""
-    rows = []
+def _leiden_block(lines: Iterator[str], head: re.Match[str], box: Array, block: int) -> Sites:
+    n, pressure, rows = int(head["n"]), head["pressure"], []
     for line in lines:
         if line == "}":
             break
@@ -78,7 +74,7 @@ def _leiden_block(
     positions, radius = np.column_stack([numbers(rows, 0), numbers(rows, 1)]), numbers(rows, 2)
     error = rounding([word.strip() for row in rows for word in row[:2]], positions)
     error += rounding([row[2].strip() for row in rows], radius, chosen=True)
-    error += rounding([word.strip() for word in words], box, chosen=True)
+    error += rounding([word.strip() for k in ("first", "second") for word in head[k].split(",")], box, chosen=True)
     given = {} if pressure is None else {"pressure in the file": float(pressure)}
     return Sites(
         box=box,
@@ -88,6 +84,7 @@ def _leiden_block(
         entries={"units": "k", "k": 1.0, "ensemble": "shear-stabilized"},
         rounding=error,
         provenance=given,
+        unread=re.findall(r"(\w+)\s*=", head.string[head.end() :]),
     )
 
 
@@ -168,6 +165,7 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]], rest: list[str]) -> 
     columns = _columns(keys.get("Properties", "species:S:1:pos:R:3"))
     if "pos" not in columns:
         raise InputError(f"the xyz frame has no column pos, only {', '.join(columns)}")
+    equal_rows(rows, sum(width for _, width in columns.values()))
     at, width = columns["pos"]
     if width not in (2, 3):
         raise InputError(f"pos has {width} columns: 2 or 3 expected")

@@ -9,7 +9,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.lammps_data import damage_named, numbers, rounding, text_of
+from jamlab.trajectories.lammps_data import damage_named, equal_rows, numbers, rounding, text_of
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat, radius_of, rounding_of
 
 _SHORT = {"r": "radius", "rad": "radius", "d": "diameter", "diam": "diameter", "t": "time", "species": "type"}
@@ -31,8 +31,7 @@ def read_csv(path: FilePath) -> Iterator[Sites]:
         rows = [[word.strip().strip('"') for word in line.split(separator)] for line in lines[1:]]
         if separator != ",":
             rows = [[word.replace(",", ".") for word in row] for row in rows]
-        if wrong := next((k for k, row in enumerate(rows) if len(row) != len(names)), None):
-            raise ValueError(f"row {wrong} of numbers has {len(rows[wrong])} columns, its first line {len(names)}")
+        equal_rows(rows, len(names))
         columns = {name: numbers(rows, k) for k, name in enumerate(names) if name in _KNOWN - {"type", "id", ""}}
         words = {name: [row[k] for row in rows] for k, name in enumerate(names)}
         error = max(rounding(words[name], columns[name]) for name in ("x", "y"))

@@ -192,11 +192,11 @@ def test_other_columns_and_sections_of_lammps_files_are_named(tmp_path):
     lines = (tmp_path / "p.dump").read_text().splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("ITEM: ATOMS"))
     wide = [
-        lines[at] + " vx c_stress diameter",
-        *(f"{row} 0 1 {2 * float(row.split()[6]):.17g}" for row in lines[at + 1 :]),
+        lines[at] + " vx c_stress diameter c_k",
+        *(f"{row} 0 1 {2 * float(row.split()[6]):.17g} {row.split()[0]}" for row in lines[at + 1 :]),
     ]
     (tmp_path / "p.dump").write_text("\n".join(["ITEM: UNITS", "lj", *lines[:at], *wide]) + "\n")
-    assert jamlab.read(tmp_path / "p.dump").provenance["unread"] == ["UNITS", "stress"]
+    assert jamlab.read(tmp_path / "p.dump").provenance["unread"] == ["UNITS", "c_k", "c_stress"]
     for column, change in (("zu", "7"), ("k", "7"), ("diameter", "7")):
         k = wide[0].split().index(column) - 2
         words = wide[1].split()
@@ -204,6 +204,9 @@ def test_other_columns_and_sections_of_lammps_files_are_named(tmp_path):
         (tmp_path / "q.dump").write_text("\n".join([*lines[:at], *changed]) + "\n")
         with pytest.raises(InputError):
             jamlab.read(tmp_path / "q.dump")
+    (tmp_path / "q.dump").write_text("\n".join([*lines[: at + 1], lines[at + 1] + " 7", *lines[at + 2 :]]) + "\n")
+    with pytest.raises(StorageError):  # a row that is longer than the others
+        jamlab.read(tmp_path / "q.dump")
     jamlab.write_data(tmp_path / "p.data", p)
     text = (tmp_path / "p.data").read_text() + "\nPair Coeffs\n\n1 2.0\n\nVelocities\n\n1 0 0 0\n"
     (tmp_path / "p.data").write_text(text)
@@ -219,6 +222,7 @@ def test_diameters_that_a_gsd_file_does_not_say_are_asked_for(tmp_path):
     frame.particles.N = 6
     frame.particles.position = np.column_stack([POSITIONS, np.zeros(6)])
     frame.configuration.box = [4.0, 5.0, 1.0, 0.1, 0.0, 0.0]
+    frame.log["particles/spin"] = np.ones(6)
     for sizes in (None, RADII):
         frame.particles.diameter = None if sizes is None else 2 * sizes
         with hoomd.open(tmp_path / "p.gsd", "w") as file:
@@ -227,4 +231,5 @@ def test_diameters_that_a_gsd_file_does_not_say_are_asked_for(tmp_path):
             with pytest.raises(InputError):
                 jamlab.read(tmp_path / "p.gsd")
         given = {"radii": RADII} if sizes is None else {}
-        assert jamlab.read(tmp_path / "p.gsd", **given).diameters == pytest.approx(2 * RADII, rel=1e-6)
+        p = jamlab.read(tmp_path / "p.gsd", **given)
+        assert p.diameters == pytest.approx(2 * RADII, rel=1e-6) and p.provenance["unread"] == ["log/particles/spin"]

@@ -174,6 +174,26 @@ def test_few_digits_are_noticed(tmp_path):
     assert read.rounding == pytest.approx(5e-6)  # half of the last digit of 5.43219
 
 
+def test_few_digits_of_fractions_count_for_the_whole_box(tmp_path):
+    rows = "1 1 0.123457 0.25\n2 1 0.5 0.625\n3 1 0.25 0.75"
+    (tmp_path / "p.dump").write_text(DUMP.format(step=0, columns="id type xs ys", rows=rows, tilt="", xy="", zero=""))
+    assert jamlab.read(tmp_path / "p.dump", radii=0.5).rounding == pytest.approx(4.5 * 5e-7)  # the box is 4.5 by 4
+
+
+def test_few_digits_of_many_sizes_are_noticed(tmp_path):
+    """Beyond 64 sizes a data file has a section of diameters."""
+    sizes = np.linspace(0.7, 1.3, 70) / 3
+    p = jamlab.Packing(
+        "sp", [[9.0, 0.0], [0.0, 9.0]], np.random.default_rng(1).uniform(0, 9, (70, 2)), {"k": 1.0}, "k", sizes
+    )
+    jamlab.write_data(tmp_path / "p.data", p)
+    assert jamlab.read(tmp_path / "p.data").rounding == 0.0
+    head, rows = (tmp_path / "p.data").read_text().split("d_diameter\n\n")
+    short = [f"{k} {float(size):.6f}" for k, size in (row.split() for row in rows.splitlines())]
+    (tmp_path / "p.data").write_text(head + "d_diameter\n\n" + "\n".join(short) + "\n")
+    assert jamlab.read(tmp_path / "p.data").rounding == pytest.approx(2.5e-7)
+
+
 @cache
 def just_jammed():
     return jamlab.pack(n=64, pressure=1e-6, seed=1)

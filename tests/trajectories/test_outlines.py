@@ -96,6 +96,12 @@ def test_an_outline_that_the_box_cannot_have_cut_is_whole(ring):
     assert unit * p.positions == pytest.approx(np.array(ring), rel=1e-14)
 
 
+def test_a_first_vertex_that_is_repeated_at_the_end_is_no_vertex():
+    ring = rectangle(0.2, 0.3, 0.1)
+    p = jamlab.from_outlines([np.vstack([ring, ring[0]]), ring + 0.4], [1.0, 1.0])
+    assert np.diff(p.offsets).tolist() == [4, 4]
+
+
 def test_the_rest_area_says_which_of_two_readings_is_meant():
     ring, box = rectangle(0.6, 0.3, [0.1, 0.1]), np.eye(2)
     for area in (0.17, 0.13):

@@ -25,6 +25,7 @@ def test_leiden_packing_is_the_minimum_that_its_log_describes():
     p = jamlab.read(LEIDEN)
     e = jamlab.evaluate(p)
     assert (p.n, p.units, p.ensemble, p.rounding) == (16, "k", "shear-stabilized", 0.0)
+    assert p.provenance["unread"] == ["P0"]
     assert p.phi == pytest.approx(0.81494906634508249081, rel=1e-14)  # of logN16~P1e-3~0001.txt, as what follows
     assert e.energy == pytest.approx(1.0928358570711133750e-04, rel=1e-11)
     assert np.abs(e.forces).max() < 1e-14 and jamlab.contacts(p).z == 4.125
