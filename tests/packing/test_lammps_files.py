@@ -9,7 +9,7 @@ import pytest
 import jamlab
 from jamlab.engine.installation import start_lammps
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
+from jamlab.packing.lammps_files import describe, described, types, wrap, write_data, write_dump
 from jamlab.packing.packing import Packing
 
 LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
@@ -106,13 +106,32 @@ def test_lammps_holds_every_bit_where_its_own_arithmetic_is_exact(tmp_path, lmp)
         assert not state["image"].any()
 
 
-def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path):
-    packing = Packing("sp", np.eye(2), [[0.5, 0.5], [0.5, -512.5]], {"eps": 1.0}, diameters=np.ones(2))
-    with pytest.raises(InputError, match=r"positions\[1\].*513.*shift"):
+@pytest.mark.parametrize("tilt", TILTS)
+def test_wrapped_positions_lie_in_the_parallelogram(tilt):
+    for packing in (disks(tilt), polygons(tilt)):
+        inside, image = wrap(packing)
+        fractions = inside @ np.linalg.inv(packing.box)
+        assert fractions.min() > -1e-14 and fractions.max() < 1 + 1e-14
+        np.testing.assert_allclose(inside + image @ packing.box, packing.positions, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("far", [-512.5, 512.5])
+def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path, far):
+    packing = Packing("sp", np.eye(2), [[0.5, 0.5], [0.5, far]], {"eps": 1.0}, diameters=np.ones(2))
+    with pytest.raises(InputError, match=rf"positions\[1\].*{abs(np.floor(far)):.0f}"):
         write_data(tmp_path / "p.data", packing)
     assert os.listdir(tmp_path) == []
     write_data(tmp_path / "p.data", packing.with_state(positions=[[0.5, 0.5], [511.5, -511.5]]))
     assert atoms_in(tmp_path / "p.data", slice(-3, -1)).tolist() == [[0, 0], [511, -512]]
+
+
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_a_dump_has_the_types_and_particles_of_the_packing(tmp_path, make):
+    packing = make(0.0)
+    write_dump(tmp_path / "p.dump", [packing])
+    rows = [line.split() for line in (tmp_path / "p.dump").read_text().splitlines()[9:]]
+    found = np.array([row[1:3] for row in rows], dtype=int)  # id mol type
+    assert np.array_equal(found, np.column_stack([packing.particle + 1, types(packing).types[packing.particle]]))
 
 
 def test_types_rank_the_sizes():
@@ -192,6 +211,7 @@ def test_the_comment_of_a_data_file_holds_the_force_law(tmp_path, make):
 
 def test_a_comment_that_is_no_list_of_numbers_is_refused():
     assert described(["LAMMPS data file via write_data"]) == {}
+    assert described(["# jamlab units=k k=1", "Atoms", "# jamlab units=k k=2"])["k"] == 2.0  # a deck appends its own
     with pytest.raises(InputError, match="'gamma=much'"):
         described(["# jamlab model=dp gamma=much"])
     with pytest.raises(InputError, match=r"params\['note'\]"):

@@ -174,6 +174,16 @@ def test_few_digits_are_noticed(tmp_path):
     assert read.rounding == pytest.approx(5e-6)  # half of the last digit of 5.43219
 
 
+def test_the_rim_of_droplets_is_twice_the_radius_of_their_vertices(tmp_path):
+    """In a dump that says no delta."""
+    packing = polygons(2, 0.0)
+    jamlab.write_dump(tmp_path / "p.dump", [packing])
+    text = (tmp_path / "p.dump").read_text().replace(" delta ", " other ")
+    (tmp_path / "p.dump").write_text(text)
+    p = jamlab.read(tmp_path / "p.dump")
+    assert p.params["delta"] == pytest.approx(packing.params["delta"]) and p.provenance["unread"] == ["other"]
+
+
 def test_few_digits_of_fractions_count_for_the_whole_box(tmp_path):
     rows = "1 1 0.123457 0.25\n2 1 0.5 0.625\n3 1 0.25 0.75"
     (tmp_path / "p.dump").write_text(DUMP.format(step=0, columns="id type xs ys", rows=rows, tilt="", xy="", zero=""))
