@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+import jamlab
 from jamlab.engine import doctor
 from jamlab.engine.installation import TESTED_LAMMPS
 
@@ -120,3 +121,9 @@ def test_no_extra_changes_a_number():
 @pytest.mark.parametrize("extra", OPTIONAL)
 def test_no_single_extra_changes_a_number(extra):
     assert numbers_without(extra) == numbers_without()
+
+
+def test_packings_and_doctor_name_what_decides_the_last_digits():
+    found = jamlab.pack(n=8, pressure=1e-2, seed=1).provenance
+    assert found["cvxopt"] == metadata.version("cvxopt") and found["blas_kernels"]
+    assert all(found[name] in doctor._solver() for name in ("cvxopt", "blas_kernels"))

@@ -88,7 +88,8 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
 @cache
 def _blas_kernels() -> str:
     """Instruction set that the loaded BLAS libraries compute with, which decides the last digits of a processor."""
-    return ", ".join(sorted({library.get("architecture", library["internal_api"]) for library in threadpool_info()}))
+    libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
+    return ", ".join(sorted({library.get("architecture", library["internal_api"]) for library in libraries}))
 
 
 def versions() -> dict[str, str]:
