@@ -58,7 +58,7 @@ def law_values(entries: list[str] | None) -> dict[str, float | str]:
 Law = Annotated[
     list[str] | None, typer.Option(help="NAME=VALUE: a parameter of the force law; may be given several times.")
 ]
-N = Annotated[int, typer.Option("--n", help="Number of particles, even if half of them are large.")]
+N = Annotated[int, typer.Option("--n", help="Number of particles; even unless --large or --sizes says otherwise.")]
 Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
 Large = Annotated[float, typer.Option(help="Number share of the large particles.")]
 Sizes = Annotated[

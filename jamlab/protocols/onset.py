@@ -63,7 +63,7 @@ def jam(
 
     Args:
         model: "sp" or "dp".
-        n: number of particles, even if half of them are large.
+        n: number of particles; even unless `large` or `sizes` says otherwise.
         seed: of the random start; the same seed gives the same positions, bit for bit.
         search: "bisection", or "paper": by the letter of Boromand et al. 2.3, some forty times slower.
         step: first increment of phi, by default `step` or `step_paper` of `onset.parameters`, halved at every turn;

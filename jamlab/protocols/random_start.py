@@ -79,7 +79,7 @@ def random_disks(
     """Place disks uniformly at random in a square box.
 
     Args:
-        n: number of disks, even if half of them are large; the small ones come first.
+        n: number of disks; even unless `large` or `sizes` says otherwise; the small ones come first.
         seed: of numpy's default generator; one seed gives one packing, bit for bit.
         phi: nominal packing fraction.
         units: "eps" or "k"; in both the mean of the two diameters is 1.

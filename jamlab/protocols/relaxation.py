@@ -107,7 +107,9 @@ def relax(
         if state.max_force <= tolerance:
             return Relaxed(state, tolerance, True, newton_steps)
     for round_ in range(settings.relaxation.rounds):
-        if session.model == "sp":
+        if session.model == "sp" and round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
+            state = _descend_preconditioned(session, tolerance, settings.lbfgs.steps, settings)
+        elif session.model == "sp":
             state = _descend_disks(session, tolerance, round_, least_pressure, settings.relaxation)
             if state.pressure < least_pressure:
                 return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)

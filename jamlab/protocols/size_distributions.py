@@ -4,7 +4,8 @@ A distribution is named by text, such as "lognormal:0.3" or "power-law:-3,0.5,2"
 strata: the law is cut into n parts of equal probability, each disk has the mean diameter of its part, and a growing
 parabola through them, or an exponential where none does, sets mean, width and skewness to those of the law, which n
 parts alone miss by a little. No n numbers have a skewness above (n - 2)/sqrt(n - 1): laws beyond have mean and width
-alone, and `sizes` of a packing's provenance names the skewness of the law and that drawn. So no two seeds differ in
+alone. No diameter leaves the cut-offs of its law: few disks whose width or skewness would ask for that have the mean
+alone. `sizes` of a packing's provenance names width and skewness of the law and those drawn. So no two seeds differ in
 them. ",random" draws independent diameters instead.
 
 Widths are standard deviations over the mean, and the mean diameter of every named distribution is 1.
@@ -26,7 +27,8 @@ Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
 
 SIZES_PROTOCOL = 1  # version, see jamlab.campaign.versions
 LARGEST_RATIO = 10.0  # of `ratio`: beyond, small disks rattle in the gaps
-WIDEST_RATIO = 50.0  # of any two disks: neighbor lists grow with the square of the ratio
+WIDEST_RATIO = 100.0  # of any two disks: neighbor lists grow with the square of the ratio
+LEAST_WIDTH = 1e-6  # of a distribution: sizes in less are alike but for rounding
 _FINE = 64  # points in each stratum, by which its mean is taken
 _RANDOM = "random"
 
@@ -87,7 +89,9 @@ def _power_law_mean(numbers: tuple[float, ...]) -> float:
 
 def _fault_of_width(highest: float) -> Callable[[tuple[float, ...]], str]:
     def fault(numbers: tuple[float, ...]) -> str:
-        return "" if 0 < numbers[0] <= highest else f"the width must be above 0 and at most {highest:g}"
+        if LEAST_WIDTH <= numbers[0] <= highest:
+            return ""
+        return f"the width must be from {LEAST_WIDTH:g} to {highest:g}; disks of one size are monodisperse"
 
     return fault
 
@@ -149,7 +153,7 @@ class SizeDistribution:
         try:
             numbers = tuple(map(float, words))
         except ValueError:
-            numbers = ()
+            numbers = (float("nan"),)
         if len(numbers) != law.numbers or not all(map(is_number, numbers)):
             raise InputError(f"sizes = {text!r}: write it as {law.usage}, with numbers; add ,random for a random draw")
         if fault := law.fault(numbers):
@@ -233,14 +237,20 @@ class SizeDistribution:
             return _standard(np.exp(bend * (straight - straight[-1])))
 
         # a parabola up to where it begins to fall at an end, an exponential up to where one disk alone is large
+        curves = [straight]
         for curve, least, most in (
             (parabola, -0.5 / straight[-1], -0.5 / straight[0]),
             (exponential, 1e-3, 40 / (straight[-1] - straight[-2])),
         ):
             if n > 2 and _skewness(curve(least)) < self.skewness < _skewness(curve(most)):
                 bend = brentq(lambda b, of=curve: _skewness(of(b)) - self.skewness, least, most, xtol=1e-15)
-                return np.asarray(1 + self.width * curve(bend))
-        return np.asarray(1 + self.width * straight)
+                curves.insert(len(curves) - 1, curve(bend))
+        smallest, largest = self.quantiles(np.array([0.0, 1.0]))
+        for shape in curves:
+            diameters = np.asarray(1 + self.width * shape)
+            if smallest <= diameters[0] and diameters[-1] <= largest:
+                return diameters
+        return np.asarray(means)
 
     def _two_sizes(self, n: int) -> Array:
         ratio, share = self.numbers

@@ -209,6 +209,8 @@ class PressureSettings:
     # packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +- 1e-4; two levels
     # more change it by 2e-5 +- 2e-5.
     ladder: tuple[tuple[float, float], ...] = ((3e-2, 2.0), (1e-2, 0.5))
+    # factors of a pressure that a random start does not meet: one of them is met first, and the packing decompressed
+    above: tuple[float, ...] = (10.0, 100.0, 1000.0)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Pack disks at a target pressure, from a random start or down from a packing at a higher one."""
 
 import time
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -55,10 +56,11 @@ def pack(
 
     Random disks are quenched above onset and decompressed, with forces relaxed to a few per cent of the pressure only,
     until p = (S_xx + S_yy)/2 is near the target. Then the box is set free: the enthalpy U + p A is minimised over its
-    size, and over its shears where the ensemble says so, together with the positions.
+    size, and over its shears where the ensemble says so, together with the positions. Near onset some random starts do
+    not end at the target: `decompress` then takes a packing at 10, 100 or 1000 times the pressure down to it.
 
     Args:
-        n: number of disks, even if half of them are large.
+        n: number of disks; even unless `large` or `sizes` says otherwise.
         pressure: target, k; from 1e-8 to 0.3.
         seed: of the random start.
         ensemble: "fixed-box" or "shear-stabilized", the box sheared until no shear stress is left.
@@ -74,7 +76,8 @@ def pack(
         parameters: of the force law, values that replace those of `sp.parameters`.
 
     Returns:
-        Packing with p met to 1e-6 relative and `converged` True; `provenance["pressure"]` holds the value.
+        Packing with p met to 1e-6 relative and `converged` True; `provenance["pressure"]` holds the value, and
+        `provenance["from_pressure"]` the higher pressure of a packing that was decompressed.
 
     Raises:
         InputError: a value that no run can start from.
@@ -91,30 +94,55 @@ def pack(
     search = {name: float(value) for name, value in defaults("pressure").items()}
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
-    began = time.perf_counter()
     law = DiskLaw.of(disk_params("k", **parameters))
-    overlap = law.linear_in_phi(pressure)
-    if overlap > HIGHEST_PRESSURE:
+    if law.linear_in_phi(pressure) > HIGHEST_PRESSURE:
         raise InputError(
             f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
             "beyond, disks pass through each other"
         )
-    phi = search["phi_jammed"] + 2 * overlap
-    given = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
+
+    def at(target: float) -> Packing:
+        phi = search["phi_jammed"] + 2 * law.linear_in_phi(target)
+        start = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
+        entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed} | sizes_record(
+            sizes, diameters
+        )
+        return _from_random(start, target, force, ranks, settings, progress, entries)
+
+    try:
+        return at(pressure)
+    except ConvergenceError:
+        for times in settings.pressure.above:
+            if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
+                with suppress(ConvergenceError):
+                    return decompress(
+                        at(times * pressure), pressure, ranks=ranks, tolerance=tolerance, settings=settings
+                    )
+        raise
+
+
+def _from_random(
+    given: Packing,
+    pressure: float,
+    force: float,
+    ranks: int,
+    settings: SolverSettings,
+    progress: Progress | None,
+    entries: dict[str, Any],
+) -> Packing:
+    """The packing at a pressure that random disks come to; `entries` go into its provenance."""
+    began, search = time.perf_counter(), {name: float(value) for name, value in defaults("pressure").items()}
     scales = natural_scales(given)
-    start = scales.to_natural(given)
-    with Session(start, ranks=ranks) as session:
+    with Session(scales.to_natural(given), ranks=ranks) as session:
         _walk(session, pressure, search, settings, progress)
-        found = relax_disks_and_box(session, Border(_strains(ensemble), pressure), force, settings=settings)
+        found = relax_disks_and_box(session, Border(_strains(given.ensemble), pressure), force, settings=settings)
         packing = session.packing()
     _check_met(
         packing, found, pressure, Scales(), f"try another seed, or come down from a higher pressure: {_DECOMPRESS}"
     )
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
-    entries: dict[str, Any] = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL}
-    entries |= {"seed": seed, "pressure": found.evaluation.pressure}
-    entries |= sizes_record(sizes, diameters) | {"wall_time": time.perf_counter() - began}
+    entries = entries | {"pressure": found.evaluation.pressure, "wall_time": time.perf_counter() - began}
     return scales.from_natural(record(packing, found, **entries, **versions()))
 
 

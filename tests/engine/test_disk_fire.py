@@ -120,6 +120,19 @@ def test_force_and_stress_are_met(random_disks):
     assert state.pressure == pytest.approx(1e-2, rel=1e-8)
 
 
+def test_shear_stress_alone_keeps_it_from_ending():
+    """A sheared crystal, whose forces balance: what is left is the stress of a shear over its norm."""
+    i, j = np.divmod(np.arange(64), 8)
+    for turn in (np.array([[1.02, 0.0], [0.0, 0.98]]), np.array([[1.0, 0.03], [0.0, 1.0]])):
+        box = turn @ (8 * 0.95 * np.array([[1.0, 0.5], [0.0, np.sqrt(0.75)]]))
+        places = np.column_stack([j, i]) / 8 @ box.T
+        crystal = jamlab.Packing("sp", box.T, places, {"k": 1.0}, diameters=np.ones(64), units="k")
+        border = Border(SHEARS)
+        moved, _, largest = fire_disks(crystal, 1e-14, 1, 1, border)
+        state = jamlab.evaluate(moved)
+        assert state.max_force < 1e-12 and largest == pytest.approx(border.excess(state.stress), rel=1e-9)
+
+
 def test_session_takes_either_and_lammps_judges(random_disks, monkeypatch):
     """The kernel, or LAMMPS where a box is too small for its cells; the same minimum to the force asked for."""
     from jamlab.engine import session as module

@@ -270,3 +270,14 @@ def test_droplets_handed_over_from_disks_end_in_a_minimum(monkeypatch):
     *_, disks = jamlab.compress(jamlab.jam("sp", 12), jamlab.packing_fraction(on_saddle), 0.1)
     monkeypatch.setattr(droplets_from_disks, "inscribe", lambda *_, **__: on_saddle)
     _assert_stable(jamlab.to_polygons(disks))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_size_ratio_of_20_ends_in_as_many_minimisations_as_one_of_2(seed):
+    """States that slide along a curved valley as they lose contacts are relaxed, or known to unjam, in one go."""
+    seen = []
+    sizes = [20.0] * 2 + [1.0] * 200
+    onset = jamlab.jam(n=202, seed=seed, sizes=sizes, progress=lambda share, words: seen.append(share))
+    c = jamlab.contacts(onset)
+    assert onset.converged and c.count == c.isostatic and len(seen) < 200

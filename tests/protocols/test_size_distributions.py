@@ -59,7 +59,7 @@ def test_few_disks_have_the_mean_and_the_width_as_well(text, n):
         return
     drawn = law.draw(n, 1)
     assert drawn.mean() == pytest.approx(1.0, abs=1e-12)
-    if law.name != "bidisperse":
+    if law.name not in ("bidisperse", "power-law"):  # cut-offs come first, see below
         assert drawn.std() == pytest.approx(law.width, abs=1e-12)
 
 
@@ -68,7 +68,7 @@ def test_a_skewness_that_no_64_numbers_have_is_not_met_and_the_packing_says_so()
     drawn = SizeDistribution.of(text).draw(64, 1)
     record = sizes_record(text, drawn)["sizes"]
     assert record["skewness"] < most < record["law_skewness"] == SizeDistribution.of(text).skewness
-    assert record["width"] == pytest.approx(record["law_width"], rel=1e-12)
+    assert 0.7 * record["law_width"] < record["width"] <= record["law_width"] * (1 + 1e-12)
     assert SizeDistribution.of("bidisperse:3,0.1").skewness == pytest.approx(0.8 / 0.3, rel=1e-12)
 
 
@@ -211,23 +211,22 @@ def test_diameters_from_a_file(tmp_path):
         (8, "lognormal:wide", r"write it as lognormal:WIDTH"),
         (8, "lognormal:nan", r"write it as lognormal:WIDTH"),
         (8, "lognormal:0.3,0.4", r"write it as lognormal:WIDTH"),
-        (8, "lognormal:-0.3", r"the width must be above 0 and at most 1"),
+        (8, "lognormal:-0.3", r"-0\.3"),
         (64, "gaussian:0.5", r"would have the diameter -0\.\d+: take a smaller width"),
-        (2, "power-law:-2,1,20", r"would have the diameter -0\.\d+: take a smaller width"),
-        (8, "uniform:0.6", r"the width must be above 0 and at most 0\.55"),
+        (8, "uniform:0.6", r"0\.6.* 0\.55"),
         (8, "bidisperse:1.4", r"write it as bidisperse:RATIO,SHARE"),
         (8, "bidisperse:1.4,1", r"SHARE, that of the large disks by number, must lie between 0 and 1"),
         (8, "bidisperse:1.4,0.01", r"of n = 8 particles that leaves one size only"),
         (7, "bidisperse:1.4,0.5", r"n = 7: half of the particles are large, so n must be an even number"),
-        (8, "bidisperse:0.5,0.5", r"RATIO, large over small diameter, must be from 1 to 50"),
+        (8, "bidisperse:0.5,0.5", r"RATIO, large over small diameter, must be from 1 to 100"),
         (8, "power-law:-3,2,1", r"SMALLEST must be above 0 and LARGEST above it"),
-        (8, "power-law:-3,1,1000", r"by a factor of at most 50"),
+        (8, "power-law:-3,1,1000", r"by a factor of at most 100"),
         (8, "from-file:nowhere.txt", r"sizes = 'from-file:nowhere\.txt': No such file"),
         (8, [], r"sizes hold 0 diameters for n = 8 disks: give 2 or more"),
         (8, [1.0] * 7, r"sizes hold 7 diameters for n = 8 disks: give n = 7"),
         (2, [1.0, -1.0], r"sizes\[1\] is -1: must be positive"),
         (2, [1.0, float("nan")], r"sizes\[1\] is nan"),
-        (2, [1.0, 1e6], r"sizes from 1 to 1e\+06: the largest may have 50 times the smallest"),
+        (2, [1.0, 1e6], r"sizes from 1 to 1e\+06: the largest may have 100 times the smallest"),
         (1, "monodisperse", r"n = 1: must be a whole number of particles, 2 or more"),
     ],
 )
@@ -352,3 +351,23 @@ def test_a_campaign_of_droplets_of_any_sizes(tmp_path):
     written(file, model="dp", n=3, seeds=1, compress=None, onset=True, force_law={"vertices": 12})
     with pytest.raises(jamlab.InputError, match=r"vertices are those of one packing: give nv_small and nv_large"):
         jamlab.open_campaign(file)
+
+
+@pytest.mark.parametrize("text", ["power-law:-2.45,1,20", "power-law:-3,1,10", "power-law:-2,1,100", "uniform:0.5"])
+@pytest.mark.parametrize("n", [2, 3, 5, 8, 16, 64])
+def test_strata_stay_between_the_cut_offs(text, n):
+    """Few disks cannot have the width of a law without leaving it; their mean is that of the law in any case."""
+    law = SizeDistribution.of(text)
+    drawn = law.draw(n, 1)
+    smallest, largest = law.quantiles(np.array([0.0, 1.0]))
+    assert smallest <= drawn.min() and drawn.max() <= largest
+    assert drawn.mean() == pytest.approx(1.0, rel=1e-12)
+    assert drawn.std() <= law.width * (1 + 1e-12) and (n < 64 or drawn.std() == pytest.approx(law.width, rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    "text", ["monodisperse,foo", "monodisperse:abc", "monodisperse:1", "uniform:1e-17", "gaussian:0"]
+)
+def test_words_and_widths_that_are_no_distribution_are_named(text):
+    with pytest.raises(jamlab.InputError, match=text):
+        SizeDistribution.of(text)

@@ -127,6 +127,23 @@ def test_packings_that_cannot_come_down(sp_jammed, dp_onset, monkeypatch):
         decompress(dp_onset, 1e-4)
 
 
+@pytest.mark.parametrize("ensemble, exponent", [("fixed-box", 2.0), ("shear-stabilized", 2.0), ("fixed-box", 2.5)])
+def test_a_pressure_that_random_disks_do_not_meet_is_reached_from_above(ensemble, exponent):
+    """Near onset, where three of eight random starts end elsewhere; provenance says where the packing came from."""
+    found = jamlab.pack(64, 1e-8, 1, ensemble=ensemble, exponent=exponent)
+    state, c = jamlab.evaluate(found), jamlab.contacts(found)
+    assert found.converged and state.pressure == pytest.approx(1e-8, rel=1e-6)
+    assert 0 <= c.count - c.isostatic <= 3 and found.ensemble == ensemble
+    said = found.provenance
+    assert said["seed"] == 1
+    assert (said["protocol"] == "decompress") == ("from_pressure" in said)
+
+
+def test_a_pressure_that_nothing_meets_is_refused():
+    with pytest.raises(ConvergenceError, match="1e-08"):
+        jamlab.pack(64, 1e-8, 1, settings=replace(idle(), pressure=replace(idle().pressure, above=())))
+
+
 def test_a_pressure_that_is_not_met_is_refused(sp_jammed):
     """Solvers without steps: the state is not returned, and the numbers are named."""
     with pytest.raises(ConvergenceError, match=r"0.0001 not met with n = 32: .* 1e-12 is asked for; start from"):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from spack.package import conflicts, depends_on, license, variant, version
+from spack.package import conflicts, depends_on, license, version
 from spack_repo.builtin.build_systems.cmake import CMakePackage
 
 
@@ -17,13 +17,11 @@ class JamlabPlugin(CMakePackage):
 
     version("0.2.0")  # with --no-checksum: python -m build --sdist --outdir dist
 
-    variant("exponents", default=True, description="Decks of disks with exponents other than 2")
 
     depends_on("cxx", type="build")
     depends_on("cmake@3.20:", type="build")
     depends_on("mpi")
     depends_on("lammps@20230802:20250722 +lib+mpi+plugin+molecule+extra-pair", type=("build", "link", "run"))
-    depends_on("lammps+lepton", when="+exponents", type=("build", "link", "run"))
     conflicts("^lammps lammps_sizes=smallsmall")
 
     def cmake_args(self):
