@@ -25,7 +25,7 @@ from jamlab.errors import InputError
 
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
 
-SIZES_PROTOCOL = 1  # version, see jamlab.campaign.versions
+SIZES_PROTOCOL = 2  # version, see jamlab.campaign.versions; 1 let few disks leave the cut-offs of their law
 LARGEST_RATIO = 10.0  # of `ratio`: beyond, small disks rattle in the gaps
 WIDEST_RATIO = 100.0  # of any two disks: neighbor lists grow with the square of the ratio
 LEAST_WIDTH = 1e-6  # of a distribution: sizes in less are alike but for rounding
