@@ -61,9 +61,10 @@ class RunFile(Generic[R]):
         self.before: R | None = None
         if self._path is None:
             return
-        check_ending(self._path, "packings")
         check_target(self._path)
-        if self._path.exists():
+        if not self._path.exists():
+            check_ending(self._path, "packings")
+        else:
             self.before = self._read_same(self._path, kind, packing)
             if self.before is None:
                 raise OtherRunError(

@@ -262,6 +262,17 @@ def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt
     assert jamlab.evaluate(twice).energy == pytest.approx(2 * wanted, rel=1e-12)
 
 
+@pytest.mark.parametrize("tilt", [0.0, 3.0, 9.0])  # of one lattice
+def test_an_edge_of_half_the_box_is_refused(tilt):
+    """Two images of its end are equally near: LAMMPS takes either."""
+    ring = np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 0.7], [0.0, 0.7]])
+    law = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.2, "eta": 0.0, "contact": "outline", "a0": [1.05, 1.05]}
+    p = jamlab.Packing("dp", [[3.0, 0], [tilt, 6]], np.vstack([ring, ring + 2.0]), law, "eps", offsets=[0, 4, 8])
+    with pytest.raises(jamlab.EngineError):
+        jamlab.evaluate(p)
+    jamlab.evaluate(p.with_state(box=[[3.001, 0], [tilt, 6]]))
+
+
 def test_disks_in_one_place_are_refused():
     p = jamlab.Packing("sp", [[3.0, 0], [0, 3.0]], [[1.0, 1.0], [1.0, 1.0]], {"k": 1.0}, "k", [1.0, 1.0])
     for act in (jamlab.evaluate, jamlab.relaxed, lambda p: list(jamlab.compress(p, to=0.8, step=0.1))):

@@ -58,6 +58,14 @@ def test_a_table_may_hold_frames_and_types_and_lack_sizes(tmp_path):
         assert np.array_equal(p.positions, POSITIONS + f) and p.diameters.tolist() == [0.6, 0.4] * 3
 
 
+@pytest.mark.parametrize(("digits", "error"), [((".17g", ".6f"), 5e-7), ((".4f", ".17g"), 5e-5)])
+def test_few_digits_of_a_table_are_noticed(tmp_path, digits, error):
+    place, size = digits
+    rows = [f"{x:{place}},{y:{place}},{r:{size}}" for (x, y), r in zip(POSITIONS, RADII, strict=True)]
+    (tmp_path / "disks.csv").write_text("\n".join(["x,y,r", *rows]))
+    assert jamlab.read(tmp_path / "disks.csv", box=BOX).rounding == pytest.approx(error)
+
+
 def test_arrays_of_numpy(tmp_path):
     rows = np.column_stack([POSITIONS, RADII])
     named = np.array([tuple(row) for row in rows], dtype=[("x", "f8"), ("y", "f8"), ("R", "f8")])
@@ -143,6 +151,8 @@ def test_h5md_that_is_no_packing_is_refused_with_a_true_reason(tmp_path):
             jamlab.read(tmp_path / "f.h5", **({} if "radius" in more else {"radii": 0.4}))
         assert word in str(caught.value)
     write_h5md(tmp_path / "f.h5", flat.astype("f4"), np.array([4.0, 5.0, 1.0]))
+    assert 1e-8 < jamlab.read(tmp_path / "f.h5", radii=0.4).rounding < 1e-6
+    write_h5md(tmp_path / "f.h5", flat, np.array([4.1, 5.0, 1.0], dtype="f4"))
     assert 1e-8 < jamlab.read(tmp_path / "f.h5", radii=0.4).rounding < 1e-6
     for content in ({"a": 1}, {}):
         with h5py.File(tmp_path / "plain.h5", "w") as file:

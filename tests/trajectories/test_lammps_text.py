@@ -174,6 +174,12 @@ def test_few_digits_are_noticed(tmp_path):
     assert read.rounding == pytest.approx(5e-6)  # half of the last digit of 5.43219
 
 
+def test_a_largest_force_of_zero_is_not_an_unknown_one(tmp_path):
+    packing = replace(disks(1, 0.3), converged=True, max_force=0.0)
+    jamlab.write_dump(tmp_path / "p.dump", [packing])
+    assert (jamlab.read(tmp_path / "p.dump").max_force, jamlab.read(tmp_path / "p.dump").converged) == (0.0, True)
+
+
 def test_the_rim_of_droplets_is_twice_the_radius_of_their_vertices(tmp_path):
     """In a dump that says no delta."""
     packing = polygons(2, 0.0)
