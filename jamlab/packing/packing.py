@@ -332,7 +332,7 @@ class Packing:
 
     @checked
     def select(self, particles: NDArray[np.bool_]) -> Packing:
-        """Keep some of the particles.
+        """Keep some of the particles. Fewer have another phi, so their packing has no onset.
 
         Args:
             particles: (n,) bool, at least one of them True.
@@ -344,6 +344,7 @@ class Packing:
         if particles.shape != (self.n,) or not particles.any():
             raise InputError(f"particles {particles.shape}: give {self.n} truth values, one or more of them True")
         changes: dict[str, Any] = {"positions": self.positions[particles[self.particle]]}
+        changes["onset"] = self.onset if particles.all() else None
         if self.diameters is not None:
             changes["diameters"] = self.diameters[particles]
         if self.offsets is not None:

@@ -110,6 +110,12 @@ def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
         without_rattlers(random_disks(phi=0.01))
 
 
+def test_the_onset_of_a_packing_is_not_that_of_its_backbone(random_disks):
+    """phi of fewer particles is lower, so that phi - phi_J would be too."""
+    p = random_disks(n=3).with_state(onset=0.84)
+    assert p.select([True, False, True]).onset is None and p.select([True] * 3).onset == 0.84
+
+
 @given(packings())
 def test_forces_on_a_particle_add_up_to_the_gradient_of_its_contact_energy(packing):
     network = contacts(packing)

@@ -338,7 +338,8 @@ def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> 
                 row[2 * n + j] -= 0.5 * packing.diameters[j]
             stiffness = float(spring(packing, np.array([s]))[0])
             total += 0.5 * weight * stiffness * np.outer(row, row)  # half: found from both sides
-    total[: 2 * n, : 2 * n] += background * packing.params[packing.units] * np.eye(2 * n)
+    size = 1.0 if packing.units == "k" else packing.diameters.mean()
+    total[: 2 * n, : 2 * n] += background * packing.params[packing.units] / size**2 * np.eye(2 * n)
     return total
 
 
