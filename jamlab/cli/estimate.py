@@ -50,8 +50,8 @@ def estimate(
     shown.sort(key=lambda row: (row["why"] != Why.TAKEN, row["why"] != Why.DEARER, row["seconds"]))
     columns = ["way", "packings", "seconds", "error", "why"]
     print_table(
-        f"{made.choice.packings} packings of {made.choice.way} are expected to give {quantity} to "
-        f"±{made.choice.error[quantity]:.2g} in {made.choice.seconds:.3g} s",
+        f"{made.choice.packings} packings of {made.choice.way} are expected to give {quantity} within "
+        f"{made.choice.error[quantity]:.2g} (95 %) in {made.choice.seconds:.3g} s",
         columns,
         [[_cell(row[name]) for name in columns] for row in shown],
     )
