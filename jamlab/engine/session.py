@@ -231,7 +231,16 @@ class Session:
 
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
+
+        Raises:
+            InputError: `border` or `fire` for droplets or another style, which would not use them.
         """
+        for name, given in (("border", border), ("fire", fire)):
+            if given is not None and (style != "fire" or self.model != "sp"):
+                raise InputError(
+                    f"{name}: style = {style!r} of model {self.model!r} does not use it; leave it out, or minimise "
+                    "disks with style='fire'"
+                )
         stretch = min(stretch or steps, steps)
         force = force / self._scales.force
         if border is not None:

@@ -148,6 +148,14 @@ def test_session_takes_either_and_lammps_judges(random_disks, monkeypatch):
     assert counts[0] is True and not any(counts[1:])
 
 
+@pytest.mark.parametrize("style, model", [("cg", "sp"), ("fire", "dp"), ("cg", "dp")])
+def test_strains_that_no_style_takes_are_refused(sp_jammed, dp_onset, style, model):
+    with jamlab.Session(sp_jammed if model == "sp" else dp_onset) as session:
+        for name, value in (("border", Border(SHEARS)), ("fire", fire_settings())):
+            with pytest.raises(jamlab.InputError, match=name):
+                session.minimize(1e-9, style=style, steps=10, **{name: value})
+
+
 def test_positions_that_no_box_holds_are_refused(random_disks):
     """Farther away than numbers can tell from their images."""
     start = random_disks(n=100)
