@@ -239,13 +239,20 @@ class Sweep(FileTable):
                 raise ValueError(f"{what} for model {model}{units}: give {_OTHERS[other]} a separate sweep{end}")
 
     def _check_force_law(self) -> None:
+        from jamlab.protocols.onset import check_stiffness
         from jamlab.protocols.random_start import check_force_law
+        from jamlab.protocols.target_pressure import check_pressure
 
-        for model in self.model if self.force_law else ():
-            try:
+        force = self.tolerances.max_force
+        try:
+            for model in self.model:
                 check_force_law(model, self.force_law)
-            except JamlabError as error:
-                raise ValueError(f"force_law: {error}") from None
+            if "dp" in self.model:
+                check_stiffness(defaults("dp") | self.force_law, force)
+        except JamlabError as error:
+            raise ValueError(f"force_law: {error}") from None
+        for pressure in self.pressures or ():
+            check_pressure(pressure, force, **self.force_law)
 
     def _check_sizes(self) -> None:
         from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters

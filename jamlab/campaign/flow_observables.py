@@ -13,10 +13,17 @@ from pydantic import AfterValidator, Field
 from jamlab.campaign.file_values import FileTable, Frequencies, Rates, Tolerances
 from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, Size, floats
 from jamlab.errors import ConvergenceError
-from jamlab.flow.creep import LONGEST, creep
+from jamlab.flow.creep import LARGEST_STRESS, LONGEST, check_creeping, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
-from jamlab.flow.oscillate import LARGEST_AMPLITUDE, MOST_CYCLES, oscillate
-from jamlab.flow.overdamped_session import LARGEST_BACKGROUND, LARGEST_TOLERANCE, LEAST_TOLERANCE
+from jamlab.flow.oscillate import FASTEST, LARGEST_AMPLITUDE, MOST_CYCLES, SLOWEST, oscillate
+from jamlab.flow.overdamped_session import (
+    LARGEST_BACKGROUND,
+    LARGEST_TOLERANCE,
+    LEAST_STRAIN,
+    LEAST_TIME,
+    LEAST_TOLERANCE,
+    check_flowing,
+)
 from jamlab.flow.quasistatic_shear import LARGEST_STEP
 from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, shear
 from jamlab.packing.packing import Packing
@@ -64,9 +71,9 @@ class Flow(FileTable):
 class Oscillating(FileTable):
     """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
-    omega: Frequencies  # frequencies, 1/tau_1
+    omega: Annotated[Frequencies, _at_most(FASTEST, "highest frequency", SLOWEST)]  # frequencies, 1/tau_1
     # of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm
-    amplitudes: Annotated[Frequencies, _at_most(LARGEST_AMPLITUDE, "largest strain")]
+    amplitudes: Annotated[Frequencies, _at_most(LARGEST_AMPLITUDE, "largest strain", LEAST_STRAIN)]
     # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
@@ -77,8 +84,9 @@ class Oscillating(FileTable):
 class Creeping(FileTable):
     """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
-    stresses: Frequencies  # beside the residual one, in the packing's unit
-    duration: Annotated[float, Field(gt=0, le=LONGEST)]  # time, tau_1
+    # beside the residual one, in the packing's unit
+    stresses: Annotated[Frequencies, _at_most(LARGEST_STRESS, "largest stress", LEAST_STRAIN)]
+    duration: Annotated[float, Field(ge=LEAST_TIME, le=LONGEST)]  # time, tau_1
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0  # at which a run ends early
     # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
@@ -110,9 +118,16 @@ class _Run(Driven):
     def measure(self, of: Measured) -> list[Row]:
         return super().measure(replace(of, last=getattr(self.how, "last", False)))
 
+    def laws(self) -> list[tuple[Damping, dict[str, float]]]:
+        return self.damping.with_columns(self.how.alpha)
+
+    def check_law(self, law: Damping) -> None:
+        background = self.how.background if law.at_contacts else None
+        check_flowing(law, self.how.tolerance, background or 0.0)
+
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
-        laws = self.damping.with_columns(self.how.alpha)
-        return [({"law": law, "row": columns | p}, columns | p) for law, columns in laws for p in self.points()]
+        points = self.points()
+        return [({"law": law, "row": columns | p}, columns | p) for law, columns in self.laws() for p in points]
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
         return [self.drive(packing, **how)]
@@ -242,6 +257,10 @@ class Creep(_Run):
     _MISSING: ClassVar[Row] = {**dict.fromkeys(_OF_RUN, np.nan), "flows": False, "rests": False}
 
     creep: Creeping
+
+    def check_law(self, law: Damping) -> None:
+        super().check_law(law)
+        check_creeping(law)
 
     def points(self) -> list[dict[str, float]]:
         return [{"stress": stress} for stress in self.creep.stresses]

@@ -23,6 +23,7 @@ from jamlab.arrays import Array
 from jamlab.campaign.file_values import DampingLaws, FileTable, Tolerances
 from jamlab.errors import ConvergenceError, InputError, JamlabError
 from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import Damping
 
 Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
 Columns = dict[str, NDArray[Any]]
@@ -168,9 +169,18 @@ class Driven(Observable):
     def check(self, sites: float) -> None:
         if not self.damping.count:
             raise ValueError(f"observable {self.name!r} needs a damping law: add contact or stokes to damping")
+        for law, _ in self.laws():  # which refuse what they cannot have
+            self.check_law(law)
+
+    def laws(self) -> list[tuple[Damping, dict[str, float]]]:
+        """Damping laws, each with its columns."""
+        return self.damping.with_columns()
+
+    def check_law(self, law: Damping) -> None:
+        """Raise ValueError for a law that no state can be driven by."""
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
-        return [({"law": law}, columns) for law, columns in self.damping.with_columns()]
+        return [({"law": law}, columns) for law, columns in self.laws()]
 
 
 def measure_tables(observables: list[Observable], of: Measured, known: Mapping[str, Columns]) -> dict[str, Columns]:

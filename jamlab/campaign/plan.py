@@ -10,10 +10,11 @@ The number depends on the finished tasks alone, not on when and where they ran, 
 the same seeds. Packings that failed, did not converge or have no value (nan) are left out of the mean.
 
 Finished tasks of the same sweep, model and n are the best guide. Where there are none, the time is interpolated between
-means over seeds that were measured part by part on one core of 2026, with the default force laws; `machine_speed` says
-how much longer the machine at hand takes, and each observable what measuring it takes. Tasks whose states another
-finished task holds only cost what they measure. A task of several ranks holds as many cores all its time, also while
-one of them measures.
+means over seeds that were measured part by part on one core of 2026, with the default force laws and sizes;
+`machine_speed` says how much longer the machine at hand takes, and each observable what measuring it takes. With other
+laws or sizes the time is not known before a task is finished. Tasks whose states another finished task holds only cost
+what they measure. A task of several ranks holds as many cores all its
+time, also while one of them measures.
 """
 
 import math
@@ -32,6 +33,7 @@ from jamlab.campaign.folder import CampaignFolder, read_last_state, read_seconds
 from jamlab.campaign.observable import Points
 from jamlab.campaign.states import StoredStates, shared_tables
 from jamlab.campaign.tasks import Batch, Parameters, Task
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
@@ -198,8 +200,7 @@ _PACK_TIME: dict[str, tuple[Points, Points]] = {  # at these pressures
     ),
 }
 _DECOMPRESS_TIME: Points = ((32, 0.15), (512, 0.22), (2048, 1.6), (32768, 130.0))  # half a decade down, near onset
-_RANKED_SHARE = 0.95  # of the time to make a large packing, which first-order minimisation by ranks takes
-_RANKED_SECONDS = 4.0  # wall time to start ranks for the minimisations of one packing, half a second each
+_RANKED_SHARE = 0.95  # of the time to make a large packing, which FIRE takes, shared out to threads
 _STATES_TIME: dict[str, Points] = {  # to measure table "states"
     "sp": ((32, 0.0045), (128, 0.008), (512, 0.02), (2048, 0.065)),
     "dp": ((16, 0.017), (32, 0.029), (64, 0.055)),
@@ -222,7 +223,6 @@ def task_seconds(parameters: Parameters, ranks: int = 1) -> float:
     making = _making_seconds(parameters)
     if ranks > 1:
         making *= 1 - _RANKED_SHARE + _RANKED_SHARE / ranks
-        making += _RANKED_SECONDS * parameters.size.states
     return making + measuring_seconds(parameters)
 
 
@@ -285,6 +285,8 @@ class Estimate:
     seconds: float  # of cores, for the tasks left; functions of the user's own count nothing
     bytes: int  # on disk, for the tasks left
     measured: bool  # whether the time is that of finished tasks of the same kind
+    # whether it is known at all: `seconds` of a force law or sizes that nobody has timed are those of the default ones
+    known: bool
     until: dict[str, float]  # column -> wanted standard error; empty without `until`
     ranks: int  # threads of each task, hence cores of a worker
 
@@ -321,8 +323,16 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
     rows = sum(o.rows(size) * sum(kind.itemsize for kind in o.stored.values()) for o in parameters.observables)
     each_file = int(_FILE_BYTES + size.states * (_POSITION_BYTES * size.sites + _STATE_BYTES + rows))
     counts = (len(batch.seeds), len(left), len(stored), size.states)
-    cost = (total * batch.ranks, len(left) * each_file, seconds is not None and not stored)
+    known = seconds is not None or len(left) == len(stored) or _is_timed(parameters)
+    cost = (total * batch.ranks, len(left) * each_file, seconds is not None and not stored, known)
     return Estimate(batch.sweep, parameters.model, parameters.n, *counts, *cost, batch.until, batch.ranks)
+
+
+def _is_timed(parameters: Parameters) -> bool:
+    """Whether times were measured with such a force law and sizes; numbers of vertices are counted."""
+    usual, law = defaults(parameters.model), parameters.force_law
+    changed = {name for name, value in law.items() if value != usual.get(name)} - {"nv_small", "nv_large"}
+    return parameters.sizes is None and not changed
 
 
 def total_time(lines: list[Estimate], workers: int | None = None) -> tuple[float, float, int]:

@@ -172,16 +172,13 @@ class SlurmCrew:
 
         key, status = job.key, future.status
         assert key is not None
-        if status == "error" and isinstance(error := future.exception(), KilledWorker):
-            job.lost, job.address = True, None
-            return None
-        if status == "error":
+        if status == "error" and not isinstance(error := future.exception(), KilledWorker):
             raise EngineError(f"workers cannot run a task: {error}; they must have the driver's jamlab") from error
-        if status != "finished":
-            raise EngineError("lost the Dask scheduler: `jamlab campaign resume` starts it again")
         try:
+            if status != "finished":  # the worker died, or it died with the result: "lost" or "pending"
+                raise TimeoutError
             result = future.result(timeout=_FETCH)
-        except (TimeoutError, CancelledError):  # the worker died with it; a task that is done has its file
+        except (TimeoutError, CancelledError):  # a task that is done has its file, so that running it again is quick
             job.lost, job.address = True, None
             return None
         future.release()

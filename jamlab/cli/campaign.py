@@ -111,12 +111,18 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     cells = []
     for line in lines:
         counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored, line.states)]
-        source = "finished tasks" if line.measured else "estimate"
+        source = "finished tasks" if line.measured else "estimate" if line.known else "not known"
         size_of = f"{line.bytes / 1e6:.1f} MB"
-        cells.append([line.sweep, line.model, *counts, _format_time(line.seconds), size_of, source])
+        spent = _format_time(line.seconds) if line.known else "?"
+        cells.append([line.sweep, line.model, *counts, spent, size_of, source])
     print_table(f"campaign {campaign.name}", names, cells)
     left, time = sum(line.left for line in lines), _format_time(seconds)
     out_console.print(f"{left} tasks left: about {time} on {cores} free cores, {size / 1e6:.0f} MB")
+    for line in lines:
+        if line.left and not line.known:
+            said = "with its force law or sizes, the time is not known before a task is finished"
+            said = f"{line.sweep} {line.model} n={line.n}: {said}; counted as with the default ones"
+            out_console.print(said, soft_wrap=True, highlight=False)
     if stored := sum(line.stored for line in lines):
         out_console.print(f"{stored} of them measure states that are stored already")
     _print_earlier(campaign)

@@ -154,11 +154,7 @@ def creep(
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    if not law.resists_shear:
-        raise InputError(
-            f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
-            "use contact damping"
-        )
+    check_creeping(law)
     scale = natural_scales(packing).stress
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
@@ -183,3 +179,12 @@ def creep(
             if abs(state.strain) > largest_strain:
                 break
         return file.finish(result)
+
+
+def check_creeping(law: Damping) -> None:
+    """Refuse a law under which a stress has no answer."""
+    if not law.resists_shear:
+        raise InputError(
+            f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
+            "use contact damping"
+        )

@@ -139,7 +139,7 @@ TOLERANCE = 1e-3  # a modulus is wanted better than a stress in flow
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
 MOST_CYCLES = 10_000
 LARGEST_AMPLITUDE = 2.0  # beyond, every half cycle is steady flow
-_SLOWEST, _FASTEST = 1e-8, 1e3
+SLOWEST, FASTEST = 1e-8, 1e3
 
 
 @checked
@@ -185,8 +185,8 @@ def oscillate(
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    if not _SLOWEST <= omega <= _FASTEST:
-        raise InputError(f"omega = {omega!r}: must lie between {_SLOWEST:g} and {_FASTEST:g}, in 1/tau_1")
+    if not SLOWEST <= omega <= FASTEST:
+        raise InputError(f"omega = {omega!r}: must lie between {SLOWEST:g} and {FASTEST:g}, in 1/tau_1")
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
     if not 2 <= cycles <= MOST_CYCLES:
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")

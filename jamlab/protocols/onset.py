@@ -116,7 +116,8 @@ def jam(
     scales = unit_scales(placed)
     loose = _without_last_digits(scales.to_natural(placed))
     force = force_tolerance(model) if tolerance is None else tolerance
-    _check_rounding(loose, force)
+    if model == "dp":
+        check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
@@ -167,12 +168,13 @@ def _without_last_digits(packing: Packing) -> Packing:
     return packing.with_state(params=packing.params | {name: float(f"{packing.params[name]:.14g}") for name in names})
 
 
-def _check_rounding(packing: Packing, tolerance: float) -> None:
+def check_stiffness(law: dict[str, Any], tolerance: float | None) -> None:
     """Refuse droplets so stiff beside their contacts that rounding of their own forces exceeds those of contacts."""
-    if packing.model == "dp" and (left := _ROUNDING * packing.params["ka"] / packing.params["eps"]) > tolerance:
+    force = force_tolerance("dp") if tolerance is None else tolerance
+    if (left := _ROUNDING * law["ka"] / law["eps"]) > force:
         raise InputError(
-            f"ka = {packing.params['ka']:g} eps: rounding of area forces is {left:.1g}, above the tolerance on forces, "
-            f"{tolerance:g}: give ka up to {tolerance / _ROUNDING:.1g} eps"
+            f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the tolerance on forces, "
+            f"{force:g}: give ka up to {force / _ROUNDING:.1g} eps"
         )
 
 

@@ -90,17 +90,10 @@ def pack(
         >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
         0.01
     """
-    force = _check_force(pressure, tolerance)
+    force, law = check_pressure(pressure, tolerance, **parameters)
     search = {name: float(value) for name, value in defaults("pressure").items()}
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
-    law = DiskLaw.of(disk_params("k", **parameters))
-    if law.linear_in_phi(pressure) > HIGHEST_PRESSURE:
-        raise InputError(
-            f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
-            "beyond, disks pass through each other"
-        )
-
     def at(target: float) -> Packing:
         phi = search["phi_jammed"] + 2 * law.linear_in_phi(target)
         start = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
@@ -249,6 +242,22 @@ def _check_met(packing: Packing, found: Relaxed, pressure: float, scales: Scales
             f"pressure {pressure:g} not met with n = {packing.n}: the search ended at {reached:g} with a force of "
             f"{force:.2g}, where {tolerance:.2g} is asked for; {remedy}"
         )
+
+
+def check_pressure(pressure: float, tolerance: float | None, **parameters: float) -> tuple[float, DiskLaw]:
+    """Force tolerance, small beside a pressure of disks in units of k, and their force law.
+
+    Raises:
+        InputError: the pressure is out of range, for this tolerance or for this law.
+    """
+    force = _check_force(pressure, tolerance)
+    law = DiskLaw.of(disk_params("k", **parameters))
+    if law.linear_in_phi(pressure) > HIGHEST_PRESSURE:
+        raise InputError(
+            f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
+            "beyond, disks pass through each other"
+        )
+    return force, law
 
 
 def _check_force(pressure: float, tolerance: float | None, unit: float = 1.0) -> float:

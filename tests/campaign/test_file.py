@@ -293,3 +293,23 @@ def test_one_more_seed_adds_tasks_and_renames_none(content):
     few, many = (tasks(CampaignTable.model_validate(c)) for c in (shorter, longer))
     assert set(few) < set(many)
     assert len(many) == pytest.approx(1.25 * len(few))
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"compress": None, "pressures": [1e-2, 0.3], "force_law": {"exponent": 2.5}}, "0.3"),
+        ({"compress": None, "pressures": [1e-6], "tolerances": {"max_force": 1e-9}}, "1e-06"),
+        ({"model": "dp", "force_law": {"ka": 1e7}}, "1e+07"),
+        ({"observables": ["spectra"], "omega": [1.0], "damping": {"contact": [1e99]}}, "1e+99"),
+        ({"observables": ["flow"], "flow": {"rates": [0.1]}, "damping": {"contact": [1e7]}}, "1e+07"),
+        ({"observables": ["creep"], "creep": {"stresses": [0.1], "duration": 1.0}, "damping": {"stokes": [0.0]}}, "0"),
+        ({"observables": ["creep"], "creep": {"stresses": [1e9], "duration": 1.0}}, "1e+09"),
+        ({"observables": ["oscillation"], "oscillation": {"omega": [1e-9], "amplitudes": [0.1]}}, "1e-09"),
+        ({"observables": ["oscillation"], "oscillation": {"omega": [1.0], "amplitudes": [1e-13]}}, "1e-13"),
+    ],
+)
+def test_what_every_task_would_refuse_is_refused_before_any_runs(tmp_path, changes, named):
+    with pytest.raises(InputError) as caught:
+        read_campaign_file(written(tmp_path / "c.toml", **changes))
+    assert named in str(caught.value)

@@ -177,6 +177,22 @@ def test_plan_counts_the_way_down_for_less_than_random_starts(tmp_path):
     assert 1 < near - first < down - first < 0.2 * (apart - first)
 
 
+def test_plan_says_that_the_time_of_a_law_is_not_known_until_a_task_is_finished(tmp_path):
+    keys = {"n": 8, "seeds": 2, "compress": None, "pressures": [1e-2]}
+
+    def known(**changes):
+        return [line.known for line in jamlab.open_campaign(written(tmp_path / "c.toml", **keys | changes)).plan()]
+
+    droplets = {"model": "dp", "pressures": None, "onset": True}
+    assert known() == known(force_law={"exponent": 2.0}) == known(**droplets) == [True]
+    assert known(**droplets, force_law={"nv_small": 10, "nv_large": 14}) == [True]
+    assert known(**droplets, force_law={"gamma": 0.3}) == known(sizes="lognormal:0.3") == [False]
+    hertz = {"force_law": {"exponent": 2.5}}
+    assert known(**hertz) == [False]
+    run_here(jamlab.open_campaign(written(tmp_path / "c.toml", **keys | hertz | {"seeds": 1})))
+    assert known(**hertz) == [True]
+
+
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaign.folder.prepare()

@@ -89,7 +89,7 @@ class Cluster:
                     job["call"] = None
                     self.carried[value] += 1
                     future.gone = job["fault"] == "forget"
-                    future.end("finished", value)
+                    future.end(("lost" if future.gone and value % 2 else "finished"), value)
                     job["age"] += self.lifetime * future.gone
             if job["age"] >= self.lifetime:
                 self.end(name, job)
