@@ -94,6 +94,7 @@ def pack(
     search = {name: float(value) for name, value in defaults("pressure").items()}
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
+
     def at(target: float) -> Packing:
         phi = search["phi_jammed"] + 2 * law.linear_in_phi(target)
         start = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
