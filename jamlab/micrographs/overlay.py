@@ -1,7 +1,4 @@
-"""Draw what was found over a picture: outlines, numbers, contacts, voids by number of sides.
-
-Colours are from the palette of Okabe & Ito, safe for the colour-blind.
-"""
+"""Draw what was found over a picture: outlines, numbers, contacts, voids by number of sides, coloured as in plots."""
 
 from __future__ import annotations
 
@@ -14,15 +11,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from jamlab.arrays import Array, Indices
+from jamlab.plotting.palette import BLUE, ORANGE, OTHER, RATTLER, SIDE_COLOURS
+from jamlab.plotting.palette import OUTLINE as CUT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from jamlab.micrographs.measured_droplets import Micrograph
 
-OUTLINE, RATTLER, CUT, CONTACT = "#D55E00", "#CC79A7", "#999999", "#0072B2"
-SIDE_COLOURS = {3: "#E69F00", 4: "#56B4E9", 5: "#F0E442", 6: "#CC79A7"}
-OTHER = "#009E73"  # voids with another number of sides
+OUTLINE, CONTACT = ORANGE, BLUE
 INCHES = 9.0  # longer side of the picture
 LEAST_FONT, LARGEST_FONT = 3.0, 11.0  # points
 LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned

@@ -30,6 +30,7 @@ from jamlab.errors import InputError
 from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_files import read_pages
 from jamlab.plotting.drawable import drawn, label_axes
+from jamlab.plotting.palette import BLUE, RED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,13 +77,13 @@ class Tracks:
         """Draw all tracks, and T1 events as circles."""
         from matplotlib.collections import LineCollection
 
-        look: dict[str, Any] = {"linewidths": 0.8, "color": "#0072B2"} | style
+        look: dict[str, Any] = {"linewidths": 0.8, "color": BLUE} | style
         lines = [rows[["x", "y"]].to_numpy() for _, rows in self.table.sort_values("frame").groupby("particle")]
         axes.add_collection(LineCollection(lines, **look))
         swaps = self.events[self.events["kind"] == "T1"]
         middles = [self._middle(row) for row in swaps.itertuples()]
         if middles:
-            axes.plot(*np.array(middles).T, "o", color="#D55E00", fillstyle="none")
+            axes.plot(*np.array(middles).T, "o", color=RED, fillstyle="none")
         axes.autoscale_view()
         axes.set_aspect("equal")
         axes.invert_yaxis()

@@ -1,10 +1,5 @@
-// Colours of pictures, from the palette of Okabe & Ito, which the colour-blind tell apart; print is always light.
+// Colours of pictures beside those of `SHARED`, which Python writes from its palette; print is always light.
 
-const SHARED = {
-  large: '#0072B2', small: '#CC79A7', rattler: '#BBBBBB', wall: '#D55E00', wallBesideVoids: '#0072B2',
-  move: '#E69F00', pointed: '#E69F00',
-  sides: {3: '#D55E00', 4: '#56B4E9', 5: '#F0E442', 6: '#CC79A7'}, otherSides: '#009E73',
-};
 const LIGHT = {
   ...SHARED, paper: '#ffffff', ink: '#1a1a1a', force: '#000000', edge: '#ffffff', outline: '#333333', fill: 0.55,
   beside: '#E4E4E4', overlap: '#3a3a3a', veil: 'rgba(255, 255, 255, 0.55)', digit: '#000000',

@@ -23,6 +23,7 @@ from jamlab.errors import InputError
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import bar_colours, has_many_sizes, particle_sizes, size_colours
+from jamlab.plotting.palette import BLUE, LARGE, ORANGE, OTHER, RATTLER, RED, SIDE_COLOURS, SMALL
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.file_endings import check_ending
@@ -189,10 +190,17 @@ def explorer_fragment(
     )
 
 
+_COLOURS = {  # of palette.js, on paper and on a dark screen alike
+    **{"large": LARGE, "small": SMALL, "rattler": RATTLER, "wall": RED, "wallBesideVoids": BLUE},
+    **{"move": ORANGE, "pointed": ORANGE, "sides": SIDE_COLOURS, "otherSides": OTHER},
+}
+
+
 def explorer_assets() -> Markup:
     """Style and script of all explorers of a page, as HTML."""
     style = _FOLDER.joinpath("explorer.css").read_text(encoding="utf-8")
-    script = "\n".join(_FOLDER.joinpath(name).read_text(encoding="utf-8") for name in SCRIPTS)
+    script = f"const SHARED = {htmlsafe_json_dumps(_COLOURS)};\n"
+    script += "\n".join(_FOLDER.joinpath(name).read_text(encoding="utf-8") for name in SCRIPTS)
     return Markup(f"<style>\n{style}</style>\n<script>\n(() => {{\n'use strict';\n{script}}})();\n</script>")
 
 
