@@ -82,3 +82,43 @@ def test_a_packing_names_the_function_that_measures_what_it_does_not_hold(sweep)
     with pytest.raises(AttributeError, match=r"no attribute 'zz'$"):
         _ = sweep[0].zz
     assert not hasattr(sweep[0], "_repr_png_")
+
+
+def test_every_quantity_is_that_of_its_function(sweep):
+    """Of the densest disks and droplets, and beside an empty strip, whose void percolates and is in no mean."""
+    onset = sweep[0]
+    beside = onset.select((onset.positions @ np.linalg.inv(onset.box))[:, 1] % 1 > 0.3)
+    for packing in (sweep[len(sweep) // 2 - 1], sweep[-1], beside):
+        found = jamlab.measure(packing, MODULE.QUANTITIES)
+        e, v, network = jamlab.evaluate(packing), jamlab.voids(packing), jamlab.contacts(packing)
+        order, closed, droplets = jamlab.orientational_order(packing), v.percolating == 0, packing.model == "dp"
+        edges = jamlab.edge_lengths(packing) if droplets else np.full(1, np.nan)
+        wanted = {
+            "rho": jamlab.packing_fraction(packing),
+            "phi": packing.phi,
+            "z": network.z,
+            "z_all": network.z_all,
+            "rattlers": network.rattlers.sum(),
+            "pressure": e.pressure,
+            "energy": e.energy,
+            "contact_energy": e.contact_energy / len(packing.positions),
+            "shape": np.nanmean(jamlab.shape_factors(packing)),
+            "shape_rim": np.nanmean(jamlab.shape_factors(packing, rim=True)),
+            "area": jamlab.area_ratios(packing).mean(),
+            "contact_length": jamlab.contact_lengths(packing).length.mean() if droplets else np.nan,
+            "shortest_edge": edges.min(),
+            "longest_edge": edges.max(),
+            "voids": len(v.area),
+            **{f"void_{name}": getattr(v, name)[closed].mean() for name in ("sides", "area", "shape")},
+            "psi_6": order.mean_local,
+            "psi_6_overall": order.overall,
+        }
+        assert closed.all() == (packing is not beside)
+        wanted |= dict.fromkeys(("g", "g_x", "b"), np.nan)
+        if packing is not beside:
+            wanted |= {"g": jamlab.shear_modulus(packing, average=True), "g_x": jamlab.shear_modulus(packing)}
+            wanted["b"] = jamlab.bulk_modulus(packing)
+        wanted["max_force"] = np.hypot(*e.forces.T).max()
+        assert wanted.keys() == found.keys()
+        for name, value in wanted.items():
+            assert found[name] == pytest.approx(value, rel=1e-9, abs=1e-13, nan_ok=True), name

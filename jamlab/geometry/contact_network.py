@@ -260,6 +260,15 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
     return replace(found, rattlers=rattlers, bearing=counted)
 
 
+STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops of sliding droplets, see quantities.md
+
+
+def count_strong(packing: Packing) -> dict[str, float]:
+    """z and rattlers without weaker contacts, as an observable of a campaign: columns of "states"."""
+    network = contacts(packing, min_force=STRONG)
+    return {"z_strong": network.z, "rattlers_strong": float(network.rattlers.sum())}
+
+
 def count_pressing(packing: Packing) -> int:
     """Number of pairs of particles that press on each other, as in `Contacts.pairs`."""
     meetings = find_meetings(packing)

@@ -52,7 +52,7 @@ def _frozen(value: Any) -> Any:
 
 
 MEASURED = (  # what `jamlab.measure` gives and a packing does not hold
-    *("rho", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape", "shape_rim"),
+    *("rho", "z", "z_all", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape", "shape_rim"),
     *("contact_length", "shortest_edge", "longest_edge", "voids", "void_sides", "void_area", "void_shape"),
     *("psi_6", "psi_6_overall"),
 )

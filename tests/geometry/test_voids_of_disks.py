@@ -261,6 +261,8 @@ def test_probabilities_add_up_and_open_voids_are_counted_apart():
 
 def test_size_distribution_integrates_to_one():
     found = voids(jammed(1, 40, 1.0))
+    spread = [found.shape[(found.sides == k) & (found.percolating == 0)].std() for k in void_statistics(found).sides]
+    np.testing.assert_allclose(void_statistics(found).shape_spread, spread, atol=1e-6)  # of one void alone it is 0
     edges, density = size_distribution(found, bins=7)
     np.testing.assert_allclose(density @ np.diff(edges), 1.0, rtol=1e-12)
     with pytest.raises(InputError, match="bins is 0"):

@@ -10,6 +10,7 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.geometry.contact_network import count_strong
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import _without_load, force_network
 from jamlab.mechanics.held_motions import MOST, conditions, count_motions
@@ -98,6 +99,7 @@ def test_contacts_below_min_force_hold_no_droplet_and_do_not_count():
     every, strong = (jamlab.contacts(packing, min_force=least) for least in (0.0, 3e-4))
     assert (every.count, every.z, every.z_all) == (18, 4, 4) and not every.rattlers.any()
     assert np.array_equal(strong.rattlers, ~held) and (strong.count, strong.z, strong.z_all) == (9, 3, 4)
+    assert count_strong(packing) == {"z_strong": 3, "rattlers_strong": 3}
     assert jamlab.contacts(rows_of_three(4.5e-5), min_force=3e-4).count == 18
     chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5), min_force=3e-4)  # rows alone press, but it is jammed
     assert chains.rattlers.all() and np.isnan(chains.z) and not chains.loose
