@@ -35,7 +35,7 @@ _OF_ENDING = {
 }
 _TEXT = ("data", "dump", "xyz", "csv")  # kinds that may be compressed
 _FOREIGN = {
-    **{"leiden": read_leiden, "netcdf": read_netcdf, "xyz": read_xyz, "h5md": read_h5md},
+    **{"leiden": read_leiden, "netcdf": read_netcdf, "xyz": read_xyz},
     **{"csv": read_csv, "npy": read_npy},
 }
 
@@ -164,6 +164,8 @@ def _frames(path: FilePath, given: _Given, frame: int | None) -> Iterator[Packin
         return
     if kind == "data":
         found: Iterable[Any] = [] if frame not in (None, 0, -1) else [(0, read_data(path))]
+    elif kind == "h5md":
+        found = read_h5md(path, frame)
     elif kind in _FOREIGN:
         found = _chosen(_FOREIGN[kind](path), frame)
     else:

@@ -3,6 +3,7 @@
 import bz2
 import gzip
 import lzma
+import os
 
 import h5py
 import numpy as np
@@ -154,6 +155,14 @@ def test_h5md_that_is_no_packing_is_refused_with_a_true_reason(tmp_path):
     assert 1e-8 < jamlab.read(tmp_path / "f.h5", radii=0.4).rounding < 1e-6
     write_h5md(tmp_path / "f.h5", flat, np.array([4.1, 5.0, 1.0], dtype="f4"))
     assert 1e-8 < jamlab.read(tmp_path / "f.h5", radii=0.4).rounding < 1e-6
+    write_h5md(tmp_path / "f.h5", np.repeat(flat, 3, axis=0), np.array([4.0, 5.0, 1.0]), **{"radius/value": [RADII]})
+    with pytest.raises(InputError):  # one row of radii and three of positions
+        jamlab.read(tmp_path / "f.h5")
+    os.mkfifo(tmp_path / "pipe")
+    with h5py.File(tmp_path / "away.h5", "w") as file:
+        file["particles/all/position"] = h5py.ExternalLink(str(tmp_path / "pipe"), "/x")
+    with pytest.raises(StorageError):
+        jamlab.read(tmp_path / "away.h5", radii=0.4)
     for content in ({"a": 1}, {}):
         with h5py.File(tmp_path / "plain.h5", "w") as file:
             file.update(content)

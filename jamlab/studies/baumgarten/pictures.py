@@ -8,6 +8,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.packing.hdf5 import read
+from jamlab.packing.neighbors import moves_home
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import complex_modulus
@@ -32,7 +33,7 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
     for k, (regime, omega) in enumerate(REGIMES.items()):
         backbone, motion = oscillating_displacements(packing, omega)
         strain = 1 / complex(moduli.storage[k], moduli.loss[k])  # per stress
-        at = backbone.positions - np.floor(backbone.positions @ np.linalg.inv(packing.box)) @ packing.box
+        at = backbone.positions + moves_home(backbone.positions, packing.box)
         affine = np.column_stack([at[:, 1] - 0.5 * packing.box[1, 1], np.zeros(len(at))])
         whole = (motion + strain * affine) / abs(strain)
         ratio = np.sqrt((np.abs(motion) ** 2).sum() / (np.abs(strain * affine) ** 2).sum())

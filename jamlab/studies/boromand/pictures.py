@@ -11,6 +11,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.hdf5 import read_all
+from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import draw_background
 from jamlab.plotting.palette import GREEN, MODEL_STYLE, SIDE_COLOURS
@@ -39,7 +40,7 @@ def _mark_centres(out: Drawing, axes: Any, name: str, packing: Packing) -> None:
     centres = packing.positions
     if packing.offsets is not None:
         centres = np.array([polygon.mean(axis=0) for polygon in np.split(centres, packing.offsets[1:-1])])
-    centres = centres - np.floor(centres @ np.linalg.inv(packing.box)) @ packing.box
+    centres = centres + moves_home(centres, packing.box)
     look: dict[str, Any] = {"color": "#333333", "linestyle": "none", "marker": ".", "markersize": 3}
     out.curve(axes, f"centres, {name}", *centres.T, label=None, **look)
 

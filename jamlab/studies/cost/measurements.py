@@ -24,6 +24,7 @@ from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import stiffness
+from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
@@ -265,7 +266,7 @@ def start_up(packing: Packing, rate: float, strains: Array, mass: float) -> tupl
         f"create_box {len(sizes)} cell",
     ]
     lmp.commands_list(lines)
-    inside = packing.positions - np.floor(packing.positions @ np.linalg.inv(packing.box)) @ packing.box
+    inside = packing.positions + moves_home(packing.positions, packing.box)
     x = np.column_stack([inside, np.zeros(packing.n)])
     lmp.create_atoms(packing.n, list(range(1, packing.n + 1)), [int(k) + 1 for k in kinds], x.ravel().tolist())
     for k, size in enumerate(sizes):
