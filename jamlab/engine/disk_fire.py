@@ -124,4 +124,4 @@ def fire_disks(
         # many small shears must not add up to a change of area
         height = box[2] if np.einsum("aii->a", strains).any() else packing.area / box[0]
         moved["box"] = np.array([[box[0], 0.0], [box[1], height]])
-    return packing.with_state(**moved), taken, float(largest[0])
+    return packing._trusted(**moved), taken, float(largest[0])

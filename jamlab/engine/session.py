@@ -275,7 +275,12 @@ class Session:
             self._compiled_steps += taken
             if largest < force:
                 break
-        self.load(self._scales.from_natural(packing))
+        if border is None:
+            self._packing = packing
+            self._place()
+            self._stale = True
+        else:
+            self.load(self._scales.from_natural(packing))
         return True
 
     def forces_at(self, positions: Array) -> tuple[float, Array]:
