@@ -2,6 +2,7 @@
 
 import gc
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,21 @@ settings.register_profile("fast", max_examples=12, deadline=None, derandomize=Tr
 settings.register_profile("extensive", max_examples=500, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 
+sys.path.append(str(Path(__file__).parents[1]))  # studies; last, so that the jamlab under test is the installed one
+
 gc.set_threshold(20_000)  # of 700 by default: collecting garbage took a tenth of the time of figures
 
 __all__ = ["kept_folder"]  # a fixture of benchmarks
 
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Tests of evidence have a selection of their own."""
+    for item in items:
+        if "studies" in item.path.parts:
+            item.add_marker("studies")
 
 
 def pytest_collection_finish():

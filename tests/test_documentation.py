@@ -8,7 +8,7 @@ import pytest
 import jamlab
 from jamlab.engine.installation import PLUGIN_STYLES
 from jamlab.micrographs.quality import FEWEST, LIMITS
-from jamlab.studies.micrograph_errors import read_errors
+from studies.micrograph_errors import read_errors
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])

@@ -9,7 +9,7 @@ import pytest
 import jamlab
 from jamlab.errors import InputError
 from jamlab.processes.cores import cores_given
-from jamlab.studies.reference_data import example_file
+from studies.reference_data import example_file
 
 MODULE = importlib.import_module("jamlab.measure")  # the package has a function of that name
 

@@ -20,7 +20,6 @@ from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal
 from jamlab.cli.jam import compress, jam, pack
-from jamlab.cli.study import calibrate, chart, compare, figure, study
 from jamlab.errors import JamlabError, JamlabWarning
 
 
@@ -62,8 +61,27 @@ def _line(error: Exception) -> str:
     return f"a fault of jamlab, please report it with what --debug shows: {type(error).__name__}: {error}"
 
 
+STUDIES = {  # command that left -> what replaced it, in a checkout
+    "figure": "draw papers",
+    "chart": "draw speed-accuracy",
+    "compare": "compare",
+    "calibrate": "run droplet-calibration",
+    "study": "list",
+}
+
+
+class OwnCommands(Commands):
+    """The commands of `jamlab`: a name of a study says where studies are."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command of a word."""
+        if args and args[0] in STUDIES:
+            ctx.fail(f"{args[0]} is a study, run from a checkout of jamlab: python -m studies {STUDIES[args[0]]}")
+        return super().resolve_command(ctx, args)
+
+
 app = typer.Typer(
-    cls=Commands,
+    cls=OwnCommands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -108,18 +126,13 @@ COMMANDS = (  # command, what it does, example of its words
     (relax_stress, "Strain by a step and follow the stress.", "packing.h5 --strain 1e-5 --duration 1e4"),
     (estimate, "Estimate a mean to an error, the cheapest way.", "z --rho 0.9 --error 0.05"),
     (explore, "Write a page to look through a sweep.", "sweep.h5 --out page.html"),
-    (figure, "Draw figures of both papers, with verdicts.", "boromand-6 --out figures"),
-    (calibrate, "Fit droplet parameters to tables of the paper.", "--out calibration --n 16 --seeds 2"),
     (decks, "List or copy the LAMMPS decks.", "--copy my-decks"),
     (doctor, "Check what is installed.", ""),
-    (compare, "Compare with other codes on the same packings.", "--n 64 --out jamlab-compare"),
 )
 for command, short, words in COMMANDS:
     name = command.__name__.replace("_", "-")
     app.command(name, short_help=short, epilog=f"Example: jamlab {name} {words}".rstrip())(command)
 app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
-app.add_typer(study, name="study", short_help="Measure, list and draw evidence.")
-app.add_typer(chart, name="chart", short_help="Draw what methods cost and where they fail.")
 
 
 def main() -> None:

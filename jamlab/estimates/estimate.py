@@ -143,7 +143,8 @@ def _check(table: Ways, quantity: str, rho: float | None, error: float, model: s
     reference = table.get(reference_way())
     if reference is None:
         raise InputError(
-            f"the table has no {reference_way()}: `dp.parameters` changed; make it anew with `jamlab chart estimates`"
+            f"the table has no {reference_way()}: `dp.parameters` changed; make it anew with `python -m studies tables "
+            "ways`"
         )
     if quantity == ONSET:
         return math.nan

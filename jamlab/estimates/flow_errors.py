@@ -1,7 +1,7 @@
 """How far simpler models of flow are off, measured: runs beside them, and the error that they promise elsewhere.
 
-`flow_errors.csv.xz` in this package, made by `jamlab chart flow-table`, holds runs of disks at many conditions, each
-with the error of the simpler model. Two numbers carry them over to other packings: amplitude over overlap, which says
+`flow_errors.csv.xz` in this package, made by `python -m studies tables flow-errors`, holds runs of disks at many
+conditions, each with the error of the simpler model. Two numbers carry them over to other packings: amplitude over overlap, which says
 whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
 """
 
@@ -237,8 +237,8 @@ def _quantile(errors: Any) -> Any:
 
 
 def read_errors(path: Path | None = None) -> FlowErrors:
-    """Read the shipped runs, or those written by `jamlab chart flow-table`."""
-    return FlowErrors(read_table(path, "flow_errors.csv.xz", COLUMNS, "jamlab chart flow-table"))
+    """Read the shipped runs, or those written by `python -m studies tables flow-errors`."""
+    return FlowErrors(read_table(path, "flow_errors.csv.xz", COLUMNS, "python -m studies tables flow-errors"))
 
 
 @cache

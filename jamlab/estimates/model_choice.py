@@ -101,7 +101,7 @@ def choose(
     table = ways.read_ways() if table is None else table
     reference = table.get(ways.default_way(N))
     if reference is None:
-        raise InputError(f"the table has no {ways.default_way(N)}: make it anew with `jamlab chart estimates`")
+        raise InputError(f"the table has no {ways.default_way(N)}: make it anew with `python -m studies tables ways`")
     low, high = reference.levels[0], reference.levels[-1]
     if not low <= rho <= high:
         raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; name a model instead")

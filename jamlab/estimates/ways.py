@@ -1,7 +1,7 @@
 """Ways to make the packings of an ensemble, and the table of what packings made in every way gave, and cost.
 
-A way goes from disks alone to droplets from the start. `jamlab chart estimates` measures the table. It holds one row
-for each packing and packing fraction, so every number that follows from it has an interval.
+A way goes from disks alone to droplets from the start. `python -m studies tables ways` measures the table. It
+holds one row for each packing and packing fraction, so every number that follows from it has an interval.
 """
 
 import gzip
@@ -192,7 +192,7 @@ N = 64  # particles of the packings whose mean is estimated, and which one packi
 QUANTITIES = ("z", "g", "b", "a", "void_sides")
 WAY = ("start", "n", "nv", "contact", "tolerance")
 COLUMNS = (*WAY, "seed", "rho", *QUANTITIES, ONSET, "seconds")
-_COMMAND = "jamlab chart estimates"
+_COMMAND = "python -m studies tables ways"
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ Ways = Mapping[EnsembleWay, WayRecord]
 
 
 def read_ways(path: Path | None = None) -> Ways:
-    """Read the shipped table, or one written by `jamlab chart estimates`."""
+    """Read the shipped table, or one written by `python -m studies tables ways`."""
     return _shipped_ways() if path is None else _read(path)
 
 

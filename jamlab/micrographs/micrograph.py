@@ -53,7 +53,7 @@ def micrograph(
     """Find and measure the droplets of a picture, and say whether the numbers can be trusted.
 
     Handles uneven light, noise, blur, scale bars and labels. How large the errors are, by each of these, is drawn by
-    `jamlab figure micrograph-errors`; beyond what can be handled `quality` is "doubtful", with `reasons`.
+    `python -m studies draw micrograph-errors`; beyond what can be handled `quality` is "doubtful", with `reasons`.
 
     Args:
         picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours; with `labels` it may be left out.

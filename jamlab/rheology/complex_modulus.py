@@ -31,7 +31,7 @@ from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 SPECTRUM_DEFINITION = 2
 METHODS = ("auto", "dense", "direct", "reduced")
 
-_SMALL = 256  # displacements up to which the dense solver is the quickest (jamlab study run spectrum)
+_SMALL = 256  # displacements up to which the dense solver is the quickest (python -m studies run spectrum)
 _CHECKS_PER_DECADE = (
     1.0  # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
 )

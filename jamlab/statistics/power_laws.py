@@ -283,3 +283,13 @@ def _finite_points(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     a, b = _same_length(x, y)
     kept = np.isfinite(a) & np.isfinite(b)
     return a[kept], b[kept]
+
+
+def fit_exponent(x: Array, y: Array) -> float:
+    """Fit the exponent of y ~ x^e by a straight line through logarithms; nan where y is not positive everywhere."""
+    kept = np.isfinite(x + y)
+    if kept.sum() < 3 or (y[kept] <= 0).any():
+        return float("nan")
+    x, y = np.log(x[kept]), np.log(y[kept])
+    x = x - x.mean()
+    return float(x @ y / (x @ x))

@@ -14,7 +14,7 @@ from commands import call
 
 import jamlab
 from jamlab.cli.main import app
-from jamlab.studies.reference_data import example_file
+from studies.reference_data import example_file
 
 MODULE = [sys.executable, "-m", "jamlab.cli"]
 SCRIPT = [Path(sys.executable).with_name("jamlab")]
@@ -299,7 +299,6 @@ def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
 def test_a_mistyped_name_is_guessed_and_a_file_of_no_kind_is_named(tmp_path):
     (tmp_path / "x.toml").write_text("a = 1")
     for words, message in {
-        ("figure", "boromand6", "--out", "f"): "did you mean boromand-6?",
         ("analyze", "nothere.png"): "nothere.png: No such file or directory",
         ("analyze", "x.toml"): "x.toml is of no kind that is read: give HDF5 of jamlab, a LAMMPS data file",
     }.items():

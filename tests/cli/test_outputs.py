@@ -31,7 +31,6 @@ FLOWS = {
     "creep": "--stress 1e-4 --duration 1",
     "relax-stress": "--strain 1e-3 --duration 1",
 }
-TABLES = ["reference.json.xz", "states.columns.xz", "spectra.columns.xz"]
 WRITTEN = {  # command and its option that names what is written: its other words, files that it may not replace unasked
     ("demo", "--out"): ("--n 8", ["index.html", "sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png"]),
     ("jam", "--out"): ("--n 8", "p.h5"),
@@ -45,25 +44,12 @@ WRITTEN = {  # command and its option that names what is written: its other word
     **{(name, "--out"): (f"source.h5 {words}", "p.h5") for name, words in FLOWS.items()},
     **{(name, "--csv"): (f"source.h5 {words}", "p.csv") for name, words in FLOWS.items()},
     **{(name, "--plot"): (f"source.h5 {words}", "p.png") for name, words in FLOWS.items()},
-    ("figure", "--out"): ("boromand-6", ["boromand-6.png", "boromand-6.pdf", "boromand-6.csv"]),
-    ("figure all", "--out"): ("", ["tables.csv", "figures.html", "verdicts.csv", "summary.txt"]),
-    ("figure reference", "--out"): ("--from c.toml", TABLES),
-    ("calibrate", "--out"): ("--n 8 --seeds 1", ["sensitivity.csv"]),
     ("decks", "--copy"): ("", ["in.sp.shear"]),
-    ("compare", "--out"): ("--n 8", ["comparison.csv", "analysis.csv", "comparison.json", "index.html"]),
-    ("compare --recipe hoomd", "--out"): ("--n 8", ["packing.npz", "hoomd_check.py"]),
     ("campaign new", "file"): ("", "new.toml"),
     ("campaign page", "--out"): ("c.toml", "p.html"),
-    ("study draw", "--out"): ("boromand-6", ["boromand-6.png", "boromand-6.csv", "studies.html"]),
-    ("study run", "--out"): ("spectrum", ["spectrum.csv"]),
-    ("chart speed-accuracy", "--out"): ("", ["spectrum.png", "speed-accuracy.html", "speed-accuracy.csv"]),
-    ("chart stability", "--out"): ("", ["moved.png", "stability.html", "stability.csv"]),
-    ("chart all", "--out"): ("", ["spectrum.png", "stability.csv"]),
-    ("chart flow-table", "--out"): ("--quick", "t.csv.gz"),
-    ("chart estimates", "--out"): ("--seeds 1", "t.csv.gz"),
 }
 READ = {"file", "files", "folders", "source", "--from", "--folder", "--labels"}
-TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "merge", "export")} | {"study plan"}
+TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "merge", "export")}
 
 
 def test_every_option_that_names_a_file_to_write_is_tried():

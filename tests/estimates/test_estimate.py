@@ -16,7 +16,7 @@ from jamlab.estimates.estimate import FEWEST, Stop, plan_mean, reference_way, sa
 from jamlab.estimates.options import Why
 from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, difference, find_onset, read_ways
 from jamlab.statistics.confidence import bend, between
-from jamlab.studies.least_model import make_table
+from studies.least_model import make_table
 
 LEVELS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94])
 DISKS = EnsembleWay("disks", 64)
@@ -224,7 +224,7 @@ def test_a_table_that_is_none_is_refused(tmp_path):
     bad = [b"start,n", gzip.compress(b'# {"facts": {}}\nstart,n\n'), gzip.compress(b""), shipped[:-1000]]
     for k, content in enumerate([*bad, shipped[:5000] + b"spoilt" + shipped[5006:]]):
         (tmp_path / f"{k}").write_bytes(content)
-        with pytest.raises(jamlab.StorageError, match="make one with `jamlab chart estimates`"):
+        with pytest.raises(jamlab.StorageError, match="make one with `python -m studies tables ways`"):
             read_ways(tmp_path / f"{k}")
     other = lzma.decompress(shipped).replace(b'"gamma": 0.4', b'"gamma": 0.5', 1)
     (tmp_path / "d").write_bytes(gzip.compress(other))

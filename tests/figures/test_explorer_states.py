@@ -23,7 +23,7 @@ from jamlab.figures.explorer.states import (
 )
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
-from jamlab.studies.reference_data import example_file
+from studies.reference_data import example_file
 
 STATES = Path(__file__).parent / "states"
 KINDS = {"pairs": "<u2", "image": "<i2", "bearing": "u1", "rattler": "u1", "z": "<u2", "sides": "<u2"}

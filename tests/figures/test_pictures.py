@@ -21,12 +21,12 @@ import jamlab
 from jamlab.figures.packing_pictures import draw_cells, draw_overlaps, draw_packing, draw_voids, modulus_figure
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
-from jamlab.studies import gallery
-from jamlab.studies.cost.chart import Point, curve_figure
-from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.failure.map import failure_figure
-from jamlab.studies.reference_data import reference_tables
-from jamlab.studies.registry import MAPS
+from studies import gallery
+from studies.cost.chart import Point, curve_figure
+from studies.ensemble_tables import EnsembleTables
+from studies.failure.map import failure_figure
+from studies.reference_data import reference_tables
+from studies.registry import MAPS
 
 paper_tables = cache(reference_tables)
 
@@ -113,7 +113,7 @@ def test_boromand_9():
 
 @picture
 def test_baumgarten_1():
-    """G' and G'' over eleven decades with the slopes of the paper; every point as `jamlab figure` writes it."""
+    """G' and G'' over eleven decades with the slopes of the paper; every point as the studies write it."""
     drawing = gallery.draw("baumgarten-1", paper_tables())
     stored = pd.read_csv(HERE / "baseline" / "baumgarten-1.csv")
     pd.testing.assert_frame_equal(drawing.table, stored, rtol=1e-6, check_dtype=False)

@@ -5,7 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.estimates.flow_errors import BACKGROUND, Part, shipped_errors
-from jamlab.studies.least_model import measure_errors
+from studies.least_model import measure_errors
 
 pytestmark = pytest.mark.benchmark
 KEYS = ["kind", "part", "seed", "alpha", "drag", "amplitude"]

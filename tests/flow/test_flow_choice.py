@@ -21,7 +21,7 @@ from jamlab.estimates.flow_errors import (
 )
 from jamlab.estimates.options import Why
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from jamlab.studies import least_model as measurement
+from studies import least_model as measurement
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 AT = Flow("oscillation", 1.0, 1.0, 1.0)

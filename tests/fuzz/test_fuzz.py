@@ -237,7 +237,6 @@ COMMANDS = {  # each with an option or argument that nothing can start from
     ("analyze", "absent.h5"): ["--pixel", "--film", "--dark"],
     ("analyze", "run.h5"): ["--pixel", "--film", "--json"],
     ("gstar", "absent.h5"): ["--out", "--damping", "--beta", "--n", "--pressure", "--seed", "--points"],
-    ("figure",): ["--out", "--from", "--n"],
     ("campaign", "plan", "absent.toml"): ["--out", "--workers", "--only"],
     ("campaign", "export", "c.toml", "--to", "run.h5"): ["--format", "--table", "--sweep", "--out"],
     ("campaign", "status", "c.toml"): ["--out", "--verify"],

@@ -13,7 +13,7 @@ import pytest
 from self_stress import self_stress
 
 import jamlab
-from jamlab.studies.reference_data import reference_tables
+from studies.reference_data import reference_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "60"))

@@ -13,7 +13,7 @@ import pytest
 from rendered_pictures import error_table
 
 import jamlab
-from jamlab.studies.micrograph_errors import read_errors
+from studies.micrograph_errors import read_errors
 
 pytestmark = pytest.mark.benchmark
 SEED = 2

@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 
 from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
-from jamlab.studies import gallery
-from jamlab.studies.cost import chart
-from jamlab.studies.failure import map as stability
-from jamlab.studies.reference_data import example_sections
-from jamlab.studies.registry import CHARTS, MAPS
-from jamlab.studies.study import Page, Shown, draw_tables, write_page
+from studies import gallery
+from studies.cost import chart
+from studies.failure import map as stability
+from studies.reference_data import example_sections
+from studies.registry import CHARTS, MAPS
+from studies.study import Page, Shown, draw_tables, write_page
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from tiled_packings import tiled
 
 import jamlab
 from jamlab.processes.cores import available_cores
-from jamlab.studies.reference_data import example_file
+from studies.reference_data import example_file
 
 ROUNDS = 5
 FIGURES_WITHIN = 30.0  # s, with two cores
@@ -50,7 +50,7 @@ def test_a_sweep_is_measured_by_all_cores():
 
 @pytest.mark.benchmark
 def test_all_figures(tmp_path):
-    """Seconds of `jamlab figure all`: cold, then warm."""
+    """Seconds of `python -m studies draw papers`: cold, then warm."""
     line = [sys.executable, "-m", "jamlab.cli", "figure", "all", "--out", str(tmp_path / "out")]
     caches = {"PYTHONPYCACHEPREFIX": str(tmp_path / "python"), "MPLCONFIGDIR": str(tmp_path / "matplotlib")}
 

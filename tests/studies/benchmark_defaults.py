@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 
-from jamlab.studies.cost.chart import price
-from jamlab.studies.registry import CHARTS
+from studies.cost.chart import price
+from studies.registry import CHARTS
 
 DEARER = 1.8  # factor in the price of a default: single packings scatter, and so does a busy machine
 WORSE = 3.0  # factor over the 90 % quantile of the error that ships

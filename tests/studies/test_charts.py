@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from commands import call
+from commands import call_studies
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
 from jamlab.rheology.reduced_model import SETTINGS
-from jamlab.studies.cost import minimisers, packings
-from jamlab.studies.cost.chart import (
+from studies.cost import minimisers, packings
+from studies.cost.chart import (
     COLUMNS,
     PAGE,
     Point,
@@ -26,12 +26,12 @@ from jamlab.studies.cost.chart import (
     points_of,
     price,
 )
-from jamlab.studies.cost.measurements import covered
-from jamlab.studies.cost.packings import limit_of_size
-from jamlab.studies.other_codes.compare import jolted_minimum
-from jamlab.studies.other_codes.peers import Lammps
-from jamlab.studies.registry import CHARTS, studies
-from jamlab.studies.study import draw_tables
+from studies.cost.measurements import covered
+from studies.cost.packings import limit_of_size
+from studies.other_codes.compare import jolted_minimum
+from studies.other_codes.peers import Lammps
+from studies.registry import CHARTS, studies
+from studies.study import draw_tables
 
 
 def point(method, seconds, error, panel="a", floor=0.0, **rest):
@@ -205,7 +205,7 @@ def test_settings_of_the_reduced_model_are_those_that_are_given():
 
 
 def test_charts_from_shipped_data_and_their_command(tmp_path):
-    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "packing-fraction", "--out", "c", "--json")
+    done = call_studies(tmp_path, "draw", "speed-accuracy", "--out", "c", "--json")
     said = json.loads(done.stdout)
     error = {(p["panel"], p["method"]): p["error"] for p in said["topics"]["packing-fraction"]}
     assert all(error[panel, "exact"] < 1e-13 for panel in ("φ = 0.86", "φ = 1", "φ = 1.2"))
@@ -213,14 +213,15 @@ def test_charts_from_shipped_data_and_their_command(tmp_path):
     page = (tmp_path / "c" / "speed-accuracy.html").read_text()
     assert "data:image/png" in page and "http" not in page and "paper-pairs" in page
     assert (tmp_path / "c" / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
-    assert len(pd.read_csv(tmp_path / "c" / "speed-accuracy.csv")) == len(error) + 9
-    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "weather", "--out", "d")
+    table = pd.read_csv(tmp_path / "c" / "speed-accuracy.csv")
+    assert (table["chart"] == "packing-fraction").sum() == len(error) + 9
+    done = call_studies(tmp_path, "draw", "weather", "--out", "d")
     assert done.exit_code == 1 and "weather" in done.stderr and "spectrum" in done.stderr
     assert not (tmp_path / "d").exists()
 
 
 def test_one_plan_lists_all_charts_and_maps(tmp_path):
-    done = call(tmp_path, "chart", "all", "--plan", "--out", "c")
+    done = call_studies(tmp_path, "run", "speed-accuracy", "stability", "--plan", "--out", "c")
     assert done.exit_code == 0, done.stderr
     names = {name for name, study in studies().items() if study.kind in ("topic", "map")}
     assert len(names) == 38 and names <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}

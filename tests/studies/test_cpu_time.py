@@ -3,7 +3,7 @@
 import os
 import time
 
-from jamlab.studies.table import one_core, shortest
+from studies.table import one_core, shortest
 
 
 def test_one_core_holds_and_lets_go():

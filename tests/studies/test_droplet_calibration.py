@@ -7,7 +7,7 @@ from campaigns import read_campaign_file
 
 import jamlab
 from jamlab.statistics.published_numbers import table_contacts, table_modulus
-from jamlab.studies.droplet_calibration import (
+from studies.droplet_calibration import (
     CONFLUENCE,
     DISTANCES,
     FITTED,

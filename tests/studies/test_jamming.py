@@ -6,9 +6,9 @@ import pytest
 import jamlab
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.held_motions import held_conditions
-from jamlab.studies.beyond import foams, jamming
-from jamlab.studies.beyond.foams import DRY, LAW, crystal, dry_skeleton, rounded_hexagons
-from jamlab.studies.beyond.jamming import FORCES, FREQUENCIES, GAPS, cutoff, tail_exponent, unjamming_fraction
+from studies.beyond import foams, jamming
+from studies.beyond.foams import DRY, LAW, crystal, dry_skeleton, rounded_hexagons
+from studies.beyond.jamming import FORCES, FREQUENCIES, GAPS, cutoff, tail_exponent, unjamming_fraction
 
 
 def test_small_values_that_follow_a_power_have_its_exponent():

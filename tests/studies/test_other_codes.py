@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-from commands import call
+from commands import call_studies
 
 import jamlab
-from jamlab.studies.other_codes.compare import (
+from studies.other_codes.compare import (
     ANALYSIS_COLUMNS,
     COLUMNS,
     HERE,
@@ -18,8 +18,8 @@ from jamlab.studies.other_codes.compare import (
     write_comparison,
     write_recipe,
 )
-from jamlab.studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters, plain_point
-from jamlab.studies.table import measure_table
+from studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters, plain_point
+from studies.table import measure_table
 
 
 class Absent(Peer):
@@ -96,7 +96,7 @@ def test_libraries_of_analysis_see_the_backbone():
 
 
 def test_the_study_shows_what_its_table_holds(rows, tmp_path, monkeypatch):
-    """Rows that went through a file give the same tables; the page of `jamlab compare` has them too."""
+    """Rows that went through a file give the same tables; the page of `python -m studies compare` has them too."""
     study = Comparison(sizes=(32,))
     analysis = [("itself", "1.0", "energy", 1e-3, ""), ("not there", None, "", None, "not installed")]
     analysis = [dict(zip(ANALYSIS_COLUMNS, row, strict=True)) for row in analysis]
@@ -147,7 +147,7 @@ def test_recipe_holds_what_its_script_reads(tmp_path):
 
 
 def test_command_line(tmp_path):
-    done = call(tmp_path, "compare", "--recipe", "hoomd", "--out", "h", "--n", "16")
+    done = call_studies(tmp_path, "compare", "--recipe", "hoomd", "--out", "h", "--n", "16")
     assert done.exit_code == 0 and "conda" in done.stdout, done.stderr
-    done = call(tmp_path, "compare", "--phi", "0.2", "--n", "8", "--json")
+    done = call_studies(tmp_path, "compare", "--phi", "0.2", "--n", "8", "--json")
     assert done.exit_code == 1 and "raise phi" in done.stderr and not done.stdout

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from jamlab.figures.html_page import TextTable
-from jamlab.studies.study import Page, Shown, write_page
+from studies.study import Page, Shown, write_page
 
 PAGE = Page("all", "Title", lambda claims: "Lead.")
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.studies.beyond import polydispersity
-from jamlab.studies.beyond.polydispersity import DISTANCE, STUDY, measure_sizes
+from studies.beyond import polydispersity
+from studies.beyond.polydispersity import DISTANCE, STUDY, measure_sizes
 
 
 def test_rows_are_measured_at_one_distance_above_the_onset_of_each_packing(monkeypatch):

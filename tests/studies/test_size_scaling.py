@@ -5,8 +5,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from jamlab.studies.cost.size_scaling import PARTS, STUDY, exponent_of, measure_part, memory_at
-from jamlab.studies.table import MeasuredTable
+from studies.cost.size_scaling import PARTS, STUDY, exponent_of, measure_part, memory_at
+from studies.table import MeasuredTable
 
 
 def test_a_power_law_is_found_again():

@@ -10,8 +10,8 @@ import pytest
 
 import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
-from jamlab.studies.failure import disks, dynamics, elastic_moduli
-from jamlab.studies.failure.map import (
+from studies.failure import disks, dynamics, elastic_moduli
+from studies.failure.map import (
     PAGE,
     SILENT,
     Axis,
@@ -30,8 +30,8 @@ from jamlab.studies.failure.map import (
     tick_text,
     worst_of,
 )
-from jamlab.studies.registry import MAPS
-from jamlab.studies.study import draw_tables
+from studies.registry import MAPS
+from studies.study import draw_tables
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],

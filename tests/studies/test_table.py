@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.studies.table import done_tasks, measure_table, read_table, shipped_table
+from studies.table import done_tasks, measure_table, read_table, shipped_table
 
 COLUMNS = ["seed", "error", "note"]
 
@@ -98,7 +98,7 @@ def test_notes_of_two_lines_are_read_and_gone_on_with(tmp_path):
         assert read_table(written(path, start, body)).rows["note"].tolist() == ["a\nb", 'say "c"\nd']
     assert measure_table(path, COLUMNS, tasks(1, 2), {}).rows["note"].tolist()[:2] == ["a\nb", 'say "c"\nd']
     path.write_text(path.read_text(encoding="utf-8").rsplit('d"', 1)[0] + "d\n", encoding="utf-8")
-    with pytest.raises(jamlab.StorageError, match="is no table of jamlab study run"):
+    with pytest.raises(jamlab.StorageError, match="is no table of python -m studies run"):
         read_table(path)
 
 

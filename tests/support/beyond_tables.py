@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import paper_tables
 
-from jamlab.studies import ensemble_tables as reduced
-from jamlab.studies.beyond.droplet_structure import three_disks
+from studies import ensemble_tables as reduced
+from studies.beyond.droplet_structure import three_disks
 
 SEEDS = range(1, 7)
 TENSIONS = (0.04, 0.4, 4.0)

@@ -12,12 +12,12 @@ import flow_tables
 import paper_tables
 
 from jamlab.errors import InputError
-from jamlab.studies import gallery
-from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.reference_data import save
+from studies import gallery
+from studies.ensemble_tables import EnsembleTables
+from studies.reference_data import save
 
 TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
-REFERENCE = Path(str(resources.files("jamlab.studies").joinpath("reference")))
+REFERENCE = Path(str(resources.files("studies").joinpath("reference")))
 PICTURES = [name for name in gallery.FIGURES if gallery.FIGURES[name].__module__.endswith(".pictures")]
 PUBLISHED = [f"dynamics-{name}" for name in ("flow-curves", "collapse", "amplitudes")]  # figures of flow with a verdict
 

@@ -3,14 +3,14 @@ Figures of Baumgarten & Tighe, with verdicts
 =============================================
 
 The complex shear modulus near jamming, from the reference data that ship with jamlab, and the verdict
-on each number. ``jamlab figure all`` draws every figure and writes them on one page.
+on each number. ``python -m studies draw papers`` draws every figure and writes them on one page.
 """
 
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.studies.gallery import draw
-from jamlab.studies.reference_data import reference_tables
+from studies.gallery import draw
+from studies.reference_data import reference_tables
 
 tables = reference_tables()
 

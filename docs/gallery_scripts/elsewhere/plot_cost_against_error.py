@@ -3,14 +3,14 @@ Cost against error
 ==================
 
 What every method costs, along its own parameter, and how wrong it is, over twenty packings: lines are mean errors,
-shades 10 to 90 % of the packings, a ring is what jamlab does by default. The data ship with jamlab; ``jamlab chart
-speed-accuracy`` draws all of them, and ``--measure`` makes them anew.
+shades 10 to 90 % of the packings, a ring is what jamlab does by default. In a checkout, ``python -m studies draw
+speed-accuracy`` draws all of them, and ``python -m studies run`` measures them anew.
 """
 
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.studies.registry import CHARTS
+from studies.registry import CHARTS
 
 
 def show(name):

@@ -4,15 +4,15 @@ Where methods fail
 
 Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Numbers that were
 given as right were checked by physics written anew from the definitions, at the state where the run ended; one that
-does not follow from it would be a silent wrong number. The data ship with jamlab; ``jamlab chart stability`` draws all
-maps, and ``--measure`` makes them anew.
+does not follow from it would be a silent wrong number. In a checkout, ``python -m studies draw
+stability`` draws all maps, and ``python -m studies run`` measures them anew.
 """
 
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.studies.failure.map import default_distance, failure_figure
-from jamlab.studies.registry import MAPS
+from studies.failure.map import default_distance, failure_figure
+from studies.registry import MAPS
 
 
 def show(name):

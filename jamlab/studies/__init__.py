@@ -1,1 +1,0 @@
-"""Rooms of evidence: what was measured with jamlab, drawn beside what papers and theory say."""

@@ -1,0 +1,248 @@
+"""Draw which motion of droplets carries which relaxation: whole droplets, along their outlines, or across them."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.plotting.palette import BLUE, ORANGE, PINK, SKY
+from jamlab.rheology.mode_motion import MOTIONS
+from jamlab.statistics.bootstrap import Interval
+from studies.ensemble_tables import (
+    DRAGS,
+    FRACTIONS,
+    RATE_BINS,
+    SCANNED,
+    EnsembleTables,
+    droplets_with,
+    values_of,
+)
+from studies.ensembles import average, bootstrap, mean_over_packings, of_packings, side_by_side
+from studies.panels import FREQUENCY, Drawing, drawing, label, scale, sequence, style
+
+
+def droplet_spectra(tables: EnsembleTables) -> Drawing:
+    """G* of droplets over packing fraction, disks beside them, and droplets over line tension; two drag laws."""
+    table = tables.droplet_spectra
+    out, axes = drawing("beyond-droplet-spectra", 2, 3, 4.8, 3.9)
+    for row, law in enumerate(DRAGS):
+        rows = table[table["law"] == law]
+        droplets, disks = droplets_with(rows), rows[rows["model"] == "sp"]
+        for axis, part, what in ((axes[3 * row], droplets, "droplets"), (axes[3 * row + 1], disks, "disks")):
+            series = [(rf"$\rho$ = {rho:.2f}", part[np.isclose(part["rho"], rho)]) for rho in FRACTIONS]
+            _draw_series(out, axis, series)
+            _name_panel(axis, f"{what}, {DRAGS[law]}", "ε/l²" if what == "droplets" else "ε/σ²")
+        here = rows[np.isclose(rows["rho"], SCANNED)]
+        series = [(rf"$\gamma$ = {g:g}", droplets_with(here, gamma=g)) for g in values_of(here, "gamma")]
+        axis = axes[3 * row + 2]
+        _draw_series(out, axis, series)
+        _name_panel(axis, rf"droplets, {DRAGS[law]}, $\rho$ = {SCANNED:.2f}", "ε/l²")
+    for axis in axes:
+        axis.set_ylim(1e-4, 30)
+    for axis in (axes[0], axes[2]):
+        axis.legend(fontsize=8, ncols=3, loc="upper left", framealpha=0.85)
+    out.caption = _caption(out, table)
+    return out
+
+
+def _name_panel(axes: Any, name: str, unit: str) -> None:
+    label(axes, FREQUENCY, rf"$G'$, $G''$  [{unit}]", legend=False)
+    axes.set_title(f"({axes.get_gid()}) {name}", loc="left", fontsize=11)
+
+
+def _draw_series(out: Drawing, axes: Any, series: Sequence[tuple[str, pd.DataFrame]]) -> None:
+    """Draw mean G' (full, with its band) and mean G'' (dashed) of each series that has packings."""
+    scale(axes)
+    for k, (name, rows) in enumerate(series):
+        if rows.empty:
+            continue
+        colour = sequence(k, max(len(series), 6))["color"]
+        rows = rows.assign(loss=rows["loss"] - rows["omega"] * rows["eta_f"].fillna(0.0))
+        for column, line in (("storage", "-"), ("loss", "--")):
+            omega, values = of_packings(rows, "omega", column)
+            known = np.isfinite(values).all(axis=0)  # elsewhere the mean would be that of a selection
+            look = {"color": colour, "linestyle": line}
+            if column == "loss":
+                out.curve(axes, f"G'' {name}", omega[known], average(values[:, known]), label=None, **look)
+                continue
+            mean = mean_over_packings([values[:, known]])[0]
+            out.curve(axes, f"G' {name}", omega[known], mean, label=name, **look)
+
+
+def _caption(out: Drawing, table: pd.DataFrame) -> str:
+    contact = table[table["law"] == "contact"]
+    models = {"droplets": droplets_with(contact), "disks": contact[contact["model"] == "sp"]}
+    counts = [rows["seed"].nunique() for rows in models.values()]
+    ends = (FRACTIONS[0], FRACTIONS[-1])
+    for what, rows in models.items():
+        out.keep(f"slow limit of G', {what}", [_static(rows, rho) for rho in ends], rho=ends)
+    limits = {what: [out.write(f"slow limit of G', {what}, rho = {rho:g}", 3) for rho in ends] for what in models}
+    static = "; ".join(f"{what} {' and '.join(both)}" for what, both in limits.items())
+    text = (
+        "G' (full, with 95 % bands) and G'' (dashed; under Stokes drag less that of the fluid) of "
+        f"{int(table['n'].mode()[0])} particles in a fixed box, means over {counts[0]} packings of droplets and "
+        f"{counts[1]} of disks, interpolated between states 0.01 apart. Slow limit of G' at rho = "
+        f"{ends[0]:.2f} and {ends[1]:.2f}: {static}. "
+    )
+    here = contact[np.isclose(contact["rho"], SCANNED)]
+    tensions = values_of(here, "gamma")
+    if len(tensions) > 2:
+        groups = [of_packings(droplets_with(here, gamma=g), "omega", "storage")[1][:, 0] for g in tensions]
+
+        def exponent(drawn: list[Array]) -> float:
+            medians = [float(np.median(values)) for values in drawn]
+            return float(np.polyfit(np.log(tensions), np.log(medians), 1)[0]) if min(medians) > 0 else float("nan")
+
+        name = "exponent of the slow limit of G' in line tension"
+        out.keep(name, bootstrap(groups, exponent))
+        text += (
+            f"At rho = {SCANNED:.2f} ({min(map(len, groups))} packings and more of each) its median goes as gamma to "
+            f"the power {out.write(name)} from gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l, "
+            "which leaves the power undecided."
+        )
+    return text
+
+
+def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
+    """Average G' at the lowest frequency; None without packings."""
+    part = rows[np.isclose(rows["rho"], rho)]
+    if part.empty:
+        return None
+    return mean_over_packings([of_packings(part, "omega", "storage")[1][:, 0]])[0]
+
+
+SHOWN = (0.86, 0.90, 0.96)  # packing fractions of the spectra drawn
+WORDS = {"translation": "translation", "rotation": "rotation", "along": "along outlines", "across": "across outlines"}
+COLOUR = {"translation": BLUE, "rotation": SKY, "along": ORANGE, "across": PINK}
+# rates that part the relaxations of each law, 1/tau_1: at the minima between the maxima of strength
+GROUPS = {
+    "contact": {"slow": (0.0, 0.1), "middle": (0.1, 10**1.5), "fast": (10**1.5, np.inf)},
+    "stokes": {"slow": (0.0, 1.0), "middle": (1.0, 10.0), "fast": (10.0, np.inf)},
+}
+OTHER = {"middle": "along", "fast": "across"}  # motion that is kept as well
+
+
+def droplet_modes(tables: EnsembleTables) -> Drawing:
+    """Relaxation spectra of droplets by the motion of its modes, and what moves in slow and in fast ones."""
+    table = tables.droplet_modes
+    usual = droplets_with(table)
+    out, axes = drawing("beyond-droplet-modes", 2, 4, 4.1, 3.7)
+    for row, law in enumerate(DRAGS):
+        rows = usual[usual["law"] == law]
+        panels = axes[4 * row : 4 * row + 4]
+        for part, rho in zip(panels, SHOWN, strict=False):
+            _draw_spectrum(out, part, rows[np.isclose(rows["rho"], rho)])
+            for _, high in list(GROUPS[law].values())[:-1]:
+                part.axvline(high, color="#777777", linewidth=0.8, linestyle=":")
+            name = rf"{DRAGS[law]}, $\rho$ = {rho:.2f}"
+            label(part, r"rate $\lambda\,\tau_1$", "strength per decade / all", legend=False)
+            part.annotate(name, (0.03, 0.95), xycoords="axes fraction", fontsize=9.5, va="top")
+        _draw_shares(out, panels[3], rows, law)
+    out.legend_above(axes[0], fontsize=10)
+    first = usual[np.isclose(usual["rho"], SHOWN[0])]
+    out.caption = (
+        f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings. "
+        "Left: strength of modes per decade of rate, over that of all, by the motion in the modes: translation and "
+        "rotation of whole droplets, and what is left along and across their outlines. Dotted: rates that part them. "
+        f"Right: share of motions in them, with 95 % bars. Share that is translation or rotation, at rho = "
+        f"{SHOWN[0]:.2f} ({first['seed'].nunique()} packings) and {SHOWN[-1]:.2f}: "
+        f"{_write_shares(out, 'contact')} {_write_shares(out, 'stokes')} {_tensions(out, table)}"
+    )
+    return out
+
+
+def _draw_spectrum(out: Drawing, axes: Any, rows: pd.DataFrame) -> None:
+    """Stack the parts of the mean strength, over that of all modes, per decade."""
+    axes.set_xscale("log")
+    centres = np.sqrt(RATE_BINS[1:] * RATE_BINS[:-1])
+    total = rows["strength"].sum() * np.log10(RATE_BINS[1] / RATE_BINS[0])
+    place = np.searchsorted(RATE_BINS, rows["rate"]) - 1
+    bottom = np.zeros(len(centres))
+    for name in MOTIONS:
+        top = bottom + np.bincount(place, rows[name], len(centres)) / total
+        axes.fill_between(centres, bottom, top, step="mid", color=COLOUR[name], label=WORDS[name], linewidth=0)
+        series = f"{WORDS[name]}, on top of those before"
+        out.curve(axes, series, centres, top, label=None, color=COLOUR[name], drawstyle="steps-mid", linewidth=0.6)
+        bottom = top
+    axes.set_xlim(1e-5, 1e5)
+    axes.set_ylim(0, 1.2 * bottom.max())
+
+
+def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[str, ...]) -> Interval | None:
+    """Compute the share of some columns in the strength of modes with rates between limits; None without any."""
+    kept = rows[(rows["rate"] >= limits[0]) & (rows["rate"] < limits[1])]
+    if kept.empty:
+        return None
+    sums = kept.groupby("seed")[["strength", *columns]].sum()
+    values = np.column_stack([sums[list(columns)].sum(axis=1), sums["strength"]])
+    return bootstrap([values], lambda g: g[0][:, 0].sum() / g[0][:, 1].sum())
+
+
+def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
+    for k, (name, limits) in enumerate(GROUPS[law].items()):
+        whole = [(rho, rows[np.isclose(rows["rho"], rho)]) for rho in FRACTIONS]
+        found = {rho: group_share(part, limits, ("translation", "rotation")) for rho, part in whole}
+        shares = {rho: share for rho, share in found.items() if share is not None}
+        if not shares:
+            continue
+        places, ends = np.array(list(shares)) + 0.001 * k, side_by_side(shares.values())
+        out.curve(axes, f"{name}: whole droplets", places, ends, band=False, **style(k))
+        out.keep(f"{DRAGS[law]}, {name}, whole droplets", list(shares.values()), rho=shares)
+        if name in OTHER:
+            for rho in (SHOWN[0], SHOWN[-1]):
+                here = group_share(rows[np.isclose(rows["rho"], rho)], limits, (OTHER[name],))
+                out.keep(f"{DRAGS[law]}, {name}, {WORDS[OTHER[name]]}", [here], rho=[rho])
+        if law == "contact":
+            out.keep(f"{DRAGS[law]}, {name}, dissipation by sliding", group_share(rows, limits, ("sliding",)))
+    axes.set_ylim(0, 1.25)
+    axes.set_yticks(np.linspace(0, 1, 6))
+    label(axes, r"true packing fraction $\rho$", "share of the motion", loc="upper right")
+
+
+def _write_shares(out: Drawing, law: str) -> str:
+    """Write the shares at the ends of the range of packing fractions, relaxation by relaxation."""
+    said = []
+    for name in GROUPS[law]:
+        at = f"{DRAGS[law]}, {name}"
+        both = [f"{at}, whole droplets, rho = {rho:g}" for rho in (SHOWN[0], SHOWN[-1])]
+        if not set(both) <= set(out.values):
+            continue
+        text = f"{at} {' and '.join(map(out.write, both))}"
+        if name in OTHER:
+            motion = f"{at}, {WORDS[OTHER[name]]}"
+            first, last = (out.write(f"{motion}, rho = {rho:g}") for rho in (SHOWN[0], SHOWN[-1]))
+            text += f", {WORDS[OTHER[name]]} {first} and {last}"
+        if law == "contact":
+            text += f" (dissipation by sliding at all rho: {out.write(f'{at}, dissipation by sliding')})"
+        said.append(text)
+    return "; ".join(said) + "."
+
+
+def _tensions(out: Drawing, table: pd.DataFrame) -> str:
+    """Keep how mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
+    here = table[np.isclose(table["rho"], SCANNED) & (table["law"] == "contact")]
+    tensions = values_of(here, "gamma")
+    if len(tensions) < 3:
+        return ""
+    for name in ("slow", "middle"):
+        low, high = GROUPS["contact"][name]
+        groups = []
+        for gamma in tensions:
+            rows = droplets_with(here, gamma=gamma)
+            kept = rows[(rows["rate"] >= low) & (rows["rate"] < high)]
+            sums = kept.assign(weighted=kept["strength"] * np.log(kept["rate"])).groupby("seed")
+            groups.append(sums[["weighted", "strength"]].sum().to_numpy(dtype=np.float64))
+        out.keep(f"{name}, exponent of its rate in line tension", bootstrap(groups, partial(_slope, tensions)))
+    slow, middle = (out.write(f"{name}, exponent of its rate in line tension") for name in ("slow", "middle"))
+    return (
+        f"Mean rates (of ln, by strength) under contact drag at rho = {SCANNED:.2f} go with line tension from "
+        f"{tensions[0]:g} to {tensions[-1]:g} eps/l to the power: slow {slow}, middle {middle}."
+    )
+
+
+def _slope(tensions: list[float], groups: list[Array]) -> float:
+    means = [g[:, 0].sum() / g[:, 1].sum() for g in groups]
+    return float(np.polyfit(np.log(tensions), means, 1)[0])

@@ -1,0 +1,186 @@
+"""Draw what holds droplets at onset: why pairs in contact scatter around 2N' - 1, and what does not."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from jamlab.arrays import Array
+from jamlab.errors import InputError
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.bootstrap import Interval
+from studies.claims import write_interval
+from studies.ensemble_tables import LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size, usual_law
+from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings, sampled_sizes
+from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style, style
+
+# column -> legend, and name of its mean
+SHARES = {
+    "free": ("motions left free", "motions left free"),
+    "second": ("contacts beyond one a pair", "contacts beyond one a pair"),
+    "extra": (r"pairs beyond $2N' - 1$", r"pairs beyond 2N' - 1"),
+}
+
+
+def droplet_contacts(tables: EnsembleTables) -> Drawing:
+    """Contacts of droplets at onset: pairs, contacts of vertices, states of self-stress and motions left free."""
+    table = counts_at_onset(tables.onset)
+    n = sampled_sizes(table, "dp")
+    out, (pairs, stresses, more, shares) = drawing("beyond-droplet-contacts", 2, 2, 4.7, 3.8)
+    for size in n:
+        rows, look = table[table["n"] == size], size_style(size) | {"linestyle": "-"}
+        for axes, column in ((pairs, "beyond"), (stresses, "self_stresses")):
+            share = rows[column].value_counts(normalize=True).sort_index()
+            out.curve(axes, f"N = {size} ({len(rows)})", share.index, share.to_numpy(), **look)
+    label(pairs, r"pairs in contact beyond $2N' - 1$", "share of packings", loc="upper right")
+    label(stresses, "states of self-stress S", "share of packings", loc="upper right")
+    for axes in (pairs, stresses):
+        axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
+
+    def means(name: str, column: str) -> Interval:
+        found: Interval = out.keep(name, mean_over_packings(groups_by(table, "n", column, n)), N=n)
+        return found
+
+    one, beyond, each = means("share with S = 1", "one"), means("S - 1", "more"), means("S - 1 a droplet", "more_each")
+    _draw_more(out, more, n, beyond)
+    last = _draw_shares(out, shares, table, n)
+    counts = ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
+    out.caption = (
+        f"Droplets at onset, taken as rigid, {counts}: (a) pairs in contact, which scatter around the 2N' - "
+        "1 of disks; (b) states of self-stress of contacts of vertices with edges, "
+        f"{int(table['self_stresses'].min())} or more in every packing, just one in {_of_sizes(one, n)}; (c) mean of "
+        f"those beyond one: {_of_sizes(beyond, n)}; a droplet {_of_sizes(each, n, 3)}; (d) for each droplet that bears "
+        f"load, N = {n[-1]}: {last}. Contacts are 3N' - 2 - F + S, with F motions left free and S states of "
+        "self-stress, a count that fixes neither; disks have F = 0 and S = 1. What states beyond one consist of: "
+        "docs/explanation/beyond_the_papers.md."
+    )
+    return out
+
+
+def _of_sizes(mean: Interval, n: list[int], digits: int = 2) -> str:
+    return ", ".join(f"{write_interval(mean[k], digits)} of N = {m}" for k, m in enumerate(n))
+
+
+def _draw_more(out: Drawing, axes: Any, n: list[int], mean: Interval) -> None:
+    out.curve(axes, "mean", n, mean, band=False, linestyle="none", label=None, **style(1))
+    ends, text = np.array([0, n[-1]]), f"as many a droplet as N = {n[-1]}"
+    out.curve(axes, "as many a droplet", ends, ends * mean.value[-1] / n[-1], label=text, **FIT)
+    label(axes, "N", r"mean of $S - 1$", loc="upper left")
+    axes.set_ylim(0, None)
+    axes.set_xlim(0, None)
+
+
+def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> str:
+    for k, (column, (legend, name)) in enumerate(SHARES.items()):
+        mean = out.keep(f"{name}, a droplet", mean_over_packings(groups_by(table, "n", column, n)), N=n)
+        out.curve(axes, name, n, mean, band=False, label=legend, **style(k))
+    axes.set_xscale("log", base=2)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.55 * (high - low))
+    label(axes, "N", "for each droplet that bears load", loc="upper left")
+    axes.set_xticks(n, list(map(str, n)))
+    axes.minorticks_off()
+    return ", ".join(f"{name} {out.write(f'{name}, a droplet, N = {n[-1]}', 3)}" for _, name in SHARES.values())
+
+
+FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
+SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
+OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the area that droplets share over that of the cell
+KEPT = (0.88, 0.94, 0.98)  # packing fractions at which the mean shape is kept
+
+
+def droplet_voids(tables: EnsembleTables) -> Drawing:
+    """Shape factor of voids between three droplets, by vertices and stiffness, over packing fraction and overlap."""
+    table = of_usual_size(tables.droplet_voids)
+    packings = table.drop_duplicates(PACKING).groupby(["eps", "nv_small", "gamma"], as_index=False).size()
+    laws = packings.loc[packings["size"] >= FEWEST, LAW].to_numpy(dtype=np.float64)
+    if not len(laws):
+        raise InputError(
+            f"the table droplet_voids has no law with {FEWEST} packings: run the campaign beyond_the_papers"
+        )
+    usual = usual_law(table)
+    out, (by_rho, by_overlap) = drawing("beyond-droplet-voids", 1, 2, 6.0, 4.4)
+    scale(by_overlap, y="linear")
+    said = []
+    for k, law in enumerate(laws):
+        rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
+        stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
+        name = f"{law[2]:.0f}, {round(17 / 12 * law[2]):.0f} vertices{stiff}"
+        mean = mean_shapes(sums_at_fractions(rows))
+        out.curve(by_rho, name, FRACTIONS, mean, **style(k))
+        over = mean_shapes(sums_by_overlap(rows[rows["overlap"] > 0]))
+        places = np.sqrt(OVERLAPS[1:] * OVERLAPS[:-1])
+        out.curve(by_overlap, name, places, over, **style(k))
+        out.keep(f"{name}, at onset", mean_shape(rows[rows["state"] == 0]))
+        at = {rho: mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in KEPT}
+        held = [rho for rho in KEPT if np.isfinite(at[rho].value)]
+        out.keep(name, [at[rho] for rho in held], rho=held)
+        parts = ", ".join(f"{out.write(f'{name}, rho = {rho:g}')} at {rho:g}" for rho in held)
+        said.append(f"{name} ({rows['seed'].nunique()} packings): {out.write(f'{name}, at onset')} at onset, {parts}")
+    overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
+    out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
+    for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):
+        out.curve(axes, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", ends, [PLATEAU_BORDER] * 2, **PAPER)
+    shape_name = r"shape factor $\mathcal{A}$ of 3-sided voids"
+    label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
+    label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)
+    out.legend_above(by_overlap, ncols=3)
+    size = int(table["n"].iloc[0])
+    out.caption = (
+        f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
+        "(b) Over the area that droplets share with each other, of that of the cell; full: voids of a triangular "
+        f"lattice of equal disks that overlap. {'; '.join(said)}."
+    )
+    return out
+
+
+def sums_at_fractions(rows: pd.DataFrame) -> Array:
+    """Interpolate (packings, places, 2) `SUMS` between states at the `FRACTIONS`; 0 beyond them."""
+    ordered = [part.sort_values("rho") for _, part in rows.groupby("seed")]
+    return np.array(
+        [
+            np.column_stack([np.interp(FRACTIONS, part["rho"], part[name], left=0, right=0) for name in SUMS])
+            for part in ordered
+        ]
+    )
+
+
+def sums_by_overlap(rows: pd.DataFrame) -> Array:
+    """Sum (packings, bins, 2) `SUMS` of each packing over its states in the bins between `OVERLAPS`."""
+    place = np.searchsorted(OVERLAPS, rows["overlap"].to_numpy(dtype=np.float64)) - 1
+    kept = (place >= 0) & (place < len(OVERLAPS) - 1)
+    seeds, who = np.unique(rows["seed"].to_numpy()[kept], return_inverse=True)
+    sums = np.zeros((len(seeds), len(OVERLAPS) - 1, 2))
+    np.add.at(sums, (who, place[kept]), rows.loc[kept, SUMS].to_numpy(dtype=np.float64))
+    return sums
+
+
+def mean_shapes(sums: Array) -> Interval:
+    """Compute mean shape factors of voids with three sides, with intervals; nan where too few packings have any."""
+    few = (sums[:, :, 1] > 0).sum(axis=0) < FEWEST
+
+    def mean(groups: list[Array]) -> Array:
+        total = groups[0].sum(axis=0)
+        value = np.divide(total[:, 0], total[:, 1], out=np.full(len(total), np.nan), where=total[:, 1] > 0)
+        return np.where(few, np.nan, value)
+
+    return bootstrap([sums], mean)
+
+
+def mean_shape(rows: pd.DataFrame) -> Interval:
+    """Compute the mean shape factor of all voids with three sides."""
+    sums = rows.groupby(PACKING, dropna=False)[SUMS].sum().to_numpy(dtype=np.float64)
+    return bootstrap([sums], lambda groups: groups[0][:, 0].sum() / groups[0][:, 1].sum())
+
+
+def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
+    """Compute phi - rho and the shape factor of voids in a triangular lattice of equal disks; an overlap (m,) of two
+    disks over their diameter lies below 1 - sqrt(3)/2, where voids close."""
+    r = 1 - np.asarray(overlap, dtype=np.float64)
+    half = np.arccos(r)  # angle from the line of centres to a corner of the lens
+    arc = np.pi / 3 - 2 * half
+    area = np.sqrt(3) / 4 * r**2 - 3 * arc / 8 - 0.75 * r * np.sin(half)
+    cell = np.sqrt(3) / 2 * r**2
+    return np.pi / 4 / cell - (1 - 2 * area / cell), (1.5 * arc) ** 2 / (4 * np.pi * area)

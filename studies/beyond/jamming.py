@@ -1,0 +1,385 @@
+"""Studies of disks at and above onset that any code of jamming shows: moduli, vibrations, contacts, protocols.
+
+Units are those of `jam`: energy eps, length the mean diameter; vibrations have masses 1.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import brentq
+
+from jamlab.arrays import Array
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
+from jamlab.mechanics.held_motions import held_conditions
+from jamlab.mechanics.stiffness import hessian, stress
+from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.packing import Packing
+from jamlab.plotting.palette import BLACK
+from jamlab.protocols.compression import compress
+from jamlab.protocols.onset import jam
+from jamlab.protocols.target_pressure import pack
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.power_laws import fit_exponent
+from studies.claims import write_list
+from studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings, vary_bootstrap
+from studies.panels import FIT, drawing, label, scale, sequence, style
+from studies.study import Shown, TableStudy
+from studies.table import MeasuredTable, Row, Task
+
+SIZE = 512  # disks
+FREQUENCIES = np.geomspace(1e-3, 10**0.6, 37)  # edges, ten in a decade; lower modes count in the first bin
+FORCES = np.geomspace(1e-5, 10.0, 61)  # edges, ten in a decade, over the mean force
+GAPS = np.geomspace(1e-7, 1.0, 71)  # over the sum of the radii
+BUCKLED = 3  # contacts of a buckler in the plane
+DISTANCES = np.geomspace(1e-4, 0.1, 7)  # from onset in phi
+
+
+def _pressure(packing: Packing) -> float:
+    return float(0.5 * np.trace(stress(packing)))
+
+
+def above_onset(seed: int) -> Iterator[Row]:
+    """Measure p, z, B, G and the numbers of modes by frequency of one packing at `DISTANCES` from its onset."""
+    onset = jam(n=SIZE, seed=seed)
+    states = compress(onset, onset.phi + 0.1, 0.1, by="phi", nearest=1e-4, per_decade=2)
+    for distance, state in zip(DISTANCES, states, strict=True):
+        network = contacts(state)
+        row: dict[str, Any] = {"seed": seed, "distance": float(distance), "pressure": _pressure(state)}
+        if not network.backbone:
+            yield row | {"note": "came loose"}
+            continue
+        row["excess"] = 2 * (network.count - network.isostatic) / network.backbone
+        try:
+            c = elastic_tensor(state).relaxed
+        except ConvergenceError as error:
+            yield row | {"note": str(error)}
+            continue
+        row |= {"g": float(modulus_along(c, AVERAGING_ANGLES).mean()), "b": compression_modulus(c, row["pressure"])}
+        held = np.repeat(~network.rattlers, 2)
+        for prestress in (False, True):
+            matrix = hessian(state, prestress=prestress).toarray()[np.ix_(held, held)]
+            found = np.sqrt(np.maximum(np.linalg.eigvalsh(matrix)[2:], 0.0))
+            counts = np.histogram(np.maximum(found, FREQUENCIES[0]), FREQUENCIES)[0]
+            yield row | {"prestress": prestress} | {f"modes_{k}": int(m) for k, m in enumerate(counts)}
+
+
+def at_onset(seed: int) -> Iterator[Row]:
+    """Count contacts by force, with and without those of bucklers, and gaps between disks that bear load."""
+    onset = jam(n=SIZE, seed=seed)
+    network = contacts(onset)
+    rows, _, _ = held_conditions(onset)
+    force = np.abs(np.linalg.eigh(rows @ rows.T)[1][:, 0])  # the state of self-stress
+    pairs = network.pairs[network.bearing]
+    degree = np.bincount(pairs.ravel(), minlength=onset.n)
+    buckled = (degree[pairs] == BUCKLED).any(axis=1)
+    assert onset.diameters is not None
+    near = periodic_pairs(onset.positions, onset.box, 2.0 * onset.diameters.max())
+    kept = ~network.rattlers[near.i] & ~network.rattlers[near.j]
+    radii = 0.5 * (onset.diameters[near.i] + onset.diameters[near.j])[kept]
+    gap = np.hypot(*near.r[kept].T) / radii - 1
+    who = {"seed": seed, "beyond": network.count - network.isostatic, "disks": network.backbone}
+    parts = (
+        ("bucklers", force[buckled], FORCES),
+        ("others", force[~buckled], FORCES),
+        ("gaps", gap[gap > GAPS[0]], GAPS),
+    )
+    for what, values, edges in parts:
+        scale = 1.0 if what == "gaps" else float(force.mean())
+        counts = np.histogram(np.maximum(values / scale, edges[0]), edges)[0]
+        yield who | {"what": what} | {f"count_{k}": int(m) for k, m in enumerate(counts)}
+
+
+_SLOPE = 0.4  # of the pressure in phi near onset, about: a first guess
+_LOWEST = 1e-6  # pressure from which onset is extrapolated, by less than 1e-5
+
+
+def unjamming_fraction(packing: Packing) -> float:
+    """Decompress a packing until its pressure is gone; the packing fraction where it is, by a secant."""
+    pressure, slope = _pressure(packing), _SLOPE
+    jammed, loose = packing, 0.0
+    while pressure > _LOWEST:
+        aim = max(jammed.phi - 0.9 * pressure / slope, 0.5 * (jammed.phi + loose))
+        (state,) = compress(jammed, aim, 1.0, by="phi")
+        left = _pressure(state)
+        if left < 0.01 * _LOWEST or contacts(state).loose:  # came loose at once
+            loose = aim
+            if jammed.phi - loose < _LOWEST:
+                return jammed.phi
+            continue
+        if left < pressure:
+            slope = (pressure - left) / (jammed.phi - state.phi)
+        jammed, pressure = state, left
+    return jammed.phi - pressure / slope
+
+
+AMPLITUDES = (0.01, 0.03, 0.1)  # of cycles, in phi above the first onset
+CYCLES = 8
+STEPS = (1e-2, 1e-3, 2e-4)  # of the search for onset; it takes no more than 2e-3 above phi = 0.70
+QUENCHED = (1e-3, 1e-2, 5e-2)  # pressures of packings that were quenched above onset
+CYCLED = 128  # disks
+
+
+def by_steps(seed: int) -> Iterator[Row]:
+    """Find the onset of one random start by compression in steps, and of quenches above onset by decompression."""
+    for step in STEPS:
+        yield {"seed": seed, "way": "steps", "setting": f"{step:g}", "phi_J": jam(n=CYCLED, seed=seed, step=step).phi}
+    for pressure in QUENCHED:
+        found = unjamming_fraction(pack(CYCLED, pressure, seed))
+        yield {"seed": seed, "way": "quench", "setting": f"{pressure:g}", "phi_J": found}
+
+
+def by_ways(seed: int) -> Iterator[Row]:
+    """Find onsets of one random start in all ways."""
+    yield from by_steps(seed)
+    yield from by_cycles(seed)
+
+
+def by_cycles(seed: int) -> Iterator[Row]:
+    """Compress and decompress one packing again and again, by `AMPLITUDES` above its first onset."""
+    first = jam(n=CYCLED, seed=seed)
+    for amplitude in AMPLITUDES:
+        state = first
+        for cycle in range(1, CYCLES + 1):
+            *_, dense = compress(state, first.phi + amplitude, 0.01, by="phi")
+            phi = unjamming_fraction(dense)
+            if cycle & (cycle - 1) == 0:
+                yield {"seed": seed, "way": "cycles", "setting": f"{amplitude:g}", "cycle": cycle, "phi_J": phi}
+            (state,) = compress(dense, phi + 1e-5, 1.0, by="phi")
+
+
+@dataclass(frozen=True)
+class OfPackings(TableStudy):
+    """A study whose tasks are packings of the seeds from 1 on, each measured by one function."""
+
+    task: ClassVar[str] = "packing"
+    kind: ClassVar[str] = "jamming"
+    measure: Callable[[int], Iterable[Row]]
+    seeds: int
+
+    def tasks(self) -> Mapping[str, Task]:
+        """One packing each."""
+        return {f"{seed}": partial(self.measure, seed) for seed in range(1, self.seeds + 1)}
+
+
+# what is drawn and claimed --------------------------------------------------------------------------------------------
+
+_LEVEL = 0.18  # half of the plateau of D(omega), 0.36 at the smallest distance from 0.02 to 0.6
+_ABOVE = r"$\phi - \phi_J$"
+_MODES = tuple(f"modes_{k}" for k in range(len(FREQUENCIES) - 1))
+_COUNTS = tuple(f"count_{k}" for k in range(len(GAPS) - 1))
+
+
+def _numeric(rows: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """Columns as numbers; cells of rows that lack them are empty."""
+    return rows.assign(**{name: pd.to_numeric(rows[name], errors="coerce") for name in columns})
+
+
+def _density(counts: Array) -> tuple[Array, Array]:
+    """Frequencies (bins,), and the density of vibrations there, from counts (packings, bins)."""
+    total = counts.sum(axis=0)
+    return np.sqrt(FREQUENCIES[1:] * FREQUENCIES[:-1]), total / total.sum() / np.diff(FREQUENCIES)
+
+
+def cutoff(counts: Array) -> float:
+    """omega*: the highest frequency below 0.6 at which the density of vibrations falls to half its plateau."""
+    omega, density = _density(counts)
+    below = np.flatnonzero((density < _LEVEL) & (omega < 0.6))
+    if not len(below):
+        return float("nan")
+    ends = slice(below[-1], below[-1] + 2)
+    return float(np.exp(np.interp(_LEVEL, density[ends], np.log(omega[ends]))))
+
+
+def _slope(drawn: list[Array], first: int = 0, last: int = len(DISTANCES)) -> float:
+    """Exponent of the second of two means over packings in the first, between two of the distances."""
+    return fit_exponent(*(average(drawn[0][..., k])[first:last] for k in (0, 1)))
+
+
+class Elasticity(OfPackings):
+    """Pressure, moduli and vibrations over the distance from onset."""
+
+    columns: ClassVar = ("seed", "distance", "pressure", "excess", "g", "b", "prestress", *_MODES, "note")
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Draw p, B, G over the distance, G/B and omega* over contacts, D(omega)."""
+        rows = _numeric(table.rows, ("pressure", "excess", "g", "b", *_MODES))
+        out, (pressure, moduli, ratio, *vibrations, onset) = drawing(self.name, 2, 3, 4.4, 3.7)
+        scale(pressure, moduli, ratio, *vibrations, onset)
+        one = rows[rows["prestress"] == "True"]
+        wide = {name: of_packings(one, "distance", name)[1] for name in ("pressure", "excess", "b", "g")}
+        wide["distance"] = DISTANCES + 0 * wide["g"]
+        for k, (axes, name, text) in enumerate(((pressure, "pressure", "p"), (moduli, "b", "B"), (moduli, "g", "G"))):
+            out.curve(axes, text, DISTANCES, mean_over_packings([wide[name]])[0], **style(k))
+        label(pressure, _ABOVE, "pressure $p$  [ε/d²]", legend=False)
+        label(moduli, _ABOVE, "$B$, $G$  [ε/d²]", loc="best")
+        excess = average(wide["excess"])
+        out.curve(ratio, "G/B", excess, average(wide["g"]) / average(wide["b"]), label=None, **style(0))
+        label(ratio, r"$z - z_\mathrm{iso}$", "$G/B$", legend=False)
+        for m, (axes, name) in enumerate(zip(vibrations, ("without pre-stress", "with pre-stress"), strict=True)):
+            part = rows[rows["prestress"] == str(bool(m))]
+            counts = [part.loc[np.isclose(part["distance"], d, rtol=1e-3), _MODES].to_numpy(float) for d in DISTANCES]
+            for k, (d, each) in enumerate(zip(DISTANCES, counts, strict=True)):
+                look = sequence(k, len(DISTANCES)) | {"markersize": 2.5}
+                out.curve(axes, rf"$\phi - \phi_J$ = {d:.2g}", *_density(each), **look)
+            axes.axhline(_LEVEL, color=BLACK, linewidth=0.8, linestyle=":")
+            label(axes, r"frequency $\omega$", rf"$D(\omega)$, {name}", legend=False)
+            ends = bootstrap(counts, lambda groups: [cutoff(g) for g in groups])
+            out.curve(onset, name, excess, ends, band=False, **style(m))
+            slope = bootstrap(counts, lambda groups: fit_exponent(excess, np.array([cutoff(g) for g in groups])))
+            out.keep(f"omega* in z - z_iso, {name}", slope)
+        label(onset, r"$z - z_\mathrm{iso}$", r"$\omega^*$", loc="upper left")
+        out.legend_above(vibrations[0])
+        middle = len(DISTANCES) // 2
+        for x, y, number in (
+            ("distance", "pressure", None),
+            ("excess", "b", published.COMPRESSION_IN_CONTACTS),
+            ("excess", "g", published.SHEAR_IN_CONTACTS),
+            ("pressure", "excess", published.CONTACTS_IN_PRESSURE),
+        ):
+            curves, name = [np.stack([wide[x], wide[y]], axis=-1)], f"{_WORDS[y]} in {_WORDS[x]}"
+            found, every = vary_bootstrap(curves, _slope, {"first": middle}, {"last": middle + 1})
+            out.keep(name, found)
+            if number is not None:
+                how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
+                out.claim(f"exponent of {name}", found, number, family=every, how=how)
+        exponents = "; ".join(f"{name} {out.write(name)}" for name in out.values)
+        out.caption = (
+            f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
+            f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read. Exponents: "
+            f"{exponents}. Wyart et al. 2005 have the plateau and its end omega*, which without pre-stress is abrupt; "
+            f"how their omega* goes with contacts could not be read, and is not compared. {table.made}."
+        )
+        return Shown(out.figure, out.caption, rows=out.table, claims=out.claims, numbers=out.numbers)
+
+
+_WORDS = {"distance": "dphi", "pressure": "p", "excess": "z - z_iso", "b": "B", "g": "G"}
+_SMALL = {"bucklers": (-2.0, -0.6), "others": (-1.6, -0.4), "gaps": (-3.0, -1.0)}  # windows, powers of ten
+_NAMED = {"bucklers": "contacts of bucklers", "others": "other contacts", "gaps": "gaps"}
+
+
+def tail_exponent(edges: Array, counts: Array, low: float, high: float) -> float:
+    """Exponent with which the number below a value grows between two powers of ten, by maximum likelihood of a power
+    law in bins; a fit of sums would count small values many times. counts: (packings, bins)."""
+    ends = np.log10(edges)
+    kept = (ends[:-1] > low - 1e-3) & (ends[1:] < high + 1e-3)
+    weight, places = counts.sum(axis=0)[kept], edges[np.append(kept, False) | np.append(False, kept)] / 10.0**high
+
+    def score(e: float) -> float:
+        """Derivative in e of the sum over bins of n ln((b^e - a^e)/(1 - L^e)), the ends a, b, L over the highest."""
+        power = places**e
+        bins, log = np.diff(power * np.log(places)) / np.diff(power), np.log(places[0])
+        return float(weight @ bins + weight.sum() * power[0] * log / (1 - power[0]))
+
+    if weight.sum() < FEWEST or score(1e-3) * score(50.0) >= 0:
+        return float("nan")
+    return float(brentq(score, 1e-3, 50.0))
+
+
+def _tails(groups: Sequence[Array], half: int = 0) -> Array:
+    """theta of bucklers and of other contacts, gamma, and how far gamma lies above both bounds; in the lower (-1) or
+    upper (1) half of each window."""
+    found = []
+    for (what, (low, high)), counts in zip(_SMALL.items(), groups, strict=True):
+        middle = round(5 * (low + high)) / 10
+        ends = (low if half < 1 else middle, high if half > -1 else middle)
+        found.append(tail_exponent(GAPS if what == "gaps" else FORCES, counts, *ends))
+    local, extended, gamma = found[0] - 1, found[1] - 1, 1 - found[2]
+    return np.array([local, extended, gamma, gamma - 1 / (2 + extended), gamma - 0.5 * (1 - local)])
+
+
+class Onset(OfPackings):
+    """Small forces and gaps at onset."""
+
+    columns: ClassVar = ("seed", "beyond", "disks", "what", *_COUNTS)
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Draw the shares of small forces and of small gaps, with their exponents and the bounds of stability."""
+        rows = _numeric(table.rows, _COUNTS)
+        rows = rows[rows["beyond"] == 0]
+        out, (forces, gaps) = drawing(self.name, 1, 2, 4.9, 4.0)
+        scale(forces, gaps)
+        groups, disks = [], rows.loc[rows["what"] == "gaps", "disks"].sum()
+        for k, (what, window) in enumerate(_SMALL.items()):
+            axes, edges = (gaps, GAPS) if what == "gaps" else (forces, FORCES)
+            groups.append(rows.loc[rows["what"] == what, list(_COUNTS[: len(edges) - 1])].to_numpy(float))
+            below = np.cumsum(groups[-1].sum(axis=0))
+            out.curve(axes, _NAMED[what], edges[1:], below / (disks if axes is gaps else below[-1]), **style(k))
+            place = int(np.abs(np.log10(edges[1:]) - window[1]).argmin())
+            slope, ends = tail_exponent(edges, groups[-1], *window), 10.0 ** np.array(window)
+            line = below[place] / (disks if axes is gaps else below[-1]) * (ends / ends[1]) ** slope
+            out.curve(axes, f"{_NAMED[what]}, fit", ends, line, label=f"power {slope:.2f}", **FIT)
+        label(forces, "force over the mean force", "share of contacts with less", loc="lower right")
+        label(gaps, "gap over the sum of radii", "smaller gaps per disk", loc="lower right")
+        found = bootstrap(groups, _tails)
+        names = ("theta of bucklers", "theta of other contacts", "gamma of gaps")
+        for k, name in enumerate(names):
+            out.keep(name, found[k])
+        bounds = (
+            ("gamma - 1/(2 + theta')", published.BOUND_BY_OTHERS),
+            ("gamma - (1 - theta)/2", published.BOUND_BY_BUCKLERS),
+        )
+        halves = {"lower half of the windows": _tails(groups, -1), "upper half": _tails(groups, 1)}
+        for k, (name, number) in enumerate(bounds, 3):
+            every = {half: float(values[k]) for half, values in halves.items() if np.isfinite(values[k])}
+            unlike = f"{SIZE} disks do not reach the limit of small forces and gaps: no exponent is that of both halves"
+            words = {"how": "theta of bucklers, theta' of other contacts", "unlike": unlike}
+            out.claim(name, found[k], number, family=every, **words)
+        said = "; ".join(
+            f"{name} {out.write(name)}, in halves of its window {write_list((h[k] for h in halves.values()), '.2f')}"
+            for k, name in enumerate(names)
+        )
+        out.caption = (
+            f"{len(groups[0])} packings of {SIZE} disks at onset with one state of self-stress, rattlers left out. (a) "
+            f"Forces of that state; bucklers are disks with {BUCKLED} contacts. (b) Gaps of disks that do not touch. "
+            f"Lines: fits by maximum likelihood, {said}. Marginal stability asks for gamma >= 1/(2 + theta') and gamma "
+            f">= (1 - theta)/2 (Lerner et al. 2013). The numbers of Charbonneau et al. 2015 could not be read, and are "
+            f"not compared. {table.made}."
+        )
+        return Shown(out.figure, out.caption, rows=out.table, claims=out.claims, numbers=out.numbers)
+
+
+class Protocols(OfPackings):
+    """Onset by way of preparation."""
+
+    columns: ClassVar = ("seed", "way", "setting", "cycle", "phi_J")
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Draw the mean onset of the same starts by every way, and after cycles of compression."""
+        rows = _numeric(table.rows, ("setting", "cycle", "phi_J"))
+        out, (ways, cycles) = drawing(self.name, 1, 2, 5.2, 4.0)
+        ways.set_xscale("log")
+        for k, (way, name) in enumerate(_WAYS.items()):
+            setting, phi = of_packings(rows[rows["way"] == way], "setting", "phi_J")
+            found = out.keep(f"onset, {name}", mean_over_packings([phi])[0], setting=setting)
+            out.curve(ways, name, setting, found, band=False, **style(k))
+        first = rows[(rows["way"] == "steps") & (rows["setting"] == STEPS[0])].set_index("seed")["phi_J"]
+        for k, (amplitude, part) in enumerate(rows[rows["way"] == "cycles"].groupby("setting")):
+            number, phi = of_packings(part, "cycle", "phi_J")
+            gain = mean_over_packings([phi - first.loc[sorted(part["seed"].unique())].to_numpy()[:, None]])[0]
+            out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[float(str(amplitude))])
+            out.curve(cycles, f"up to {amplitude:g} above", number, gain, band=False, **style(k))
+        low, high = published.ONSETS_OF_SCHRECK
+        ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)
+        label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
+        cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])
+        label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
+        said = "; ".join(f"{name} {out.write(name, 4)}" for name in out.values)
+        out.caption = (
+            f"{len(first)} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
+            "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling, "
+            f"{low} to {high}, Schreck et al. 2011. (b) Compressed above their first onset and back to where their "
+            f"pressure is gone, again and again. {said}. {table.made}."
+        )
+        return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
+
+
+_WAYS = {"steps": "compressed in steps", "quench": "quenched, decompressed"}
+ELASTICITY = Elasticity("beyond-moduli", "Pressure, moduli and vibrations above onset", above_onset, 40)
+ONSET = Onset("beyond-forces-and-gaps", "Small forces and gaps at onset", at_onset, 60)
+PROTOCOLS = Protocols("beyond-protocols", "Onset by way of preparation", by_ways, 20)

@@ -1,0 +1,157 @@
+"""A study of what the sizes of disks and droplets change: onset, and contacts, G and G* at one distance above it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import contacts
+from jamlab.protocols.compression import compress
+from jamlab.protocols.moduli import shear_modulus
+from jamlab.protocols.onset import jam
+from jamlab.protocols.size_distributions import SizeDistribution
+from jamlab.rheology.complex_modulus import complex_modulus
+from studies.ensembles import FEWEST, mean_over_packings
+from studies.panels import Drawing, drawing, label, model_style, scale, style
+from studies.study import Shown, TableStudy
+from studies.table import MeasuredTable, Task
+
+DISTANCE = 0.01  # above the onset of each packing, in phi
+OMEGA = (1e-3, 1e-2, 1e-1, 1.0)
+PARTICLES = {"sp": 128, "dp": 32}
+_NAMES = {"sp": "disks", "dp": "droplets"}
+SEEDS, BLOCK = 20, 10  # packings of a distribution, and of one task
+_MIXED = {"sp": ((1.4, 2.0, 4.0), (0.1, 0.25, 0.5, 0.8)), "dp": ((1.4, 2.0), (0.25, 0.5, 0.75))}
+_WIDTHS = {"sp": (0.1, 0.2, 0.3, 0.5, 0.7), "dp": (0.1, 0.2, 0.3, 0.5)}
+_NUMBERS = ("phi_J", "rattlers", "z", "g", *(f"{part}_{w:g}" for part in ("storage", "loss") for w in OMEGA))
+
+
+def measure_sizes(model: str, sizes: str, first: int) -> list[dict[str, Any]]:
+    """Measure packings of one distribution: phi_J, and z, G and G* at `DISTANCE` above, nan where none is held."""
+    seeds = range(first, first + BLOCK)
+    return [{"model": model, "sizes": sizes, "seed": seed, **_measure(model, sizes, seed)} for seed in seeds]
+
+
+def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    try:
+        onset = jam(model, PARTICLES[model], seed, sizes=sizes)
+        found |= {"phi_J": onset.phi, "rattlers": float(contacts(onset).rattlers.mean())}
+        *_, state = compress(onset, onset.phi + DISTANCE, 0.25 * DISTANCE, by="phi")
+        spectrum = complex_modulus(state, OMEGA)
+        return found | {
+            "z": contacts(state).z,
+            "g": float(shear_modulus(state, average=True)),
+            **{f"storage_{w:g}": float(s) for w, s in zip(OMEGA, spectrum.storage, strict=True)},
+            **{f"loss_{w:g}": float(s) for w, s in zip(OMEGA, spectrum.loss, strict=True)},
+        }
+    except ConvergenceError as error:
+        return found | {"note": str(error)}
+
+
+@dataclass(frozen=True)
+class Polydispersity(TableStudy):
+    """Onset of disks and droplets against ratio, mixing and width, and what is left of it in z, G and G*."""
+
+    columns: ClassVar = ("model", "sizes", "seed", *_NUMBERS, "note")
+    task: ClassVar[str] = "distribution"
+    kind: ClassVar[str] = "sizes"
+
+    def tasks(self) -> Mapping[str, Task]:
+        """Some packings of each model and distribution."""
+        named = []
+        for model, (ratios, shares) in _MIXED.items():
+            named += [(model, f"bidisperse:{ratio:g},{share:g}") for ratio in ratios for share in shares]
+        named += [(model, "monodisperse") for model in PARTICLES]
+        named += [(model, f"lognormal:{width:g}") for model, widths in _WIDTHS.items() for width in widths]
+        return {
+            f"{model} {sizes} {first}": partial(measure_sizes, model, sizes, first)
+            for first in range(1, SEEDS + 1, BLOCK)
+            for model, sizes in named
+        }
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Draw onset against mixing, ratio and width; z, G and G* above it against the width of all distributions."""
+        columns = table.rows.items()
+        rows = pd.DataFrame({name: pd.to_numeric(one) if name in _NUMBERS else one for name, one in columns})
+        rows["width"] = [SizeDistribution.of(sizes).width for sizes in rows["sizes"]]
+        out, axes = drawing(self.name, 2, 3, 4.3, 3.6)
+        for part, model in zip(axes, PARTICLES, strict=False):
+            for k, ratio in enumerate(_MIXED[model][0]):
+                names = [f"bidisperse:{ratio:g},{share:g}" for share in _MIXED[model][1]]
+                _draw(out, part, f"ratio {ratio:g}", rows[rows["model"] == model], names, "phi_J", style(k), share=True)
+            title = rf"$\phi_J$ of {PARTICLES[model]} {_NAMES[model]}"
+            label(part, "share of large ones by number", title, loc="best")
+        for model in PARTICLES:
+            of_model = rows[rows["model"] == model]
+            wide = ["monodisperse", *(f"lognormal:{width:g}" for width in _WIDTHS[model])]
+            looks = model_style(model, linestyle="-"), model_style(model)
+            _draw(out, axes[2], _NAMES[model], of_model, wide, "phi_J", looks[0])
+            for part, column in zip(axes[3:], ("z", "g"), strict=False):
+                every = of_model.sort_values("width", kind="stable")["sizes"].unique()
+                _draw(out, part, _NAMES[model], of_model, every, column, looks[1])
+        above = rf"$\phi_J + {DISTANCE:g}$"
+        label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
+        label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
+        label(axes[4], "width of the sizes", f"$G$ at {above}  [ε/d², ε/l²]", loc="best")
+        scale(axes[5])
+        for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
+            of_sizes = rows[(rows["model"] == "sp") & (rows["sizes"] == sizes)].dropna(subset="z")
+            size = [np.hypot(*(of_sizes[f"{part}_{w:g}"].to_numpy() for part in ("storage", "loss"))) for w in OMEGA]
+            if len(of_sizes) >= FEWEST:
+                out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
+        label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
+        out.caption = f"{_caption(out, rows)} {table.made}."
+        return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
+
+
+def _caption(out: Drawing, rows: pd.DataFrame) -> str:
+    loose, counts = int(rows["z"].isna().sum()), rows.groupby(["model", "sizes"]).size()
+    means = rows[rows["width"] > 0].groupby(["model", "sizes"])[["phi_J", "z"]].mean()
+    parts = []
+    for model, name in _NAMES.items():
+        of_model = means[means.index.get_level_values("model") == model]
+        said = []
+        for column, word in (("phi_J", "mean onset"), ("z", "mean z")):
+            low, high = float(of_model[column].min()), float(of_model[column].max())
+            out.keep(f"{word} of {name}, lowest", low)
+            out.keep(f"{word} of {name}, highest", high)
+            said.append(f"{word} {low:.3f} to {high:.3f}")
+        parts.append(f"{name} {', '.join(said)}")
+    return (
+        f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each "
+        f"of {len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes; width 0 "
+        f"is one size. (d), (e) z and G of all of them, {DISTANCE:g} above the onset of each packing, and (f) the mean "
+        f"of |G*| there; {loose} of {len(rows)} packings came loose on the way, or had no onset. Of more sizes than "
+        f"one, from the lowest distribution to the highest: {'; '.join(parts)}."
+    )
+
+
+def _draw(
+    out: Drawing,
+    axes: Any,
+    name: str,
+    rows: pd.DataFrame,
+    sizes: Iterable[str],
+    column: str,
+    look: dict[str, Any],
+    *,
+    share: bool = False,
+) -> None:
+    """Draw the mean over packings of a column for some distributions, over their width or their share of large ones."""
+    groups = {one: rows.loc[rows["sizes"] == one, column].dropna().to_numpy() for one in sizes}
+    kept = [one for one, values in groups.items() if len(values) >= FEWEST]
+    if not kept:
+        return
+    laws = [SizeDistribution.of(one) for one in kept]
+    x = [law.numbers[1] if share else law.width for law in laws]
+    out.curve(axes, name, x, mean_over_packings([groups[one] for one in kept]), band=False, **look)
+
+
+STUDY = Polydispersity(
+    "polydispersity", "What sizes change: onset, contacts and moduli against ratio, mixing and width"
+)

@@ -1,0 +1,86 @@
+"""Draw pressure, contacts and G of Hertzian disks beside those of harmonic ones, above the onset of each packing.
+
+`stiffening_disks.csv.xz` has a row for each state: `jam(n=128, seed=seed, exponent=exponent,
+ensemble="shear-stabilized")` compressed by `compress(p, p.phi + 0.1, 0.1, by="phi", nearest=1e-3, per_decade=5)`,
+with the pressure, the contacts and particles of the backbone, and G averaged over all directions. States that came
+loose or are no minima are left out.
+"""
+
+from importlib import resources
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.statistics.bootstrap import Interval, bootstrap
+from studies.ensemble_tables import EnsembleTables
+from studies.panels import FIT, Drawing, drawing, label, scale, style
+
+DECADE = (3e-3, 4.1e-2)  # of the distance from onset, over which the exponents are taken
+NAMES = {2.0: "harmonic", 2.5: "Hertz"}
+QUANTITIES = {"pressure": "pressure $p$  [ε/σ²]", "excess": r"$z - z_\mathrm{iso}$", "g": "$G$  [ε/σ²]"}
+EXPECTED = {  # powers of the distance, alpha - 1, 1/2 and alpha - 3/2
+    ("pressure", 2.0): 1.0,
+    ("pressure", 2.5): 1.5,
+    ("excess", 2.0): 0.5,
+    ("excess", 2.5): 0.5,
+    ("g", 2.0): 0.5,
+    ("g", 2.5): 1.0,
+}
+
+
+def read_states() -> pd.DataFrame:
+    """The table shipped with jamlab, with z - z_iso = 2 (N_c - (2 N' + 1))/N': both shears of the box are free."""
+    with resources.files("studies.beyond").joinpath("stiffening_disks.csv.xz").open("rb") as file:
+        table = pd.read_csv(file, compression="xz")
+    table["excess"] = 2 * (table["contacts"] - (2 * table["backbone"] + 1)) / table["backbone"]
+    return table
+
+
+def stiffening_disks(tables: EnsembleTables) -> Drawing:
+    """Pressure, excess contacts and G of Hertzian disks over the distance from onset, beside harmonic ones."""
+    table = read_states()
+    out, axes = drawing("beyond-stiffening-disks", 1, 3, 4.4, 3.8)
+    for ax, (column, text) in zip(axes, QUANTITIES.items(), strict=True):
+        for index, (alpha, name) in enumerate(NAMES.items()):
+            states = table[table["exponent"] == alpha].pivot_table(index="seed", columns="distance", values=column)
+            x, y = states.columns.to_numpy(dtype=float), states.to_numpy(dtype=float)
+            mean = bootstrap([y], lambda groups: np.nanmean(groups[0], axis=0))
+            scale(ax)
+            out.curve(ax, name, x, mean, **style(index))
+            out.keep(f"{column}, {name}", exponent_of(x, y))
+            _draw_power(out, ax, name, x, np.asarray(mean.value), EXPECTED[column, alpha])
+        label(ax, r"$\phi - \phi_J$", text, loc="upper left")
+    packings = {name: table.loc[table["exponent"] == alpha, "seed"].nunique() for alpha, name in NAMES.items()}
+    said = "; ".join(
+        f"{column} "
+        + " and ".join(
+            f"{out.write(f'{column}, {name}')} ({name}, line {EXPECTED[column, alpha]:g})"
+            for alpha, name in NAMES.items()
+        )
+        for column in QUANTITIES
+    )
+    out.caption = (
+        f"128 disks compressed from the onset of each packing: {packings['harmonic']} of springs, {packings['Hertz']} "
+        "of energies that grow as the power 5/2 of the overlap; 95 % bands. Powers of the distance between "
+        f"{DECADE[0]:g} and {DECADE[1]:g}: {said}."
+    )
+    return out
+
+
+def exponent_of(x: Array, y: Array) -> Interval:
+    """Power of x (points,) that the mean over packings of y (packings, points) follows within `DECADE`."""
+    kept = (x >= DECADE[0]) & (x <= DECADE[1])
+
+    def slope(groups: list[Array]) -> float:
+        mean = np.nanmean(groups[0], axis=0)
+        return float(np.polyfit(np.log(x[kept]), np.log(mean[kept]), 1)[0])
+
+    return bootstrap([y], slope)
+
+
+def _draw_power(out: Drawing, axes: object, name: str, x: Array, y: Array, power: float) -> None:
+    kept = (x >= DECADE[0]) & (x <= DECADE[1])
+    ends = np.array(DECADE)
+    level = np.exp(np.mean(np.log(y[kept]) - power * np.log(x[kept])))
+    out.curve(axes, f"{name}, expected", ends, level * ends**power, label=None, **FIT)

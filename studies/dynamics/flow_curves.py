@@ -1,0 +1,477 @@
+"""Draw flow in time: curves of disks, yield stress, overshoot, droplets beside disks; oscillation over amplitude."""
+
+from functools import partial
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED
+from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
+from jamlab.statistics.power_laws import fit_exponent
+from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR, SOFTENING_EXPONENT
+from studies.claims import write_interval
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import (
+    average,
+    bootstrap,
+    mean_over_packings,
+    nearest,
+    of_packings,
+    scaled,
+    select_usual,
+    side_by_side,
+    unmeasured,
+    vary_bootstrap,
+)
+from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style
+
+RATE = r"rate of shear $\dot\gamma\,\tau_1$"
+STRESS = r"shear stress $\sigma$  [k]"
+SETTINGS = ["n", "background", "tolerance"]  # of runs that may be averaged
+ONSET = 0.84  # packing fraction nearest to onset
+JAMMED = 0.86  # of the fit with a yield stress
+HIGHEST = 1e-2  # rate up to which laws are fitted: beyond, contacts themselves limit the flow
+_STANDS = 1e-15  # rate that adds nothing to a yield stress
+
+
+def balanced_disks(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
+    """Select disks in one ensemble, balanced contact drag as a power of velocity; packing fractions to four digits."""
+    kept = (table["model"] == "sp") & (table["law"] == "contact") & (table["beta"] == 1)
+    kept &= np.isclose(table["alpha"], alpha, rtol=1e-4)
+    rows = table[kept].assign(phi=table.loc[kept, "phi"].round(4))
+    return select_usual(rows, ["ensemble"], None)
+
+
+def steady_flows(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
+    """Select steady flow at a rate, of the number of disks and the accuracy that are usual under linear drag."""
+    rows, linear = (part[part["rate"] > 0] for part in (balanced_disks(table, alpha), balanced_disks(table)))
+    rows = select_usual(rows, SETTINGS, of=linear)
+    if rows.empty:
+        raise InputError(f"the table flow has no steady flow of disks with alpha = {alpha:g}: run a campaign with some")
+    return rows
+
+
+def mean_of_rows(rows: pd.DataFrame, by: str, value: str) -> tuple[Array, Interval]:
+    """Average a column over packings at each place (m,), such as each rate."""
+    places, values = of_packings(rows, by, value)
+    return places, mean_over_packings([values])[0]
+
+
+def draw_mean(out: Drawing, axes: Any, series: str, rows: pd.DataFrame, by: str, value: str, **look: Any) -> None:
+    """Draw the mean of a column over packings with its intervals as bars."""
+    out.curve(axes, series, *mean_of_rows(rows, by, value), band=False, **look)
+
+
+def yield_law(rates: Array, stress: Array) -> HerschelBulkley:
+    """Fit the law of Herschel and Bulkley to mean stresses of (packings, m), weighted by their relative errors. Rate 0
+    is quasi-static shear, whose mean counts as any other."""
+    kept = (rates <= HIGHEST) & np.isfinite(stress).all(axis=0)
+    rates = np.maximum(rates, _STANDS)
+    mean = average(stress[:, kept])
+    return herschel_bulkley(rates[kept], mean, 0.03 * mean)
+
+
+def yield_law_interval(rates: Array, stress: Array) -> Interval:
+    """Fit yield stress and exponent, with their intervals over packings; nan of too few rates."""
+
+    def of(groups: list[Array]) -> Array:
+        try:
+            found = yield_law(rates, groups[0])
+        except ConvergenceError:
+            return np.full(2, np.nan)
+        return np.array([found.yield_stress, found.exponent])
+
+    return bootstrap([stress], of, resamples=100)
+
+
+def flow_curves(tables: EnsembleTables) -> Drawing:
+    """Flow curves of disks around onset, stress over pressure, and the law of Herschel and Bulkley."""
+    table = steady_flows(tables.flow)
+    out, (stress, friction, fit) = drawing("dynamics-flow-curves", 1, 3, 4.8, 3.9)
+    for axes in (stress, friction, fit):
+        scale(axes, y="linear" if axes is friction else "log")
+    fractions = sorted(table["phi"].unique())
+    for k, phi in enumerate(fractions):
+        rows = table[table["phi"] == phi]
+        rows = rows.assign(friction=rows["stress"] / rows["flow_pressure"])
+        for axes, column in ((stress, "stress"), (friction, "friction")):
+            draw_mean(out, axes, f"$\\phi$ = {phi:.2f}", rows, "rate", column, **sequence(k, len(fractions)))
+    rates = table.loc[table["phi"] == ONSET, "rate"]
+    if len(rates):
+        at_onset = table[(table["phi"] == ONSET) & (table["rate"] == rates.min())]["stress"].mean()
+        out.slope(stress, FLOW_AT_ONSET.value, (rates.min(), HIGHEST), 0.6 * float(at_onset))
+    phi = nearest(fractions, JAMMED)
+    _draw_fit(out, fit, table, balanced_disks(tables.flow), phi)
+    label(stress, RATE, STRESS, fontsize=7.5)
+    label(friction, RATE, r"stress over pressure $\sigma/p$", legend=False)
+    label(fit, RATE, r"$\sigma - \sigma_y$  [k]", loc="upper left")
+    _claim_exponent_at_onset(out, table)
+    out.caption = (
+        f"Steady flow of {int(table['n'].iloc[0])} disks with balanced contact drag at a given rate, means over "
+        f"{table['seed'].nunique()} packings with 95 % intervals. (a) Stress over rate; the lower the rate, the more "
+        "curves part, to a yield stress above onset and a liquid below; dashed, the power law at onset. (b) Stress "
+        f"over pressure. {_write_fit(out, phi)}"
+    )
+    return out
+
+
+def _draw_fit(out: Drawing, axes: Any, table: pd.DataFrame, everything: pd.DataFrame, phi: float) -> None:
+    moving = table[table["phi"] == phi]
+    rates, stress = of_packings(moving, "rate", "stress")
+    if (rates <= HIGHEST).sum() < 3:
+        return
+    law = yield_law(rates, stress)
+    _keep_law(out, "", yield_law_interval(rates, stress))
+    y, mean = law.yield_stress, mean_over_packings([stress])[0]
+    above = Interval(mean.value - y, mean.low - y, mean.high - y)
+    out.curve(axes, f"$\\phi$ = {phi:.2f}", rates, above, band=False, color=RED, marker="s", ls="none")
+    line = np.geomspace(rates.min(), HIGHEST, 50)
+    out.curve(axes, f"$n$ = {law.exponent:.3f}", line, law(line) - y, **FIT)
+    still = everything[(everything["rate"] == 0) & (everything["phi"] == phi)]
+    if len(still):
+        _keep_law(out, REST, yield_law_interval(*of_packings(pd.concat([still, moving]), "rate", "stress")))
+
+
+REST = " with quasi-static shear"
+
+
+def _keep_law(out: Drawing, of: str, found: Interval) -> None:
+    out.keep(f"yield stress{of}", found[0])
+    out.keep(f"exponent of Herschel and Bulkley{of}", found[1])
+
+
+def _write_law(out: Drawing, of: str) -> str:
+    exponent, stress = (out.values[name + of] for name in ("exponent of Herschel and Bulkley", "yield stress"))
+    return f"exponent {write_interval(exponent, 3)}, yield stress {write_interval(scaled(stress, 1e4), 2)}"
+
+
+def _write_fit(out: Drawing, phi: float) -> str:
+    if "yield stress" not in out.values:
+        return "(c) Too few rates for a law with a yield stress."
+    rest = ""
+    if f"yield stress{REST}" in out.values:
+        rest = f" With the mean of quasi-static shear as rate 0: {_write_law(out, REST)}."
+    return (
+        f"(c) The law of Herschel and Bulkley at packing fraction {phi:.2f}, fitted up to rate {HIGHEST:g}: "
+        f"{_write_law(out, '')} 1e-4 k.{rest}"
+    )
+
+
+def _claim_exponent_at_onset(out: Drawing, table: pd.DataFrame) -> None:
+    """Claim the exponent of the stress over the rate at the packing fraction nearest to onset."""
+    rows = table[(table["phi"] == ONSET) & (table["rate"] <= HIGHEST)]
+    found, every = unmeasured()
+    if rows["rate"].nunique() > 2:
+        rates, stress = of_packings(rows, "rate", "stress")
+
+        def slope(groups: list[Array], highest: float = HIGHEST) -> float:
+            return fit_exponent(*(part[rates <= highest] for part in (rates, average(groups[0]))))
+
+        found, every = vary_bootstrap([stress], slope, *({"highest": float(rate)} for rate in rates[2:-1]))
+    words = {
+        "how": f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}",
+        "cause": f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q",
+        "shown_by": "python -m studies draw dynamics-collapse",
+    }
+    out.claim("exponent of stress over rate near onset", found, FLOW_AT_ONSET, family=every, **words)
+
+
+def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
+    """Flow curves of droplets and disks at the same packing fraction, and their pressure."""
+    table = tables.flow[tables.flow["law"] == "stokes"]
+    table = table.assign(rho=table["rho"].round(3))
+    fractions = sorted(table.loc[table["model"] == "dp", "rho"].unique())
+    if not fractions:
+        raise InputError("the table flow has no droplets under Stokes drag: run a campaign with some")
+    out, axes = drawing("dynamics-droplets", 1, len(fractions) + 1, 4.6, 3.9)
+    for part, rho in zip(axes, fractions, strict=False):
+        scale(part)
+        for model in MODEL_STYLE:
+            rows, look = table[(table["rho"] == rho) & (table["model"] == model)], model_style(model, linestyle="-")
+            draw_mean(out, part, MODEL_STYLE[model]["label"], rows, "rate", "stress", **look)
+        text = rf"shear stress $\sigma$ at $\rho$ = {rho:.2f}  [ε/l²]"
+        label(part, RATE, text, legend=False)
+    last = axes[-1]
+    scale(last)
+    for model, (rho, line) in product(MODEL_STYLE, zip(fractions, ("-", "--", ":"), strict=False)):
+        rows, look = table[(table["rho"] == rho) & (table["model"] == model)], model_style(model, linestyle=line)
+        text = rf"{MODEL_STYLE[model]['label']}, $\rho$ = {rho:.2f}"
+        draw_mean(out, last, text, rows, "rate", "flow_pressure", **look)
+    label(last, RATE, "pressure $p$  [ε/l²]", legend=False)
+    out.legend_above(last)
+    out.caption = (
+        f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
+        f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with 95 % "
+        "intervals. (a), (b) Stress. (c) Pressure. Units of length: of disks their mean diameter, of "
+        "droplets the mean of the square roots of their areas at rest."
+    )
+    return out
+
+
+LOOSE = 0.845  # packing fraction below which nothing holds a quenched packing before it flows
+MOVES = 1e-5  # rate of creep below which a packing is taken to bear a stress
+_CREEP: dict[str, Any] = {"color": PINK, "marker": "v"}
+
+
+class Estimate(NamedTuple):
+    """A yield stress by one way, with its look."""
+
+    way: str
+    found: Interval
+    look: dict[str, Any]
+
+
+def yield_stress(tables: EnsembleTables) -> Drawing:
+    """Yield stress from steady flow, quasi-static shear, start-up and creep, side by side."""
+    table = steady_flows(tables.flow)
+    phi = nearest(sorted(table["phi"].unique()), JAMMED)
+    table = table[table["phi"] == phi]
+    slow = balanced_disks(tables.flow)
+    slow = slow[(slow["phi"] == phi) & (slow["rate"] == 0)]
+    loaded = balanced_disks(tables.creep)
+    loaded = loaded[loaded["phi"] == phi]
+    if slow.empty or loaded.empty:
+        raise InputError(f"no quasi-static shear or no creep at packing fraction {phi}: run a campaign with both")
+    out, (flow, creep, ways) = drawing("dynamics-yield", 1, 3, 4.8, 3.9)
+    scale(flow, creep)
+    found = _flows(out, flow, table, slow)
+    found.append(Estimate("creep", _creeps(out, creep, loaded, table), _CREEP))
+    for k, each in enumerate(found):
+        out.keep(f"yield stress, {each.way}", each.found)
+        out.curve(ways, each.way, [k], scaled(each.found, 1e3), band=False, ls="none", **each.look)
+    ways.set_xticks(range(len(found)), [each.way.replace(" ", "\n") for each in found])
+    ways.set_xlim(-0.5, len(found) - 0.5)
+    ways.set_ylim(bottom=0)
+    label(flow, RATE, STRESS, loc="upper left")
+    label(creep, STRESS, r"rate of creep at the end $\dot\gamma\,\tau_1$")
+    label(ways, "way", r"yield stress $\sigma_y$  [$10^{-3}$ k]", legend=False)
+    ways.tick_params(axis="x", labelsize=8)
+    text = "; ".join(f"{each.way} {write_interval(scaled(each.found, 1e4), 1)}" for each in found)
+    out.caption = (
+        f"{int(table['n'].iloc[0])} disks at packing fraction {phi:.2f}, {slow['seed'].nunique()} packings, 95 % "
+        "intervals. (a) Steady flow, the law of Herschel and Bulkley through it, the mean of quasi-static shear, to "
+        "which it tends, and the peaks of start-up. (b) Packings at rest under a stress, with their residual stress: "
+        f"mean rate over the last half of a time of {loaded['final_time'].max():g}, beside the law of (a). (c) Yield "
+        f"stresses, in 1e-4 k: {text}. What keeps flow going needs less stress than what starts it from a quenched "
+        f"packing. That of creep lies between the largest stress under which a packing ends slower than {MOVES:g}, and "
+        "the next."
+    )
+    return out
+
+
+def _flows(out: Drawing, axes: Any, table: pd.DataFrame, slow: pd.DataFrame) -> list[Estimate]:
+    rates, stress = of_packings(table, "rate", "stress")
+    mean = mean_over_packings([stress])[0]
+    out.curve(axes, "steady flow", rates, mean, band=False, color=RED, marker="s", ls="none")
+    law, interval = yield_law(rates, stress), yield_law_interval(rates, stress)
+    line = np.geomspace(rates.min(), HIGHEST, 60)
+    out.curve(axes, f"Herschel-Bulkley, $n$ = {law.exponent:.2f}", line, law(line), **FIT)
+    _, peaks = of_packings(table, "rate", "peak_stress")
+    top = mean_over_packings([np.where(np.isfinite(peaks), peaks, stress)])[0]
+    out.curve(axes, "peak of start-up", rates, top, band=False, color=GREEN, marker="^", ls=":")
+    of_slow = (slow["stress"], slow["peak_stress"].fillna(slow["stress"]))
+    limit, peak = (mean_over_packings([column.to_numpy(dtype=np.float64)])[0] for column in of_slow)
+    ends = np.array([rates.min(), rates.max()])
+    out.curve(axes, "quasi-static mean", ends, scaled(limit, np.ones(2)), color=BLUE, ls="--")
+    return [
+        Estimate("flow, law", interval[0], {"color": BLACK, "marker": "s"}),
+        Estimate("flow, slowest", mean[0], {"color": RED, "marker": "s"}),
+        Estimate("flow, quasi-static", limit, {"color": BLUE, "marker": "o"}),
+        Estimate("start-up, slowest", top[0], {"color": GREEN, "marker": "^"}),
+        Estimate("start-up, quasi-static", peak, {"color": ORANGE, "marker": "D"}),
+    ]
+
+
+def _creeps(out: Drawing, axes: Any, loaded: pd.DataFrame, table: pd.DataFrame) -> Interval:
+    out.curve(axes, "creep", loaded["stress"] + loaded["residual"], loaded["final_rate"], ls="none", **_CREEP)
+    rates, stress = of_packings(table, "rate", "stress")
+    line = np.geomspace(MOVES, HIGHEST, 60)
+    out.curve(axes, "steady flow, law of (a)", yield_law(rates, stress)(line), line, **FIT)
+    axes.axhline(MOVES, color=BLACK, linewidth=0.8, linestyle=":")
+    limits = [_threshold(rows) for _, rows in loaded.groupby("seed")]
+    return mean_over_packings([np.array(limits)])[0]
+
+
+def _threshold(rows: pd.DataFrame) -> float:
+    """Find the stress between the largest that a packing bears and the next, residual one counted; nan if all flow."""
+    total = (rows["stress"] + rows["residual"]).to_numpy(dtype=np.float64)
+    order = np.argsort(total)
+    total, flows = total[order], rows["final_rate"].to_numpy(dtype=np.float64)[order] > MOVES
+    held = np.flatnonzero(~flows)
+    if not len(held) or held[-1] + 1 == len(total):
+        return np.nan
+    return float(np.sqrt(total[held[-1]] * total[held[-1] + 1]))
+
+
+def overshoot(tables: EnsembleTables) -> Drawing:
+    """Overshoot of start-up from quenched packings: height, excess over steady flow, and strain."""
+    table = steady_flows(tables.flow)
+    table = table[table["phi"] > LOOSE]
+    out, (height, excess, strain) = drawing("dynamics-overshoot", 1, 3, 4.6, 3.9)
+    for axes in (height, excess, strain):
+        scale(axes, y="log" if axes is height else "linear")
+    fractions = sorted(table["phi"].unique())
+    for k, phi in enumerate(fractions):
+        rows = table[table["phi"] == phi]
+        rows = rows.assign(excess=(rows["peak_stress"] / rows["stress"]).fillna(1.0))  # 1 without a peak
+        look = sequence(k, len(fractions))
+        for axes, column in ((height, "peak_stress"), (excess, "excess"), (strain, "peak_strain")):
+            draw_mean(out, axes, f"$\\phi$ = {phi:.2f}", rows, "rate", column, **look)
+        rate, steady = mean_of_rows(rows, "rate", "stress")
+        out.curve(height, f"steady, $\\phi$ = {phi:.2f}", rate, steady.value, label=None, color=look["color"], ls=":")
+    label(height, RATE, r"peak stress, dotted steady stress $\sigma$  [k]", loc="upper left")
+    label(excess, RATE, "peak over steady stress", legend=False)
+    label(strain, RATE, "strain at the peak", legend=False)
+    out.caption = (
+        f"Start-up of {int(table['n'].iloc[0])} quenched disks, means over {table['seed'].nunique()} packings with "
+        "95 % intervals. The peak is the largest stress up to strain 1, which stress of so few disks reaches by chance "
+        "too: where steady flow fluctuates most, at low rates near onset, most of the excess is of that kind."
+    )
+    return out
+
+
+AMPLITUDE = r"amplitude of the strain $\gamma_0$"
+SOFT, YIELDED = 0.7, 0.1  # of the storage modulus at small amplitude that is left; 0.9 is lost in noise of 64 disks
+
+
+def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
+    """G' and G'' against the amplitude at three frequencies, with softening and yielding against pressure."""
+    table = select_usual(select_usual(balanced_disks(tables.oscillation), ["n"], None), ["background"], None)
+    if table["amplitude"].nunique() < 3:
+        raise InputError("the table oscillation has no three amplitudes of disks: run a campaign with some")
+    frequencies, pressures = (sorted(table[name].unique()) for name in ("omega", "target_pressure"))
+    out, axes = drawing("dynamics-amplitudes", 1, len(frequencies) + 1, 4.3, 3.9)
+    for part, omega in zip(axes, frequencies, strict=False):
+        scale(part)
+        for k, pressure in enumerate(pressures):
+            rows = table[(table["omega"] == omega) & (table["target_pressure"] == pressure)]
+            for column, line in (("storage", "-"), ("loss", "--")):
+                name = f"$p$ = {pressure:g}" if column == "storage" else f"loss, p = {pressure:g}"
+                text = name if column == "storage" else None
+                look = {**style(k), "linestyle": line, "label": text}
+                draw_mean(out, part, name, rows, "amplitude", column, **look)
+        label(part, AMPLITUDE, rf"$G'$, dashed $G''$  [k], $\omega\,\tau_1$ = {omega:g}", legend=part is axes[0])
+    _draw_limits(out, axes[-1], table[table["omega"] == frequencies[0]], pressures)
+    out.caption = (
+        f"{int(table['n'].iloc[0])} disks, {table['seed'].nunique()} packings at each pressure p, in units of k, means "
+        "with 95 % intervals. Storage modulus, dashed the loss modulus, of the first harmonic at three frequencies. "
+        f"Last: amplitude at which {100 * SOFT:.0f} % of the storage modulus are left (softening), and at which "
+        f"{100 * YIELDED:.0f} % are (yielding), at the lowest frequency; dashed, in proportion to pressure."
+    )
+    return out
+
+
+def _draw_limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]) -> None:
+    scale(axes)
+    groups = []
+    for pressure in pressures:
+        amplitude, storage = of_packings(table[table["target_pressure"] == pressure], "amplitude", "storage")
+        groups.append(storage)
+    for share, name, look in ((SOFT, "softening", {"color": RED, "marker": "s"}), (YIELDED, "yielding", _YIELD)):
+        found = [bootstrap([storage], partial(_limit, amplitude, share)) for storage in groups]
+        ends = side_by_side(found)
+        out.keep(f"amplitude of {name}", ends, p=pressures)
+        out.curve(axes, name, pressures, ends, band=False, **look)
+        if name == "softening":
+            out.slope(axes, SOFTENING_EXPONENT.value, (pressures[0], pressures[-1]), 0.5 * ends.value[0])
+    label(axes, "pressure $p$  [k]", AMPLITUDE)
+    exponent: Interval | None = None
+    if len(pressures) > 1:
+        log_p = np.log(pressures)
+
+        def slope(values: list[Array]) -> float:
+            limits = [_falls_to(amplitude, average(each), SOFT) for each in values]
+            return float(np.polyfit(log_p, np.log(limits), 1)[0])
+
+        exponent = bootstrap(groups, slope)
+    how = f"amplitude at which {100 * SOFT:.0f} % of G' are left, {len(pressures)} pressures, lowest frequency"
+    text = "exponent of the softening amplitude over pressure, Boschan et al. 2016"
+    out.claim(text, exponent, SOFTENING_EXPONENT, how=how)
+
+
+_YIELD = {"color": BLUE, "marker": "o", "markeredgecolor": BLACK}
+
+
+def _limit(amplitude: Array, share: float, groups: list[Array]) -> float:
+    return _falls_to(amplitude, average(groups[0]), share)
+
+
+def _falls_to(amplitude: Array, storage: Array, share: float) -> float:
+    """Find the amplitude at which the storage modulus first falls to a share of its first value; nan if never."""
+    ratio = storage / storage[0]
+    below = np.flatnonzero(ratio < share)
+    if not len(below):
+        return np.nan
+    k = int(below[0])
+    part = np.log(ratio[k - 1] / share) / np.log(ratio[k - 1] / max(ratio[k], 1e-3))
+    return float(amplitude[k - 1] * (amplitude[k] / amplitude[k - 1]) ** part)
+
+
+PARTS = {"storage": "G'", "loss": "G''"}
+ALLOWED = 10.0  # %
+
+
+def equivalent_damping(tables: EnsembleTables) -> Drawing:
+    """Error of the equivalent linear damping against frequency and the power of the drag."""
+    table = _small_oscillations(tables.oscillation)
+    powers = sorted(table["alpha"].unique())
+    out, (grid, *parts) = drawing("dynamics-equivalent-damping", 1, 3, 4.8, 4.0)
+    scale(grid, y="linear")
+    said = []
+    for axes, (part, name) in zip(parts, PARTS.items(), strict=True):
+        scale(axes, y="linear")
+        for k, alpha in enumerate(powers):
+            rows = table[table["alpha"] == alpha]
+            omega, mean = mean_of_rows(rows, "omega", f"{part}_error")
+            x = mean_of_rows(rows, "omega", "reduced")[1].value
+            text = rf"$\alpha$ = {alpha:.2f}"
+            out.curve(axes, text, x, mean, band=False, **sequence(k, len(powers)))
+            out.keep(f"error of {name} in percent, alpha = {alpha:.2f}", mean, omega=omega)
+            said.append(f"{name} at alpha {alpha:.2f}: {round(mean.value.min())} to {round(mean.value.max())}")
+        axes.axhspan(-ALLOWED, ALLOWED, color="#999999", alpha=0.15, linewidth=0)
+        axes.axhline(0.0, color=BLACK, linewidth=0.8)
+        label(axes, r"$\omega\,\tau_\alpha$", f"error of {name}  [%]", legend=part == "storage")
+    _draw_map(out, grid, table)
+    label(grid, FREQUENCY, r"power $\alpha$ of the drag", legend=False)
+    first = table.iloc[0]
+    out.caption = (
+        f"{int(first['n'])} disks at pressure {first['target_pressure']:g} k, {table['seed'].nunique()} packings: "
+        "error of G* by the equivalent linear damping of Baumgarten & Tighe, eqs 23-29, against the drag law itself "
+        f"at strain amplitude {first['amplitude']:g}. (a) Error of |G*| in percent, against frequency and alpha. (b), "
+        "(c) Error of the storage and loss modulus over frequency times the equivalent time; grey, 10 %; 95 % "
+        "intervals. Linear drag is the check: its error is that of finite amplitude. "
+        f"In percent: {'; '.join(said)}."
+    )
+    return out
+
+
+def _small_oscillations(table: pd.DataFrame) -> pd.DataFrame:
+    """Select rows at the amplitude at which powers were measured, with errors in percent."""
+    bent = table[table["alpha"] < 1]
+    if bent.empty:
+        raise InputError("the table oscillation has no drag with alpha below 1: run a campaign with some")
+    settings = ("n", "target_pressure", "amplitude", "background", "tolerance")
+    rows = select_usual(table, settings, of=bent).dropna(subset=["equivalent_time"]).round({"alpha": 4})
+    for part in PARTS:
+        rows[f"{part}_error"] = 100 * (rows[f"equivalent_{part}"] / rows[part] - 1)
+    size = np.hypot(rows["equivalent_storage"], rows["equivalent_loss"]) / np.hypot(rows["storage"], rows["loss"])
+    return rows.assign(reduced=rows["omega"] * rows["equivalent_time"], size_error=100 * (size - 1))
+
+
+def _draw_map(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
+    mean = table.groupby(["alpha", "omega"], as_index=False)["size_error"].mean()
+    span = max(float(mean["size_error"].abs().max()), ALLOWED)
+    look = {"c": mean["size_error"], "cmap": "PuOr", "vmin": -span, "vmax": span, "edgecolor": BLACK}
+    axes.scatter(mean["omega"], mean["alpha"], s=330, marker="s", linewidth=0.5, **look)
+    for alpha, rows in mean.groupby("alpha"):
+        out.curve(axes, f"alpha {alpha:.2f}", rows["omega"], np.full(len(rows), alpha), ls="none")
+    for _, row in mean.iterrows():
+        colour = "white" if abs(row["size_error"]) > 0.6 * span else BLACK
+        at = (row["omega"], row["alpha"])
+        axes.annotate(f"{round(row['size_error']):+d}", at, ha="center", va="center", fontsize=7.5, color=colour)
+    axes.margins(0.1, 0.15)

@@ -1,0 +1,321 @@
+"""Compare jamlab with other codes on one core: a point, a minimum, its time; and with libraries that measure."""
+
+import json
+import platform
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.checks import check_choice
+from jamlab.engine.session import Session, evaluate
+from jamlab.errors import ConvergenceError
+from jamlab.figures.html_page import TextTable, write_csv
+from jamlab.geometry.contact_network import contacts, without_rattlers
+from jamlab.geometry.orientational_order import orientational_order
+from jamlab.measure import measure
+from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.protocols.moduli import shear_modulus
+from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.storage.atomic_file import atomic_file, make_folder
+from studies.other_codes.peers import (
+    MOST_STEPS,
+    PEERS,
+    Analyst,
+    Jamlab,
+    Matscipy,
+    Peer,
+    mean_diameters,
+    plain_point,
+)
+from studies.study import Page, Shown, TableStudy, write_page
+from studies.table import MeasuredTable, Task, one_core, shortest
+
+_FASTER = (
+    "faster here: the same minimiser that jamlab starts with, but with LAMMPS' line search on the energy, which misses "
+    "the tolerance on other starts (python -m studies draw speed-accuracy), and to twice the force"
+)
+_JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
+_TRIES = 20  # starts until one is found whose minimum is stable and whose jolt leads back
+
+
+COLUMNS = (  # of one code of the comparison, None where there is nothing to say
+    *("name", "method"),  # of the code, and of its minimiser
+    "version",  # as installed; None if it is not, and then `note` says what to install
+    # largest difference from jamlab at the same coordinates, over the largest value
+    *("energy", "forces", "stress", "pressure"),
+    *("minimum", "z", "g"),  # at its minimum: relative difference of the energy from jamlab's, and differences
+    "max_force",  # left at its minimum, computed in numpy
+    *("cold", "warm"),  # s: first minimisation with set-up and compiling, shortest of those that follow
+    *("cold_ratio", "warm_ratio"),  # over jamlab's
+    "note",  # what a reader must know
+)
+ANALYSIS_COLUMNS = ("name", "version", "quantity", "difference", "note")  # the same of a library
+Row = dict[str, Any]
+
+
+class Freud(Analyst):
+    """Centres of disks in a two-dimensional box, in a process of its own. Both freud and liblammps bring voro++; where
+    LAMMPS was opened first, freud would call LAMMPS' and crash."""
+
+    name = "freud"
+    package = "freud-analysis"
+
+    def measure(self, packing: Packing) -> dict[str, Any]:
+        """Number of contacts, and |psi_6| of every disk."""
+        return run_side_by_side(_measure, [packing], 1)[0]
+
+
+def _measure(packing: Packing, _: Any) -> dict[str, Any]:
+    import freud
+
+    lattice = np.zeros((3, 3))
+    lattice[:2, :2] = packing.box.T  # columns are lattice vectors
+    box = freud.box.Box.from_matrix(lattice, dimensions=2)
+    points = box.wrap(np.column_stack([packing.positions, np.zeros(packing.n)]))
+    assert packing.diameters is not None
+    query = {"r_max": float(packing.diameters.max()), "exclude_ii": True}
+    near = freud.locality.AABBQuery(box, points).query(points, query).toNeighborList()
+    i, j = np.asarray(near.point_indices), np.asarray(near.query_point_indices)
+    touch = np.asarray(near.distances) < 0.5 * (packing.diameters[i] + packing.diameters[j])
+    cells = freud.locality.Voronoi().compute((box, points))
+    order = freud.order.Hexatic(k=6).compute((box, points), neighbors=cells.nlist)
+    return {"contacts": int(touch[i < j].sum()), "|psi_6|": np.abs(order.particle_order)}
+
+
+ANALYSTS: tuple[Analyst, ...] = (Matscipy(), Freud())
+HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the names that analysts use
+    "energy": lambda p: evaluate(p).energy,
+    "pressure": lambda p: evaluate(p).pressure,
+    "shear modulus": shear_modulus,
+    "contacts": lambda p: len(contacts(p).pairs),
+    "|psi_6|": lambda p: np.abs(orientational_order(p).local),
+}
+
+
+def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[Row]:
+    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps". A row of
+    `ANALYSIS_COLUMNS` for each quantity of each library; one that is not installed is a row that says so."""
+    backbone = without_rattlers(minimum)
+    rows = []
+    for analyst in analysts:
+        row = dict.fromkeys(ANALYSIS_COLUMNS) | {"name": analyst.name, "version": analyst.version, "quantity": ""}
+        if analyst.version is None:
+            rows.append(row | {"note": f"not installed: {analyst.install}"})
+            continue
+        for quantity, there in analyst.measure(backbone).items():
+            difference = _over_largest(np.asarray(there), np.asarray(HERE[quantity](backbone)))
+            rows.append(row | {"quantity": quantity, "difference": difference, "note": ""})
+    return rows
+
+
+def compare(
+    n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
+) -> list[Row]:
+    """Compare jamlab and its peers on one packing of an even number of disks in units "eps": rows of `COLUMNS`, of
+    which jamlab's is the first. Random starts end in different minima in different codes, so the start is a minimum
+    whose disks were moved a little. A code that is not installed is a row that says so."""
+    start, minimum = jolted_minimum(n, seed, phi)
+    target = measure(minimum)
+    rows: list[Row] = []
+    with one_core():
+        for peer in (Jamlab(), *peers):
+            progress(len(rows) / (len(peers) + 1), peer.name)
+            item = (peer, start, target, rows[0] if rows else None)
+            rows.append(run_side_by_side(_row, [item], 1)[0] if peer.apart else _row(item))
+    return rows
+
+
+def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None) -> Row:
+    """A peer beside jamlab, whose row and `measure` at its minimum are given: its point, its minimum and its time. The
+    point of jamlab itself, which has no row yet, stands beside all pairs in numpy."""
+    peer, start, target, jamlab = item
+    row: Row = dict.fromkeys(COLUMNS) | {"name": peer.name, "method": peer.method}
+    if peer.version is None:
+        return row | {"note": f"not installed: {peer.install}"}
+    there, here = plain_point(start) if jamlab is None else peer.evaluate(start), Jamlab().evaluate(start)
+    began = time.process_time()
+    run = partial(peer.descent(start), force_tolerance("sp"), MOST_STEPS)
+    run()
+    cold = time.process_time() - began
+    warm, positions = shortest(run)
+    point = plain_point(start.with_state(positions=positions))
+    left, tolerance, notes = float(np.hypot(*point.forces.T).max()), force_tolerance("sp"), []
+    row |= {
+        "version": peer.version,
+        "energy": abs(there.energy / here.energy - 1),
+        "forces": _over_largest(there.forces, here.forces),
+        "stress": None if there.stress is None else _over_largest(there.stress, np.asarray(here.stress)),
+        "pressure": abs(there.pressure / here.pressure - 1),
+        **{"max_force": left, "cold": cold, "warm": warm},
+    }
+    if jamlab is None:
+        more = {"minimum": 0.0, "z": 0.0, "g": 0.0, "cold_ratio": 1.0, "warm_ratio": 1.0}
+        return row | more | {"note": "its point beside all pairs in numpy"}
+    found = measure(start.with_state(positions=positions))
+    row |= {name: found[name] - target[name] for name in ("z", "g")}
+    row |= {"minimum": abs(point.energy / target["energy"] - 1)}
+    row |= {"cold_ratio": cold / jamlab["cold"], "warm_ratio": warm / jamlab["warm"]}
+    if left > tolerance:
+        notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
+    if warm < jamlab["warm"]:
+        notes.append(_FASTER if peer.name == "LAMMPS cg" else "faster here")
+    return row | {"note": "; ".join(notes)}
+
+
+def _over_largest(there: Array, here: Array) -> float:
+    return float(np.abs(there - here).max() / np.abs(here).max())
+
+
+def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
+    """Find a jammed packing without negative modes; returns its disks moved a little, by `jolt` mean diameters, and the
+    minimum that jamlab finds from them."""
+    for trial in range(_TRIES):
+        rng = np.random.default_rng([seed, trial])
+        with Session(random_disks(n, seed + trial, phi=phi)) as session:
+            if not relax(session).converged or contacts(session.packing()).loose:
+                continue
+            first = session.packing()
+            start = first.with_state(positions=first.positions + jolt * rng.standard_normal((n, 2)))
+            session.load(start)
+            if relax(session).converged and np.isfinite(measure(session.packing())["g"]):
+                return start, session.packing()
+    raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
+
+
+_LEAD = (
+    "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
+    "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
+)
+
+
+def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row], n: int, phi: float) -> list[TextTable]:
+    """Tables for the reader: same coordinates, same basin, speed, analysis."""
+
+    small = ".1e"
+    tables: list[tuple[str, Sequence[Row], dict[str, str]]] = [
+        (
+            f"Same coordinates, {n} disks, phi = {phi:g}: largest difference from jamlab, relative",
+            rows,
+            {"name": "", "version": "s", "energy": small, "forces": small, "stress": small, "pressure": small},
+        ),
+        (
+            "Same basin: relative difference of the minimum, difference of z and of G, largest force left",
+            rows,
+            {"name": "", "method": "", "minimum": small, "z": "g", "g": small, "max_force": small},
+        ),
+        (
+            "One minimisation, one core: seconds, and ratio to jamlab",
+            rows,
+            {"name": "", "cold": ".4f", "cold_ratio": ".2f", "warm": ".5f", "warm_ratio": ".2f"},
+        ),
+        (
+            "Analysis of the minimum without rattlers: largest difference from jamlab, over the largest value",
+            analysis,
+            {"name": "", "version": "s", "quantity": "", "difference": small},
+        ),
+    ]
+    found = []
+    for heading, of, columns in tables:
+        lines = [[_text(row[name], form) for name, form in columns.items()] for row in of]
+        found.append(TextTable([name.replace("_", " ") for name in columns], lines, heading))
+    return found
+
+
+@dataclass(frozen=True)
+class Comparison(TableStudy):
+    """The same packings of disks in other codes, as a study: one task for each size."""
+
+    name: str = "comparison"
+    title: str = "jamlab beside other codes"
+    sizes: Sequence[int] = (64, 128)  # numbers of disks, even
+    # seed, phi: see `studies.other_codes.compare.compare`
+    seed: int = 1
+    phi: float = 0.88
+    kind: ClassVar[str] = "comparison"
+    columns: ClassVar[Sequence[str]] = ("n", "part", *dict.fromkeys((*COLUMNS, *ANALYSIS_COLUMNS)))
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        return {"title": self.title, "seed": self.seed, "phi": self.phi}
+
+    def tasks(self) -> Mapping[str, Task]:
+        return {f"N = {n}": partial(self._measure, n) for n in self.sizes}
+
+    def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[Row]]:
+        """Compare one packing of n disks in all codes, and its minimum in those that measure."""
+        rows = compare(n, self.seed, self.phi, progress=progress)
+        return rows, compare_analysis(jolted_minimum(n, self.seed, self.phi)[1])
+
+    def _measure(self, n: int) -> list[dict[str, Any]]:
+        parts = zip(("rows", "analysis"), self.measure(n), strict=True)
+        return [{"n": n, "part": part, **row} for part, rows in parts for row in rows]
+
+    def show(self, table: MeasuredTable) -> Shown:
+        tables = []
+        for n, part in table.rows.groupby("n"):
+            both: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
+            tables += comparison_tables(both[0], both[1], int(str(n)), self.phi)
+        return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
+
+
+FILES = ("comparison.csv", "analysis.csv", "comparison.json", "index.html")  # of `write_comparison`
+
+
+def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[Row], n: int, phi: float) -> None:
+    """Write comparison.csv, analysis.csv, comparison.json with both, and index.html."""
+    shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame(rows, columns=list(COLUMNS)))
+    facts = notes(rows, analysis) | {"machine": platform.machine()}
+    page = Page("index", "jamlab beside other codes", lambda claims: _LEAD, each=True)
+    write_page(folder, page, {"comparison": f"{n} disks, phi = {phi:g}"}, lambda name: shown, facts)
+    write_csv(folder / "analysis.csv", pd.DataFrame(analysis, columns=list(ANALYSIS_COLUMNS)))
+    with atomic_file(folder / "comparison.json") as temporary:
+        temporary.write_text(json.dumps({"rows": rows, "analysis": analysis}) + "\n")
+
+
+def notes(rows: Sequence[Row], analysis: Sequence[Row]) -> dict[str, str]:
+    """What a reader must know, by name of the code."""
+    return {row["name"]: row["note"] for row in (*rows, *analysis) if row["note"]}
+
+
+def _text(value: object, form: str) -> str:
+    if value is None or (form and value == ""):  # as a table holds it
+        return "-"
+    return str(value) if form in ("", "s") else f"{float(str(value)):{form}}"
+
+
+RECIPES = {"hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels"}
+
+
+def write_recipe(name: str, folder: Path, packing: Packing) -> str:
+    """Write `packing.npz` and `NAME_check.py` to a folder, and return how to run them. The file holds positions (n, 2),
+    diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these positions. The script prints how
+    far the other code is from them, then minimises."""
+    check_choice("recipe", name, RECIPES)
+    species, s = mean_diameters(packing)
+    here = evaluate(packing)
+    make_folder(folder)
+    with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
+        known: dict[str, Any] = {
+            "positions": packing.positions,
+            "species": species,
+            "s": s,
+            "sides": np.diag(packing.box),
+        }
+        found: dict[str, Any] = {"energy": here.energy, "forces": here.forces, "stress": here.stress}
+        np.savez(file, **known, eps=float(packing.params["eps"]), **found)
+    script = f"{name}_check.py"
+    text = resources.files("studies.other_codes").joinpath(f"{script}.txt").read_text(encoding="utf-8")
+    with atomic_file(folder / script) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return f"{RECIPES[name]}\ncd {folder} && python {script}"

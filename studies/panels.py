@@ -1,0 +1,218 @@
+"""A drawing is a figure that keeps every point and every number behind it."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from string import ascii_lowercase
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from numpy.typing import ArrayLike
+
+from jamlab.arrays import Array
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
+from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.published_numbers import Published
+from studies.claims import Claim, as_interval, claim, write_interval
+
+COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
+MARKERS = "so^vDP*"
+FREQUENCY = r"frequency $\omega\,\tau_1$"
+SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
+    32: {"color": RED, "marker": "s"},
+    64: {"color": BLUE, "marker": "o"},
+    128: {"color": GREEN, "marker": "^"},
+    256: {"color": PINK, "marker": "v"},
+    512: {"color": ORANGE, "marker": "D"},
+    1024: {"color": SKY, "marker": "P"},
+    2048: {"color": BLACK, "marker": "*"},
+    8192: {"color": "#8C6D00", "marker": "p"},
+    32768: {"color": "#777777", "marker": "X"},
+}
+PAPER: dict[str, Any] = {"color": BLACK, "linestyle": "--", "linewidth": 1.3, "zorder": 5}
+FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alpha": 0.75, "zorder": 4}
+
+
+def style(index: int) -> dict[str, Any]:
+    """Choose colour and marker of the index-th series."""
+    return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
+
+
+def model_style(model: str, **more: Any) -> dict[str, Any]:
+    """Choose colour and marker of a model, without a line unless one is asked for."""
+    look = MODEL_STYLE[model]
+    return {"color": look["color"], "marker": look["marker"], "linestyle": "none"} | more
+
+
+def sequence(index: int, count: int) -> dict[str, Any]:
+    """Choose colour and marker of the index-th of an ordered series; more than five differ by shade."""
+    if count <= 5:
+        return style(index)
+    return {
+        "color": matplotlib.colormaps["viridis"](0.92 * index / (count - 1)),
+        "marker": MARKERS[index % len(MARKERS)],
+    }
+
+
+def size_style(n: int) -> dict[str, Any]:
+    """Choose colour and marker of a system size."""
+    return SIZE_STYLE.get(n, style(int(np.log2(max(n, 1))) + 2))
+
+
+@dataclass
+class Drawing:
+    """A figure with its points, its numbers, and what it says of them."""
+
+    name: str  # such as "boromand-6"
+    figure: Figure  # matplotlib
+    caption: str = ""  # what is drawn, and what of the paper's figure is missing
+    claims: list[Claim] = field(default_factory=list)  # numbers of the paper beside ours
+    # further numbers of the figure, of which captions and reasons are written; nan ends: without interval
+    values: dict[str, Interval] = field(default_factory=dict)
+    rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
+
+    def claim(self, quantity: str, found: Interval | None, paper: Published, **more: Any) -> Claim:
+        """Add a claim, see `studies.claims.claim`."""
+        self.claims.append(claim(self.name, quantity, found, paper, **more))
+        return self.claims[-1]
+
+    def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
+        """Keep a number or an interval of the figure by name, None as nan, and return it as it is. Of several, values
+        tell what tells them apart: "theta" by N=[32, 64] is kept as "theta, N = 32" and so on."""
+        if not by:
+            self.values[name] = as_interval(found)
+            return found
+        ((what, places),) = by.items()
+        for k, place in enumerate(places):
+            self.values[f"{name}, {what} = {place:g}"] = as_interval(None if found is None else found[k])
+        return found
+
+    @property
+    def numbers(self) -> dict[str, dict[str, float]]:
+        """Write `values` as plain numbers, the form that JSON takes: value, low and high by name."""
+        return {
+            name: {end: float(getattr(found, end)) for end in ("value", "low", "high")}
+            for name, found in self.values.items()
+        }
+
+    def write(self, name: str, digits: int = 2) -> str:
+        """Write a number of the figure with its interval, such as "0.21 [0.19, 0.23]"."""
+        return write_interval(self.values[name], digits)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Join all points drawn: panel, series, x, y, low, high; series of the paper begin with "paper"."""
+        return pd.concat(self.rows, ignore_index=True)
+
+    def curve(
+        self,
+        axes: Any,
+        series: str,
+        x: ArrayLike,
+        y: ArrayLike | Interval,
+        *,
+        label: str | None = "",
+        band: bool = True,
+        **look: Any,
+    ) -> None:
+        """Draw a curve, with the interval of an `Interval` as a band or as bars, and keep its points; nan are left out.
+        In the legend the label "" takes the name of the series, None leaves the curve out."""
+        if isinstance(y, Interval):
+            px, py, bottom, top = map(_row, (x, y.value, y.low, y.high))
+        else:
+            px, py = _row(x), _row(y)
+            bottom, top = np.full((2, *py.shape), np.nan)
+        kept = np.isfinite(px) & np.isfinite(py)
+        if axes.get_xscale() == "log":
+            kept &= px > 0
+        if axes.get_yscale() == "log":
+            kept &= py > 0
+        px, py, bottom, top = px[kept], py[kept], bottom[kept], top[kept]
+        values = {"panel": axes.get_gid(), "series": series, "x": px, "y": py, "low": bottom, "high": top}
+        self.rows.append(pd.DataFrame(values))
+        if not len(px):  # nor a name in the legend
+            return
+        text = series if label == "" else label
+        axes.plot(px, py, **{"linewidth": 1.2, "markersize": 4.5, "label": text} | look)
+        known = np.isfinite(bottom) & np.isfinite(top)
+        if not known.any():
+            return
+        if axes.get_yscale() == "log":  # a band that reaches below zero ends at a third of the value
+            bottom = np.maximum(bottom, 0.3 * py)
+        colour = look.get("color")
+        if band:
+            axes.fill_between(px[known], bottom[known], top[known], color=colour, alpha=0.22, linewidth=0)
+        else:
+            lengths = np.maximum([(py - bottom)[known], (top - py)[known]], 0)
+            axes.errorbar(px[known], py[known], lengths, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2.5)
+
+    def slope(
+        self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None, above: bool = False
+    ) -> None:
+        """Draw a dashed line of the paper's slope from (x[0], y) to x[1], with its exponent below or above."""
+        ends = np.asarray(x, dtype=float)
+        values = y * (ends / ends[0]) ** exponent
+        self.curve(axes, f"paper: slope {exponent:g}", ends, values, label=None, **PAPER)
+        middle = (np.sqrt(ends.prod()), np.sqrt(values.prod()))
+        axes.annotate(
+            f"slope {exponent:g}" if text is None else text,
+            middle,
+            textcoords="offset points",
+            xytext=((-8, 7) if above else (5, -11)) if exponent >= 0 else (5, 5),
+            fontsize=9,
+            ha="right" if above and exponent >= 0 else "left",
+        )
+
+    def legend_above(self, axes: Any, fontsize: float = 9, ncols: int | None = None) -> None:
+        """Write the legend of some axes once, above all panels."""
+        handles, names = axes.get_legend_handles_labels()
+        place: dict[str, Any] = {"loc": "outside upper center", "frameon": False}
+        self.figure.legend(handles, names, ncols=ncols or len(names), fontsize=fontsize, **place)
+
+    def window(self, axes: Any, low: float, high: float) -> None:
+        """Shade the window of a fit."""
+        axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
+
+
+# of a legend, where curves fill a panel
+BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+
+
+def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: float = 3.8) -> tuple[Drawing, list[Any]]:
+    """Make an empty figure and its axes, named a, b, c, ... row by row."""
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for index, part in enumerate(axes):
+        part.set_gid(ascii_lowercase[index])
+    return Drawing(name, figure), axes
+
+
+def label(axes: Any, x: str, y: str, *, legend: bool = True, **place: Any) -> None:
+    """Add labels, panel letter, grid and legend; call it when everything is drawn, and `scale` before."""
+    axes.set_xlabel(x, fontsize=11)
+    axes.set_ylabel(y, fontsize=11)
+    axes.tick_params(labelsize=9.5)
+    axes.grid(alpha=0.25)
+    if len(axes.figure.axes) > 1:
+        axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
+    for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
+        if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap or are missing
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+            axis.set_minor_formatter(NullFormatter())
+    if legend:
+        axes.legend(**({"fontsize": 8.5, "framealpha": 0.85} | place))
+
+
+def scale(*axes: Any, x: str = "log", y: str = "log") -> None:
+    """Set the scales before curves are drawn, so that points that a logarithm cannot show are left out."""
+    for part in axes:
+        part.set_xscale(x)
+        part.set_yscale(y)
+
+
+def _row(values: ArrayLike) -> Array:
+    return np.atleast_1d(np.asarray(values, dtype=np.float64))

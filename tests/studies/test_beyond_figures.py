@@ -1,0 +1,284 @@
+"""Figures beyond the papers from tables in which known laws hold, and what becomes of a campaign's tables for them."""
+
+from types import SimpleNamespace
+
+import beyond_tables
+import numpy as np
+import pandas as pd
+import pytest
+from drawn_figures import TABLES as MADE_UP
+from drawn_figures import drawn
+
+from jamlab.campaign.observable import load_function
+from jamlab.errors import InputError
+from jamlab.geometry.packing_fraction import shared_fraction
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from studies import gallery
+from studies.baumgarten.crossovers import claim_crossovers
+from studies.beyond.droplet_modes import group_share
+from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
+from studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
+from studies.beyond.stiffening_disks import EXPECTED, NAMES, exponent_of, read_states, stiffening_disks
+from studies.ensemble_tables import (
+    COUNTS,
+    FRACTIONS,
+    OBSERVABLE,
+    SHARED,
+    EnsembleTables,
+    at_onset_by_law,
+    droplet_states,
+    modes_at_fractions,
+    of_usual_size,
+    spectra_at_fractions,
+    voids_by_state,
+)
+from studies.gallery import FIGURES
+from studies.panels import drawing
+
+LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
+DRAG = {"law": "stokes", "beta": np.nan, "eta_f": 1.0}
+
+
+def states(rho):
+    """A sweep of one packing with these packing fractions."""
+    table = pd.DataFrame({"task": "t", "state": range(len(rho)), "rho": rho, "phi": np.array(rho) + 0.01})
+    return table.assign(**LAW, converged=True)
+
+
+def kept(name, number):
+    """A number of a figure, within its interval."""
+    found = drawn(f"beyond-droplet-{name}").values[number]
+    assert found.low <= found.value <= found.high
+    return float(found.value)
+
+
+def test_figures_keep_what_the_tables_hold():
+    for law in ("contact", "Stokes"):
+        for rho in (0.86, 0.96):
+            assert kept("modes", f"{law} drag, slow, whole droplets, rho = {rho}") == pytest.approx(beyond_tables.RIGID)
+            assert kept("modes", f"{law} drag, middle, whole droplets, rho = {rho}") == pytest.approx(
+                beyond_tables.ROUND
+            )
+    assert kept("modes", "contact drag, slow, dissipation by sliding") == pytest.approx(1.0)
+    assert kept("modes", "slow, exponent of its rate in line tension") == pytest.approx(1.0, abs=0.02)
+    assert kept("modes", "middle, exponent of its rate in line tension") == pytest.approx(0.0, abs=1e-6)
+    assert kept("vertices", "G, limit") == pytest.approx(beyond_tables.LIMIT, abs=0.005)
+    assert kept("sizes", "theta") == pytest.approx(0.55, abs=0.005)
+    assert kept("contacts", "motions left free, a droplet, N = 128") == pytest.approx(0.25)
+    per_pair = (3 * 128 - 1 - 32 + 26 / 30 - 256) / 128  # a pair may have more than two contacts
+    assert kept("contacts", "contacts beyond one a pair, a droplet, N = 128") == pytest.approx(per_pair, abs=1e-3)
+    beyond = drawn("beyond-droplet-contacts").table.query("panel == 'a'")
+    assert set(beyond["x"]) == {1.0} and set(beyond["y"]) == {1.0}  # 2N pairs, everywhere
+
+
+def test_states_of_self_stress_are_told_size_by_size():
+    """A share over all sizes together would be that of no size: there are more states in larger packings."""
+    one = {32: 0.5, 64: 8 / 30, 128: 4 / 30}
+    more = {n: 1 - share for n, share in one.items()}
+    for name, expected in (("share with S = 1", one), ("S - 1", more)):
+        assert {n: kept("contacts", f"{name}, N = {n}") for n in one} == pytest.approx(expected)
+    assert kept("contacts", "S - 1 a droplet, N = 64") == pytest.approx(more[64] / 64)
+    means = drawn("beyond-droplet-contacts").table.query("panel == 'c' and series == 'mean'")
+    assert dict(zip(means["x"], means["y"], strict=True)) == pytest.approx(more)
+
+
+def test_the_figure_of_sizes_keeps_how_many_packings_were_compressed_and_how_many_are_onsets():
+    """Five onsets of 16 beside thirty of the others are a size that is only begun."""
+    values = drawn("beyond-droplet-sizes").values
+    counts = {name: found.value for name, found in values.items() if name.startswith("packings")}
+    assert counts == {f"packings compressed, N = {n}": 5 for n in (16, 32, 64)} | {
+        f"packings at onset, N = {n}": 30 for n in (32, 64, 128)
+    }
+
+
+@pytest.mark.slow
+def test_the_figure_of_spectra_keeps_what_the_table_holds():
+    assert kept("spectra", "exponent of the slow limit of G' in line tension") == pytest.approx(1.0)
+    assert kept("spectra", "slow limit of G', disks, rho = 0.86") == pytest.approx(FRACTIONS[0], abs=1e-3)
+
+
+def test_void_shapes_are_interpolated_between_states_and_end_with_them():
+    """States 0.02 apart at the edges of what were bins: A = 5 - rho of ten voids, one packing up to 0.91 alone."""
+    rows = []
+    for seed in range(1, 7):
+        rho = np.arange(0.83, 0.92 if seed == 6 else 1.0, 0.02)
+        rows.append(pd.DataFrame({"seed": seed, "rho": rho, "three": 10.0, "shape_of_three": 10 * (5 - rho)}))
+    sums = sums_at_fractions(pd.concat(rows))
+    assert mean_shapes(sums).value == pytest.approx(5 - VOID_FRACTIONS)
+    assert np.all((sums[5, :, 1] > 0) == (VOID_FRACTIONS < 0.91))
+    assert np.isnan(mean_shapes(sums[1:]).value).tolist() == (VOID_FRACTIONS > 0.91).tolist()  # of four packings
+
+
+def test_overlap_of_three_disks_takes_the_shape_of_the_void_down():
+    """The values that `against_the_papers.md` names; at contact the Plateau border."""
+    overlap, shape = three_disks([1e-9, 1e-3, 1e-2, 2e-2])
+    assert shape == pytest.approx([PLATEAU_BORDER, 4.16, 3.16, 2.76], abs=5e-3)
+    assert overlap[0] == pytest.approx(0, abs=1e-12) and np.all(np.diff(overlap) > 0)
+    panel = drawn("beyond-droplet-voids").table.query("panel == 'b'")
+    own = panel[panel["series"].str.startswith("12, 17")]
+    line = panel[panel["series"] == "three equal disks"]
+    inside = own["x"].between(line["x"].min(), line["x"].max())
+    assert np.interp(own["x"][inside], line["x"], line["y"]) == pytest.approx(own["y"][inside].to_numpy(), rel=0.2)
+
+
+def test_spectra_are_interpolated_between_neighbouring_states():
+    """Linear in rho; nothing outside the sweep, in a gap, or where one of the two did not converge."""
+    rho = [0.855, 0.865, 0.875, 0.885, 0.93, 0.96 + 2e-6]
+    rows = pd.DataFrame(
+        [
+            {
+                "task": "t",
+                "state": k,
+                "pressure": 0.1,
+                **DRAG,
+                "omega": w,
+                "storage": r * w,
+                "loss": r,
+                "converged": True,
+            }
+            for k, r in enumerate(rho)
+            for w in (0.1, 1.0)
+        ]
+    )
+    found = spectra_at_fractions(states(rho), rows)
+    assert sorted(found["rho"].unique()) == [0.86, 0.88, 0.96]
+    assert found["storage"].to_numpy() == pytest.approx((found["rho"] * found["omega"]).to_numpy(), rel=1e-5)
+    rows.loc[(rows["state"] == 1) & (rows["omega"] == 1.0), "converged"] = False
+    fewer = spectra_at_fractions(states(rho), rows)
+    assert fewer.loc[np.isclose(fewer["rho"], 0.86), "omega"].tolist() == [0.1]
+
+
+def test_modes_are_binned_without_loss():
+    """Strength and its parts are kept, also of rates beyond the bins; between states they are interpolated."""
+    shares = {"translation": 0.4, "rotation": 0.1, "along": 0.3, "across": 0.2, "sliding": 1.0}
+    rows = pd.DataFrame(
+        [
+            {"task": "t", "state": k, **DRAG, "rates": rate, "strengths": strength, **shares}
+            for k, strength in ((0, 1.0), (1, 3.0))
+            for rate in (1e-9, 1.1e-3, 1.2e-3, 1e9)
+        ]
+    )
+    found = modes_at_fractions(states([0.85, 0.87]), rows)
+    assert found["strength"].sum() == pytest.approx(4 * 2.0) and len(found) == 3
+    assert found["translation"].sum() == pytest.approx(4 * 2.0 * 0.4)
+    assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
+
+
+def test_the_campaign_measures_what_voids_are_drawn_over():
+    assert load_function(OBSERVABLE, ["."]) is shared_fraction and OBSERVABLE.endswith(f":{SHARED}")
+
+
+def test_voids_and_states_of_several_laws():
+    voids = pd.DataFrame({"task": "t", "state": [0, 0, 0, 1], "sides": [3, 3, 4, 4], "shape": [2.0, 4.0, 9.0, 9.0]})
+    table = states([0.85, 0.87])
+    with pytest.raises(InputError, match=r"no shared_fraction: add 'jamlab\.geometry.*:shared_fraction'"):
+        voids_by_state(table, voids)
+    found = voids_by_state(table.assign(shared_fraction=0.003), voids).set_index("state")
+    assert found["three"].tolist() == [2, 0] and found["shape_of_three"].tolist() == [6.0, 0.0]
+    assert found["overlap"].to_numpy() == pytest.approx(0.003)
+    table = beyond_tables.droplet_states()
+    assert table.groupby("nv_small")["seed"].nunique().to_dict() == {12: 5, 24: 5, 48: 5}
+    assert droplet_states(pd.DataFrame({"model": ["sp"], **{k: [np.nan] for k in ("gamma", "eps", "nv_small")}})).empty
+
+
+def test_tables_without_droplets_are_refused():
+    few = EnsembleTables(lambda name: beyond_tables.TABLES[name]().query("model == 'sp'"))
+    for name in ("spectra", "modes", "vertices", "voids"):
+        with pytest.raises(InputError):
+            gallery.draw(f"beyond-droplet-{name}", few)
+
+
+def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for_without_them():
+    onset = beyond_tables.paper_tables.onset().query("n == 32")
+    bare = onset.drop(columns=list(COUNTS))
+    states = onset.assign(state=0)[["task", "state", *COUNTS]]
+    states = pd.concat([states, states.assign(state=1, pairs=0)])
+    joined = EnsembleTables({"onset": bare, "states": states}.get).onset
+    assert joined["pairs"].tolist() == [64] * len(bare)
+    few = EnsembleTables({"onset": bare, "states": states.drop(columns="pairs")}.get)
+    with pytest.raises(InputError, match=r"add 'jamlab\.mechanics\.held_motions:count_motions' to the observables"):
+        gallery.draw("beyond-droplet-contacts", few)
+
+
+def test_exponent_of_a_power_law_is_its_power_in_every_resample():
+    x = np.geomspace(1e-3, 1e-1, 11)
+    found = exponent_of(x, np.outer([1.0, 2.0, 5.0], x**1.5))
+    assert found.value == pytest.approx(1.5) and found.low == pytest.approx(1.5) and found.high == pytest.approx(1.5)
+
+
+def test_exponents_of_the_figure_are_those_of_the_theory():
+    drawing = stiffening_disks(None)
+    for column, alpha in EXPECTED:
+        found = drawing.values[f"{column}, {NAMES[alpha]}"]
+        assert found.low - 0.12 < EXPECTED[column, alpha] < found.high + 0.12
+        assert found.high - found.low < 0.5
+    assert FIGURES["beyond-stiffening-disks"] is stiffening_disks and "Hertz" in drawing.caption
+
+
+def test_table_holds_states_above_onset_of_both_laws():
+    table = read_states()
+    assert set(table["exponent"]) == set(NAMES) and (table[["distance", "pressure", "g"]] > 0).all().all()
+    near = table[table["distance"] < 2e-3]
+    assert near["excess"].abs().max() < 0.3
+
+
+def test_laws_are_told_apart_at_the_largest_size_that_has_several():
+    """Not where packings are too few, away from onset, of another line tension, or of one law alone."""
+
+    def rows(n, packings, **changes):
+        usual = {"model": "dp", "gamma": 0.4, "eps": 2.0, "nv_small": 12, "state": 0}
+        return [usual | {"n": n, "seed": seed} | changes for seed in range(packings)]
+
+    table = pd.DataFrame(
+        [
+            *(row for state in range(3) for row in rows(16, 9, state=state)),
+            *rows(16, 9, nv_small=24),
+            *rows(64, 5, nv_small=24),
+            *rows(64, 6, nv_small=24, eps=20.0),
+            *rows(64, 9, nv_small=24, gamma=4.0),
+            *rows(64, 4, nv_small=48),
+            *rows(128, 9, nv_small=24),
+            *rows(128, 1, nv_small=48),
+            *rows(256, 9, state=1),
+        ]
+    )
+    found = {law: (n, len(part)) for n, law, part in at_onset_by_law(table)}
+    assert found == {"24 vertices": (64, 5), "24 vertices and rims 10 times as stiff": (64, 6)}
+    assert list(at_onset_by_law(table[table["n"] == 128])) == []
+    assert set(of_usual_size(table)["n"]) == {16} and of_usual_size(table.head(0)).empty
+
+
+def test_droplets_of_more_vertices_are_counted_at_onset():
+    """P_3 of the made-up voids, one in 13; two contacts of ten droplets with a rattler beyond 2N' - 1."""
+    held, extra = 9, 2
+    state = {"model": "dp", "n": 10, "state": 0, "gamma": 0.4, "eps": 1.0, "rattlers": 1}
+    state |= {"z": 2 * (2 * held - 1 + extra) / held}
+    rows = pd.DataFrame([state | {"nv_small": nv, "seed": seed} for nv in (24, 48) for seed in range(5)])
+    given = {**MADE_UP, "droplet_states": lambda: rows, "droplet_voids": beyond_tables.droplet_voids}
+    tables = EnsembleTables(lambda name: given[name]())
+    contacts = gallery.draw("tables", tables).values
+    shares = gallery.draw("boromand-8", tables).values
+    for vertices in (24, 48):
+        assert contacts[f"contacts beyond 2N' - 1, N = 10, {vertices} vertices"].value == pytest.approx(extra)
+        assert shares[f"P_3 at onset, DP, N = 32, {vertices} vertices"].value == pytest.approx(1 / 13)
+
+
+def test_crossovers_lie_where_the_laws_meet_with_and_without_pre_stress():
+    """eta_0 w and eta_inf w meet the root law at w = 3 p and at 0.5, without pre-stress at 30 p."""
+    omega = np.geomspace(1e-6, 1.0, 61)
+
+    def groups(at):
+        ones = np.ones(6)
+        return {
+            p: SimpleNamespace(
+                omega=omega, eta0=ones * (at * p) ** -0.5, eta_inf=ones * 0.5**-0.5, loss=np.tile(omega**0.5, (6, 1))
+            )
+            for p in (1e-4, 1e-5, 1e-6)
+        }
+
+    out, _ = drawing("baumgarten-3", 1, 1, 3.0, 3.0)
+    claim_crossovers(out, groups(3.0), groups(30.0))
+    affine, slow, fast = out.claims
+    assert affine.value == pytest.approx(0, abs=1e-3)
+    assert (slow.value, fast.value) == pytest.approx((np.log10(3), np.log10(0.5)), abs=1e-2)
+    assert out.values[f"{slow.quantity}, no pre-stress"].value == pytest.approx(np.log10(30), abs=1e-2)

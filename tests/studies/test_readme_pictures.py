@@ -1,0 +1,44 @@
+"""Pictures of README.md beside what the data that ship would draw today. After a change that is meant:
+
+pytest tests/figures/test_readme_pictures.py --mpl-generate-path=.github
+"""
+
+from pathlib import Path
+
+import pytest
+
+from studies.cost.chart import curve_figure
+from studies.failure.map import failure_figure
+from studies.registry import CHARTS, MAPS
+
+ROOT = Path(__file__).parents[2]
+
+
+def readme_picture(name):
+    """Tolerance: fonts move by a pixel between versions of matplotlib; a curve that moves is ten times more."""
+    return pytest.mark.mpl_image_compare(
+        baseline_dir=str(ROOT / ".github"),
+        filename=name,
+        style="default",
+        tolerance=4,
+        savefig_kwargs={"dpi": 96},
+        deterministic=True,
+    )
+
+
+@readme_picture("cost_against_error.png")
+def test_cost_against_error():
+    chart = CHARTS["other-codes"]
+    points = [p for p in chart.average(chart.table().rows) if p.panel != "N = 1024"]
+    return curve_figure(chart.title, chart.error, points)
+
+
+@readme_picture("where_methods_fail.png")
+def test_where_methods_fail():
+    return failure_figure(MAPS["droplet-timestep"], MAPS["droplet-timestep"].table().rows)
+
+
+@pytest.mark.parametrize("name", ["cost_against_error.png", "where_methods_fail.png"])
+def test_pictures_are_small_and_shown(name):
+    assert f"(.github/{name})" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert (ROOT / ".github" / name).stat().st_size < 150_000
