@@ -116,11 +116,12 @@ def choose_flow(
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
     the packing and a table of errors (`python -m studies tables flow-errors`) tell. It was measured on 64 disks at
-    pressures from 0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less. Of contact damping it
-    has beta from 0.1 to 10 and alpha from 0.5 to 1. Steady flow was measured under contact damping alone, at linear
-    rates (tau_1 rate)^alpha from 0.01 to 0.1. Outside of this the table promises nothing: of an oscillation the answer
-    is a run, and `outside` names why; of steady flow nobody measured how long an average takes, and it is refused.
-    Stresses are those under a background drag of 0.01 beside contact drag, with which errors were measured.
+    pressures from 0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less. Of
+    contact damping it has beta from 0.1 to 10 and alpha from 0.5 to 1. Steady flow was measured under contact damping
+    alone, at linear rates (tau_1 rate)^alpha from 0.01 to 0.1. Outside of this the table promises nothing: of an
+    oscillation the answer is a run, and `outside` names why; of steady flow nobody measured how long an average takes,
+    and it is refused. Stresses are those under a background drag of 0.01 beside contact drag, with which errors were
+    measured.
 
     Args:
         packing: SP or DP at a minimum.

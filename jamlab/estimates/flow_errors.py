@@ -1,8 +1,8 @@
 """How far simpler models of flow are off, measured: runs beside them, and the error that they promise elsewhere.
 
 `flow_errors.csv.xz` in this package, made by `python -m studies tables flow-errors`, holds runs of disks at many
-conditions, each with the error of the simpler model. Two numbers carry them over to other packings: amplitude over overlap, which says
-whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
+conditions, each with the error of the simpler model. Two numbers carry them over to other packings: amplitude over
+overlap, which says whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
 """
 
 from dataclasses import dataclass
