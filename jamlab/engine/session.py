@@ -328,11 +328,12 @@ class Session:
         with _lammps_errors(f"fix {name}"):
             return np.array([self._lmp.extract_fix(name, 0, 1, k, 0) for k in range(size)])
 
-    def take_box(self) -> None:
-        """Take over the box of LAMMPS, which a fix has strained or flipped: `packing` and `positions` go by it."""
+    def strained(self) -> Packing:
+        """The present state in the box of LAMMPS, which a fix has strained or flipped, and `positions` go by it."""
         low, high, xy, *_ = self._lmp.extract_box()
         box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
-        self._packing = self._packing.with_state(box=box)
+        self._packing = self._packing.with_state(positions=self._atoms.positions(self.size, box), box=box)
+        return self._scales.from_natural(self._packing)
 
     def self_crossings(self) -> NDArray[np.int64]:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""

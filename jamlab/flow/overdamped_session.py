@@ -197,7 +197,7 @@ class OverdampedSession:
 
     def _counted(self, state: FlowState) -> FlowState:
         """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets."""
-        return state._replace(contacts=float(count_pressing(self.packing())))
+        return state._replace(contacts=float(count_pressing(self._session.strained())))
 
     def _corrected(self, state: FlowState) -> FlowState:
         """What droplets have at the end of the step: forces of their prediction are those of a moment before."""
@@ -241,8 +241,7 @@ class OverdampedSession:
 
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
-        self._session.take_box()
-        now = self._session.packing()
+        now = self._session.strained()
         # it may lean with a stress from now on, and its sizes are those given, to the last digit
         return self._given.with_state(positions=now.positions, box=now.box, ensemble="fixed-box")
 
