@@ -199,26 +199,30 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         "radius": means["radius"].text(".4g") + marks["area"],
     }
     print_table(f"droplets of {name}", list(row), [list(row.values())])
-    print_note(
-        f"± standard error over the droplets; light, blur and films of a good picture shift rho by up to "
-        f"{LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
-    )
+    shift = f"rho by up to {LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
+    seen = found.contrast in ("bright", "dark")
+    shifted = f"; light, blur and films of a good picture shift {shift}" if seen else ""
+    print_note(f"± standard error over the droplets{shifted}")
     share = found.voids.probability
     sides = [f"P_{k} = {share[k]:.2f}{marks['voids']}" for k in share if k <= MOST_SIDES]
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
     sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}{marks['voids']}"] if more else []
     print_note(", ".join(sides) or "no voids")
     print_note(f"sizes: {found.sizes}{marks['area']}; lengths in {length}; droplets that the edge cuts are not counted")
-    seen = f"; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, blur {found.blur:.1f} pixels"
-    print_note(f"droplets {SIDES[found.contrast]}{seen if found.contrast in ('bright', 'dark') else ''}")
+    light = f"; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, blur {found.blur:.1f} pixels"
+    print_note(f"droplets {SIDES[found.contrast]}{light if seen else ''}")
     for note in found.label_notes:
         print_note(note)
     if small := int((~found.measurable).sum()):
         print_note(f"{small} droplets are below the limit of detection, where others are missed")
+    known = {
+        name: f"{number.value:.4g} ± {number.half_width:.2g}{marks[name]}" for name, number in found.numbers.items()
+    }
+    if found.contrast == "labels":
+        print_note(
+            f"by the edges of labels: {', '.join(f'{name} {known[name]}' for name in ('count', 'area', 'rho', 'z'))}"
+        )
     if found.contrast == "ring":
-        known = {
-            name: f"{number.value:.4g} ± {number.half_width:.2g}{marks[name]}" for name, number in found.numbers.items()
-        }
         print_note(
             f"rings above the limit: {known['count']}; light inside: {known['area']} each, "
             f"{known['interior_fraction']} of the picture (95 %)"
