@@ -31,6 +31,7 @@ ODD_PIECE, ROUNDER = 0.72, 1.05  # roundness of one of two pieces, at most; of b
 LINE = 2  # pixels without a label between two pieces, at most
 AROUND, LEAST_AROUND = 0.5, 8  # share of all other objects that the ground lies beside, and their number
 CONVEX, PEPPER = 0.9, 2  # area over that of the convex hull, and pixels, of holes in a mask that are no voids
+MOST_PIECES = 3000  # pairs that may be pieces: noise has more, and no droplets
 PARTED = 0.1  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
 
 
@@ -162,13 +163,14 @@ def _joined(objects: Indices, notes: list[Note]) -> Indices:
         inner = np.zeros(len(boxes) + 1)
         np.maximum.at(inner, found.ravel(), depth.ravel())
         own = np.pi * inner**2 / np.maximum(areas, 1)
+        pairs = _beside(found)
+        odd = (own[pairs].min(axis=1) < ODD_PIECE) & (areas[pairs].sum(axis=1) >= np.pi * UNRESOLVED**2)
         better = []
-        for a, b in _beside(found).tolist():
-            if min(own[a], own[b]) < ODD_PIECE and areas[a] + areas[b] >= np.pi * UNRESOLVED**2:
-                box, both = _together(found, boxes, a, b)
-                together = np.pi * distance_inside(both).max() ** 2 / both.sum()
-                if together > ROUNDER * max(own[a], own[b]):
-                    better.append((together, a, b, box, both))
+        for a, b in pairs[odd].tolist() if odd.sum() <= MOST_PIECES else ():
+            box, both = _together(found, boxes, a, b)
+            together = np.pi * distance_inside(both).max() ** 2 / both.sum()
+            if together > ROUNDER * max(own[a], own[b]):
+                better.append((together, a, b, box, both))
         if not better:
             break
         used: set[int] = set()

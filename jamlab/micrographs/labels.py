@@ -95,7 +95,7 @@ def _upright(mask: Mask) -> Mask:
     """The same mask, refused if what it leaves out is rounder than what it holds."""
     step = max(1, max(mask.shape) // TRIED)
     few = mask[::step, ::step]
-    held, left = (roundness(find_droplets(part.astype(np.float64))) for part in (~few, few))
+    held, left = (roundness(find_droplets(part.astype(np.float64)), False) for part in (~few, few))
     if left > held:
         raise InputError(
             f"the discs in what is 0 fill {left:.0%} of it, those in what is not 0 fill {held:.0%}: give it inverted"

@@ -11,6 +11,7 @@ from PIL import Image
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.micrographs.label_objects import part_mask, sort_objects
 from jamlab.micrographs.labels import looks_labelled, read_labels
 
 pytest.importorskip("skimage")
@@ -70,8 +71,53 @@ def test_a_cell_with_walls_has_z_of_droplets_off_them():
     names = np.where(circles, 1 + (X - 20) // spacing + k * ((Y - 20) // spacing), 0).astype(int)
     found = jamlab.micrograph(labels=names)
     assert (found.count, found.rim.sum(), found.rattlers.sum()) == (k**2, 4 * (k - 1), 0)
-    assert found.z == 4.0 and found.z_all == pytest.approx(4 * (k - 1) / k)
+    assert found.z == 4.0 and found.z_range == (4.0, 4.0) and found.z_all == pytest.approx(4 * (k - 1) / k)
     assert found.numbers["z"].quality == "doubtful"
+
+
+def disc(x, y, radius):
+    return np.hypot(X - x, Y - y) < radius
+
+
+def numbered(*masks):
+    """Labels of masks, the later ones on top."""
+    labels = np.zeros(X.shape, dtype=np.int64)
+    for number, mask in enumerate(masks, 1):
+        labels[mask] = number
+    return labels
+
+
+def test_what_is_kept():
+    """Each of these is a droplet, though a rule comes near to it."""
+    places = [(20 + 40 * k, 60 + 80 * (k % 2)) for k in range(6)]
+    sizes = numbered(*(disc(x, y, 2.2 * 1.45**k) for k, (x, y) in enumerate(places)))  # small, and no gap
+    objects, notes = sort_objects(sizes)
+    assert objects.max() == 6 and [note.doubt for note in notes] == [2]  # below a quarter of the typical one
+    two = numbered(*(disc(x, y, (8, 18)[k % 2]) for k, (x, y) in enumerate(places)))  # a sixth of the area
+    assert sort_objects(two)[1] == []
+    beside = numbered(disc(80, 80, 20), (abs(X - 102) < 2) & (abs(Y - 80) < 15))
+    assert sort_objects(beside)[0].max() == 2
+
+
+def test_the_ground_need_not_reach_every_side(drawn):
+    labels = drawn[0] + 1
+    labels[:, :3] = labels.max() + 1
+    assert (sort_objects(labels)[0][drawn[0] == 0][20:] == 0).mean() > 0.9
+
+
+def test_a_small_one_in_the_label_of_a_large_one_is_told():
+    circles = [disc(30 + 34 * (k % 6), 30 + 34 * (k // 6), 14) for k in range(36)]
+    plain = jamlab.micrograph(labels=numbered(*circles)).numbers["count"]
+    circles[14] |= disc(30 + 34 * 2 + 14 + 6, 30 + 34 * 2 - 10, 8)
+    assert jamlab.micrograph(labels=numbered(*circles)).numbers["count"].half_width == plain.half_width + 1
+
+
+def test_holes_of_a_mask_are_filled_before_it_is_parted():
+    column, row = np.meshgrid(np.arange(4), np.arange(3))
+    places = np.column_stack([40 + 50 * column.ravel(), 40 + 50 * row.ravel()])
+    mask = np.any([disc(x, y, 25.4) for x, y in places], axis=0)
+    holed = mask & ~np.any([(abs(X - x - 6) < 5) & (abs(Y - y) < 5) for x, y in places], axis=0)
+    assert part_mask(holed)[0].max() and len(np.unique(part_mask(holed)[0])) == len(np.unique(part_mask(mask)[0])) == 13
 
 
 SQUARE = np.array([[10, 10], [30, 10], [30, 30], [10, 30]], dtype=float)
@@ -91,6 +137,8 @@ def test_outlines_that_overlap_share_what_they_both_cover(tmp_path):
     assert abs(areas[0] - (441 - shared / 2)) < 21 and notes[0].area == shared
     areas, notes = outline_areas(tmp_path, [*rings, (SQUARE + 1).tolist()])
     assert len(areas) == 3 and notes[0].doubt == 1
+    inner = (0.5 * SQUARE + 10).tolist()  # one that lies in another
+    assert len(outline_areas(tmp_path, [*rings, inner])[0]) == 3
 
 
 def test_polygons_of_geojson(tmp_path):

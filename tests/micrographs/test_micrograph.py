@@ -106,6 +106,14 @@ def test_overlay_is_a_picture_and_whole(touching, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["overlay.png"]
 
 
+@pytest.mark.parametrize("depth", [-0.1, 0.1])
+def test_droplets_that_the_edge_cuts_by_a_tenth_of_their_radius_are_not_whole(depth):
+    y, x = np.mgrid[:160, :192] + 0.5
+    away = np.hypot((x + 16 * depth) % 34 - 16, y % 34 - 16)
+    found = jamlab.micrograph(1 / (1 + np.exp(3 * (away - 16))), contrast="bright")
+    assert (found.centres[:, 0].min() > 34) == (depth > 0)
+
+
 def test_dark_droplets_are_seen_as_such():
     picture = lattice(1.0, shape=(100, 110))
     dark, bright = jamlab.micrograph(1 - picture), jamlab.micrograph(picture)

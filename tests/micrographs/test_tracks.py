@@ -9,7 +9,7 @@ from PIL import Image
 import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.picture_files import in_order
-from jamlab.micrographs.tracks import _swap
+from jamlab.micrographs.tracks import _link, _swap
 
 pytest.importorskip("skimage")
 
@@ -55,6 +55,12 @@ def test_d2min_of_one_that_moves_alone_is_its_displacement_squared():
     moved = ring + np.where(np.arange(7)[:, None] == 0, [0.06, 0.08], 0.0)
     now = jamlab.follow(frames(ring, moved)).table.query("frame == 1 and particle == 0")
     assert now["d2min"].item() == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(("moved", "droplets"), [(4.9, 1), (5.1, 2)])
+def test_no_droplet_goes_further_than_half_the_spacing(moved, droplets):
+    tables = [pd.DataFrame({"x": [x], "y": [0.0], "cell": [100.0]}) for x in (0.0, moved)]
+    assert _link(tables)["particle"].nunique() == droplets
 
 
 def test_a_t1_needs_both_pairs_of_sides_before_and_after():
