@@ -202,8 +202,8 @@ bool CommandDescend::enough(double largest_force) const
 }
 
 /* ----------------------------------------------------------------------
-   the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the shift that held
-   the last time is tried first, and a smaller one where that held at once.
+   the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the next smaller one
+   than held the last time is tried first.
 ------------------------------------------------------------------------- */
 
 bool CommandDescend::factorise(double largest_force)
@@ -229,7 +229,7 @@ bool CommandDescend::factorise(double largest_force)
     if (!first) matrix.refill(factors);
     counts.factors++;
     if (factors.factorise(shift)) {
-      counts.shift = first ? shift / numbers.definite : shift;
+      counts.shift = shift / numbers.definite;
       return true;
     }
     counts.refused++;

@@ -312,15 +312,20 @@ class Session:
             return energy, forces
         return energy * self._scales.energy, forces * self._scales.force
 
-    def descend(self, numbers: Sequence[float]) -> "Descent":
+    def descend(self, numbers: Sequence[float]) -> Descent:
         """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
         tolerance, as the command lists them, in units of `scales`."""
         if self._stale:
             self.command("run 0 post no")
             self._stale = False
         self.command(f"jamlab/descend {' '.join(map(_text, numbers))}")
-        *counts, largest, shift, crossed = map(float, self._lmp.extract_variable("descent").split())
-        self.last_descent = Descent(*map(int, counts), largest * self._scales.force, shift, bool(crossed))
+        found = map(float, self._lmp.extract_variable("descent").split())
+        steps, forces, factors, refused, stuck, bent, largest, shift, crossed = found
+        counts = {"steps": int(steps), "forces": int(forces), "factors": int(factors), "refused": int(refused)}
+        counts |= {"stuck": int(stuck), "bent": int(bent)}
+        self.last_descent = Descent(
+            **counts, largest_force=largest * self._scales.force, shift=shift, crossed=bool(crossed)
+        )
         return self.last_descent
 
     def steps(self) -> int:

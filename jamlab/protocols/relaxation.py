@@ -20,8 +20,6 @@ from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.mechanics.positive_solver import PositiveSolver
-from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.force_laws import disk_law
 from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
@@ -217,7 +215,7 @@ def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest
 def _descend_preconditioned(
     session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
 ) -> Evaluation:
-    """L-BFGS on a shifted Hessian; back to the start if outlines crossed on the way."""
+    """L-BFGS on a shifted Hessian, `jamlab/descend`; back to the start if outlines crossed on the way."""
     numbers, start, scales = settings.lbfgs, session.positions(), session.scales
     first_shift = session.last_descent.shift if session.last_descent is not None else numbers.least_shift
     found = session.descend(
@@ -233,13 +231,12 @@ def _descend_preconditioned(
     )
     if found.factors > FEW_FACTORS:
         _log.debug(
-            "%d factorisations in %d steps: %d not positive definite, %d for searches that found no lower energy, %d for "
-            "steps along which the force did not fall, the others after %d steps each",
+            "%d factorisations in %d steps: %d not positive definite, %d for searches that found no lower energy, %d "
+            "for steps along which the force did not fall, the others after %d steps each",
             *(found.factors, found.steps, found.refused, found.stuck, found.bent, numbers.refresh),
         )
-    if found.crossed:
+    if found.crossed or _entangled(session):
         session.set_positions(start)
-    undo_if_folded(session, start)
     return session.evaluate()
 
 

@@ -40,7 +40,7 @@ class LbfgsSettings:
     """
 
     steps: int = 5000  # at most
-    refresh: int = 40  # steps that one factorisation serves; all of them are remembered
+    refresh: int = 20  # steps that one factorisation serves; all of them are remembered
     # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
     reach: float = 0.05
     # times the longest move of the step before that a step is tried with at most: full steps mostly miss while contacts
@@ -194,6 +194,7 @@ class SweepSettings:
     secant_steps: int = 15  # at most, to a true packing fraction
     met: float = 0.01  # distance from a state's packing fraction over that to the state before
     met_last: float = 1e-6  # distance of the last state from its packing fraction
+    halvings: int = 4  # of a step that does not end in a minimum, at most
     least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
     shortest: float = 1e-7  # step in phi, when following a basin
     loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
