@@ -122,8 +122,8 @@ def compress(
     Yields:
         One Packing per state. Where a step ends in no minimum, the state is approached from the one before in up to 16
         steps. One that did not converge then has `converged` False, and the sweep ends there. One that misses its
-        packing fraction, because it jumps there, has `on_target` False. With `error`, `provenance["step_error"]` is the largest
-        relative error of a pressure predicted since the state before.
+        packing fraction, because it jumps there, has `on_target` False. With `error`, `provenance["step_error"]` is the
+        largest relative error of a pressure predicted since the state before.
 
     Raises:
         InputError: `to`, `step`, `nearest`, `per_decade`, `error` or `ranks` out of range; `after` is of another sweep.
@@ -245,9 +245,10 @@ def _sweep(
             work.reached(value)
             yield scales.from_natural(packing)
             if not found.converged and target != targets[-1]:
+                largest = found.evaluation.max_force
                 raise ConvergenceError(
-                    f"the state at {by} = {reached:.6g} is no minimum: its largest force is {found.evaluation.max_force:.2g} "
-                    f"for a tolerance of {force:.2g}: the sweep ends; take steps well below {stride:.2g}"
+                    f"the state at {by} = {reached:.6g} is no minimum, with a largest force of {largest:.2g} for a "
+                    f"tolerance of {force:.2g}: the sweep ends there; take steps well below {stride:.2g}"
                 )
 
 
