@@ -27,6 +27,7 @@ from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
 from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
+from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -120,8 +121,14 @@ def jam(
         check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
-        onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
-        method = first_order_method(session, settings.relaxation)
+        rigid = search == "bisection" and may_be_rigid(loose, settings)
+        if search == "paper":
+            onset = searched.by_paper(loose, first_step)
+        elif rigid:
+            onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
+        else:
+            onset = searched.by_bisection(loose, first_step)
+        method = "rigid" if rigid else first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
         "protocol_version": ONSET_PROTOCOL[model],
@@ -131,6 +138,8 @@ def jam(
         "step": first_step,
         "minimizer": method,
     }
+    if onset.on_rattlers:
+        entries["on_rattlers"] = True
     entries |= sizes_record(sizes, np.sqrt(placed.params["a0"]) if placed.diameters is None else placed.diameters)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
