@@ -108,8 +108,8 @@ class Approach(ABC, Generic[State]):
             else:
                 stride *= numbers.stride  # did not converge: come from elsewhere
         raise ConvergenceError(
-            f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy does not come down to onset; try another "
-            "seed or a smaller step"
+            f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy does not come down to onset; try "
+            "another seed or a smaller step"
         )
 
 

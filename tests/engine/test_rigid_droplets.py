@@ -1,4 +1,4 @@
-"""Droplets as rigid bodies: energy and derivatives against plain loops, differences and LAMMPS; what a relaxation keeps."""
+"""Droplets as rigid bodies: energy and derivatives against plain loops, differences and LAMMPS, and relaxations."""
 
 from dataclasses import replace
 
@@ -96,7 +96,8 @@ def test_energy_and_forces_are_the_same_for_images_turns_and_translations():
     state = overlapping(12)
     energy, forces, _ = state.derivatives()
     coordinates = state.coordinates.copy()
-    coordinates[:, :2] += [17.3, -4.1] + np.outer(np.arange(9) - 4, state.droplets.box[1] - 2 * state.droplets.box[0])
+    coordinates[:, :2] += np.outer(np.arange(9) - 4, state.droplets.box[1] - 2 * state.droplets.box[0])
+    coordinates[:, :2] += [17.3, -4.1]
     radii = np.hypot(*(state.packing().positions[::12] - state.coordinates[:, :2]).T)
     coordinates[:, 2] += 5 * radii * 2 * np.pi / 12  # a regular polygon onto itself
     turned = replace(state, coordinates=coordinates)
