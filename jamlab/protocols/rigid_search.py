@@ -6,6 +6,7 @@ they hold a contact energy with which droplets, which are softer than their rims
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -64,7 +65,7 @@ class RigidSearch(Approach[RigidDroplets]):
     def _shears(self) -> bool:
         return self.droplets.relax_state is not relax
 
-    @property
+    @cached_property
     def _aim(self) -> float:
         """Contact energy per vertex of rigid droplets whose overlaps droplets would share with their own deformation,
         so that their contacts hold one in the middle of the window of onset."""
