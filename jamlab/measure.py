@@ -100,6 +100,8 @@ def why_no_modulus(packing: Packing) -> str:
     except ConvergenceError as error:
         rattlers = int(network.rattlers.sum())
         squeezed = rattlers - (packing.n - bearing.packing.n)
+        if packing.provenance.get("on_rattlers"):
+            return f"rattlers stop a droplet that would slide, but linear response leaves them out: without, {error}"
         if not (rattlers and packing.converged):
             return str(error)
         kept = f", but for {squeezed} that two contacts squeeze, and that may roll" if squeezed else ""

@@ -42,6 +42,11 @@ class BlockAssembly {
     std::vector<std::pair<int, int>> pairs;
     for (const Entry &e : entries) pairs.emplace_back(e.i, e.j);
     matrix.set_pattern(atom->nlocal, pairs);
+    refill(matrix);
+  }
+
+  void refill(BlockCholesky<2> &matrix) const    // the same matrix again, after its factorisation
+  {
     matrix.clear();
     for (const Entry &e : entries) matrix.add(e.i, e.j, e.block);
   }

@@ -273,39 +273,6 @@ template <int D> void BlockCholesky<D>::take_off_product(const Panel &panel)
   }
 }
 
-/* ----------------------------------------------------------------------
-   x: as many numbers as a panel is high; what its columns leave of a right-hand side, and the solution for them
-------------------------------------------------------------------------- */
-
-template <int D> static void solve_down(const double *panel, int width, int height, int stride, double *__restrict x)
-{
-  for (int c = 0; c < width; c += D, panel += D * stride) {
-    double own[D];
-    for (int a = 0; a < D; a++) {
-      own[a] = x[c + a];
-      for (int b = 0; b < a; b++) own[a] -= panel[b * stride + c + a] * own[b];
-      x[c + a] = own[a] *= panel[a * stride + c + a];
-    }
-    for (int r = c + D; r < height; r++)
-      for (int b = 0; b < D; b++) x[r] -= own[b] * panel[b * stride + r];
-  }
-}
-
-template <int D> static void solve_up(const double *panel, int width, int height, int stride, double *__restrict x)
-{
-  for (int c = width - D; c >= 0; c -= D) {
-    const double *const own = panel + static_cast<std::ptrdiff_t>(c) * stride;
-    double sums[D] = {};
-#pragma omp simd reduction(+ : sums[:D])
-    for (int r = c + D; r < height; r++)
-      for (int b = 0; b < D; b++) sums[b] += own[b * stride + r] * x[r];
-    for (int b = D - 1; b >= 0; b--) {
-      for (int a = b + 1; a < D; a++) sums[b] += own[b * stride + c + a] * x[c + a];
-      x[c + b] = (x[c + b] - sums[b]) * own[b * stride + c + b];
-    }
-  }
-}
-
 /* ---------------------------------------------------------------------- */
 
 template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
@@ -319,12 +286,12 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
     double *below = x + panel.width();
     const int *const rows = lower.data() + panel.below;
     for (int n = 0; n < panel.rows; n++) std::copy_n(&solved[D * rows[n]], D, &below[D * n]);
-    step(&values[panel.values], panel.width(), panel.height(), panel.stride, x);
+    step(D, &values[panel.values], panel.width(), panel.height(), panel.stride, x);
     std::copy_n(x, panel.width(), &solved[D * panel.begin]);
     for (int n = 0; n < panel.rows; n++) std::copy_n(&below[D * n], D, &solved[D * rows[n]]);
   };
-  for (const Panel &panel : panels) visit(panel, solve_down<D>);
-  for (std::size_t k = panels.size(); k-- > 0;) visit(panels[k], solve_up<D>);
+  for (const Panel &panel : panels) visit(panel, solve_down);
+  for (std::size_t k = panels.size(); k-- > 0;) visit(panels[k], solve_up);
   for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
 }
 

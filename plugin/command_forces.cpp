@@ -28,6 +28,13 @@ static constexpr int GLOBAL_ENERGY = 1, NO_VIRIAL = 0;    // of LAMMPS' integrat
 void CommandForces::command(int narg, char ** /*arg*/)
 {
   if (narg) error->all(FLERR, "jamlab/forces takes no arguments");
+  next_forces();
+}
+
+/* ---------------------------------------------------------------------- */
+
+double CommandForces::next_forces()
+{
   if (update->first_update == 0) error->all(FLERR, "jamlab/forces continues a run: use run 0 first");
 
   update->ntimestep++;
@@ -46,7 +53,7 @@ void CommandForces::command(int narg, char ** /*arg*/)
   modify->post_force(NO_VIRIAL);
 
   update->eflag_global = update->ntimestep;
-  modify->get_compute_by_id("thermo_pe")->compute_scalar();
+  return modify->get_compute_by_id("thermo_pe")->compute_scalar();
 }
 
 /* ---------------------------------------------------------------------- */

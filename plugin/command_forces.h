@@ -17,6 +17,9 @@ class CommandForces : public Command {
   CommandForces(class LAMMPS *lmp) : Command(lmp) {}
   void command(int, char **) override;
 
+ protected:
+  double next_forces();    // energy
+
  private:
   void renew_neighbors();
 };

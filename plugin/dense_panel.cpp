@@ -14,6 +14,7 @@
 #else
 #define FOR_WIDE_VECTORS
 #endif
+#define ALWAYS_INLINE inline __attribute__((always_inline))
 
 using namespace LAMMPS_NS;
 
@@ -87,4 +88,47 @@ FOR_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, i
       double *const to = product + static_cast<std::ptrdiff_t>(first) * apart + r;
       for (int q = 0; q < COLUMNS; q++) std::memcpy(to + static_cast<std::ptrdiff_t>(q) * apart, &sums[2 * q], 2 * sizeof(Four));
     }
+}
+
+/* ----------------------------------------------------------------------
+   x: as many numbers as a panel is high; what its columns leave of a right-hand side, and the solution for them
+------------------------------------------------------------------------- */
+
+template <int D> static ALWAYS_INLINE void down(const double *panel, int width, int height, int stride, double *__restrict x)
+{
+  for (int c = 0; c < width; c += D, panel += D * stride) {
+    double own[D];
+    for (int a = 0; a < D; a++) {
+      own[a] = x[c + a];
+      for (int b = 0; b < a; b++) own[a] -= panel[b * stride + c + a] * own[b];
+      x[c + a] = own[a] *= panel[a * stride + c + a];
+    }
+    for (int r = c + D; r < height; r++)
+      for (int b = 0; b < D; b++) x[r] -= own[b] * panel[b * stride + r];
+  }
+}
+
+template <int D> static ALWAYS_INLINE void up(const double *panel, int width, int height, int stride, double *__restrict x)
+{
+  for (int c = width - D; c >= 0; c -= D) {
+    const double *const own = panel + static_cast<std::ptrdiff_t>(c) * stride;
+    double sums[D] = {};
+#pragma omp simd reduction(+ : sums[:D])
+    for (int r = c + D; r < height; r++)
+      for (int b = 0; b < D; b++) sums[b] += own[b * stride + r] * x[r];
+    for (int b = D - 1; b >= 0; b--) {
+      for (int a = b + 1; a < D; a++) sums[b] += own[b * stride + c + a] * x[c + a];
+      x[c + b] = (x[c + b] - sums[b]) * own[b * stride + c + b];
+    }
+  }
+}
+
+FOR_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int height, int stride, double *x)
+{
+  block == 2 ? down<2>(panel, width, height, stride, x) : down<3>(panel, width, height, stride, x);
+}
+
+FOR_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int height, int stride, double *x)
+{
+  block == 2 ? up<2>(panel, width, height, stride, x) : up<3>(panel, width, height, stride, x);
 }

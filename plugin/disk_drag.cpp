@@ -43,10 +43,16 @@ void DiskDrag::take(int local, int ghost, double /*ahead*/)
   rest.assign(local + ghost, Motion());
   answers.clear();
   states.resize(near().size());
+  double overlaps[2] = {0.0, 0.0};    // sum and number
   for (std::size_t k = 0; k < states.size(); k++) {
     const DiskPair &p = near()[k];
     states[k] = p.x * p.x + p.y * p.y < p.reach * p.reach ? CLOSED : OPEN;
+    if (states[k] == OPEN) continue;
+    overlaps[0] += p.share * (p.reach - hypot(p.x, p.y));
+    overlaps[1] += p.share;
   }
+  MPI_Allreduce(MPI_IN_PLACE, overlaps, 2, MPI_DOUBLE, MPI_SUM, world);
+  least_overlap = overlaps[1] > 0.0 ? thinnest * overlaps[0] / overlaps[1] : 0.0;
   edge_pairs.clear();
   for (const Edge &edge : edged) edge_pairs.push_back(find_pairs(edge));
   find_contacts();
@@ -87,7 +93,8 @@ DiskContact DiskDrag::contact_of(const DiskPair &p, double x, double y) const
   const double r = hypot(x, y);
   const Repulsion push = pair.repulsion(p.strength, p.reach - r);
   const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
-  return {p.i, p.j, x / r, y / r, r, push.stiffness, push.force, push.energy, p.radius_i - back, p.radius_j - back,
+  const double stiffness = pair.repulsion(p.strength, std::max(p.reach - r, least_overlap)).stiffness;
+  return {p.i, p.j, x / r, y / r, r, stiffness, push.force, push.energy, p.radius_i - back, p.radius_j - back,
           p.share};
 }
 

@@ -69,6 +69,9 @@ class DiskDrag : public DragSolver {
   bool close_rubbing();               // all of them, where no solution is found; false: there are none
   void forget_settled(bool all);      // edges whose gap tells their state; but for those that are to be decided
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
+  // overlap over the mean one at which thinner contacts drag: that of exponents above 2 sets in from nothing, and within
+  // a layer that steps would have to resolve
+  void thicken(double part) { thinnest = part; }
   bool rubs() const { return rubbing > 0; }
   bool rubs(const Motions &u, double rate) const;    // a pair that is not left alone
   void leave_alone(double speed) { alone = speed; }    // pairs with a gap of zero that slip at less
@@ -100,6 +103,7 @@ class DiskDrag : public DragSolver {
   };
   std::vector<Bend> bends;    // of a power law, whose slope is that of the weights less the product of this with itself
   double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
+  double thinnest = 0.0, least_overlap = 0.0;
   double closing = 0.0;
   int rubbing = 0;
   double alone = 0.0;

@@ -225,7 +225,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
     double z_flow;
     const double r_flow = find_residual(force, u, load, round > 0);
     double rho = precondition(r_flow, z_flow);
-    result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
+    result.residual = driven > 0.0 ? sqrt(std::max(rho, 0.0) / driven) : 0.0;
     result.converged = rho <= enough;
     if (result.converged || !std::isfinite(rho)) {
       if (!result.converged || !hold(force, u, load, result)) break;
@@ -241,7 +241,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
     const bool holds = hold(force, u, load, result);
     if (newton) shorten(rho_before, force, u, load);
     if (law.alpha == 1.0 && !holds) {
-      result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
+      result.residual = driven > 0.0 ? sqrt(std::max(rho, 0.0) / driven) : 0.0;
       result.converged = rho <= enough;
       break;
     }

@@ -61,20 +61,11 @@ void DropletDrag::take(int local, int ghost, double time_ahead)
   stale = last_iterations > SLOW || ahead > OTHER_STEP * factors_ahead || ahead * OTHER_STEP < factors_ahead;
   for (Compute *compute : {&virial, &energy}) compute->addstep(lmp->update->ntimestep + 1);
 
-  const auto x = lmp->atom->x;
-  meetings.clear();
-  for (const Contact &c : pair->find_contacts()) {
-    const Foot &foot = c.foot;
-    const double d = sqrt(foot.rsq);
-    if (d == 0.0)
-      lmp->error->one(FLERR, "{}: {} outlines cross at atom {}, edge {} - {}: take shorter steps, by a smaller tolerance",
-                      WHO, FLOW_CROSSES, lmp->atom->tag[c.vertex], lmp->atom->tag[c.tail], lmp->atom->tag[c.head]);
-    const PairCirculoline::Push push = pair->push_on_vertex(c);
-    const double ex = x[c.head][0] - x[c.tail][0], ey = x[c.head][1] - x[c.tail][1];
-    const bool corner = foot.t <= 0.0 || foot.t >= 1.0;
-    const double length = corner ? 0.0 : sqrt(ex * ex + ey * ey), per_length = length > 0.0 ? 1.0 / length : 0.0;
-    meetings.push_back({c.vertex, c.tail, c.head, foot.t, foot.dx / d, foot.dy / d, d, pair->stiffness(c),
-                        push.magnitude, ex * per_length, ey * per_length, length});
+  if (!find_meetings(*pair, lmp->atom->x, meetings)) {
+    const DropletMeeting &m = meetings.back();
+    const tagint *const tag = lmp->atom->tag;
+    lmp->error->one(FLERR, "{}: {} outlines cross at atom {}, edge {} - {}: take shorter steps, by a smaller tolerance", WHO,
+                    FLOW_CROSSES, tag[m.vertex], tag[m.tail], tag[m.head]);
   }
   weights.resize(meetings.size());
   read_outlines();

@@ -9,6 +9,7 @@
 #include "fix_polygon_area.h"
 #include "force.h"
 #include "neighbor.h"
+#include "pair_circuloline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,23 @@
 using namespace LAMMPS_NS;
 
 static constexpr double DIAGONAL = 1e-2;    // over the stiffness of a contact
+
+/* ---------------------------------------------------------------------- */
+
+bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std::vector<DropletMeeting> &meetings)
+{
+  meetings.clear();
+  for (const Contact &c : pair.find_contacts()) {
+    const Foot &foot = c.foot;
+    const double d = sqrt(foot.rsq), ex = x[c.head][0] - x[c.tail][0], ey = x[c.head][1] - x[c.tail][1];
+    const bool corner = foot.t <= 0.0 || foot.t >= 1.0;
+    const double length = corner ? 0.0 : sqrt(ex * ex + ey * ey), per_length = length > 0.0 ? 1.0 / length : 0.0;
+    meetings.push_back({c.vertex, c.tail, c.head, foot.t, foot.dx / d, foot.dy / d, d, pair.stiffness(c),
+                        pair.push_on_vertex(c).magnitude, ex * per_length, ey * per_length, length});
+    if (d == 0.0) return false;
+  }
+  return true;
+}
 
 /* ---------------------------------------------------------------------- */
 

@@ -273,12 +273,20 @@ void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
   if (droplets)
     error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are "
-               "still too long: give a background drag, such as 1e-2, or a larger one", WHO, FLOW_SLIPS, state.time, state.strain,
-               state.last_step);
-  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
-             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, FLOW_SINGULAR,
-             state.time,
-             state.strain, result.residual, result.iterations);
+               "still too long: {}", WHO, FLOW_SLIPS, state.time, state.strain, state.last_step, more_background());
+  const std::string left = std::isfinite(result.residual) ? fmt::format("a residual of {:.3g}", result.residual)
+                                                          : std::string("no finite residual");
+  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: {} is left after {} iterations: {}, "
+             "or a looser solver tolerance", WHO, FLOW_SINGULAR, state.time, state.strain, left, result.iterations,
+             more_background());
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string FixOverdamped::more_background() const
+{
+  return fmt::format("the background drag is {:g}; give 1e-2 k tau, or, of that or more, ten times as much",
+                     settings.background);
 }
 
 /* ----------------------------------------------------------------------
@@ -348,15 +356,14 @@ double FixOverdamped::longest_step() const
   if (fastest > 0.0) least = std::min(least, std::min(TRAVEL * length_unit, REACH * neighbor->skin) / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
   if (drive == OSCILLATE) least = std::min(least, (droplets ? 0.5 : 1.0) * PHASE / omega);    // their work is a trapezoid
-  if (droplets && !std::isfinite(least)) least = time_unit();    // all rests
+  if (!std::isfinite(least) && (droplets || interval > 0.0)) least = droplets ? time_unit() : interval;    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
     error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
-               "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as {} k tau, or lower the "
-               "rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least,
-               droplets ? "1e-2" : "1e-4");
+               "the flow, and steps of {:.2g} lead nowhere: {}, or lower the rate", WHO, FLOW_STUCK, state.time,
+               state.strain, state.rate, fastest, least, more_background());
   return least;
 }
 

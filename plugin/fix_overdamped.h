@@ -9,6 +9,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 
 namespace LAMMPS_NS {
 
@@ -148,6 +149,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
   [[noreturn]] void refuse(const DragSolver::Result &) const;
+  std::string more_background() const;
   void remove_drift();
   void add_up();
   void lean(double strain);

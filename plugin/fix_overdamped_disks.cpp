@@ -227,9 +227,8 @@ void FixOverdamped::plan_disks()
     rejected = true;
     if (step < STUCK * longest) {
       if (forced || !disks->rubs())
-        error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
-                   "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
-                   state.strain, state.rate, step);
+        error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: {}, or "
+                   "lower the rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, step, more_background());
       state.unsettled += 1.0;    // it is said, and the flow goes on
       forced = true;
       next = FORCED * longest;

@@ -25,6 +25,9 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr char WHO[] = "Fix overdamped";
+// Overlap over the mean one and the root of the tolerance, below which disks drag as at it: stresses of 4 flows with
+// exponent 2.5 err as little as without, and steps that were 1e-7 long become 100 times longer
+static constexpr double LAYER = 0.01;
 
 /* ---------------------------------------------------------------------- */
 
@@ -231,6 +234,7 @@ void FixOverdamped::make_solver()
   auto drag = std::make_unique<DiskDrag>(world, exchange, settings, *style, atom->tag);
   drag->take_over(disks ? disks->edges() : restored);    // of the run before
   disks = drag.get();
+  drag->thicken(LAYER * sqrt(tolerance));
   solver = std::move(drag);
   length_unit = style->mean_diameter();
 }

@@ -5,6 +5,7 @@
 
 #include "bond_line_tension.h"
 #include "citation.h"
+#include "command_descend.h"
 #include "command_forces.h"
 #include "command_quiet.h"
 #include "compute_polygon.h"
@@ -84,6 +85,7 @@ static constexpr PluginStyle STYLES[] = {
     {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles", nullptr,
      &create<FixPolygonOutline>},
     {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>, nullptr},
+    {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>, nullptr},
     {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
      nullptr},
 };

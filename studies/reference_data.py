@@ -7,6 +7,7 @@ its name and its values with commas between, packed by xz: columns one after the
 import io
 import json
 import lzma
+import warnings
 import zlib
 from collections.abc import Sequence
 from contextlib import suppress
@@ -18,6 +19,7 @@ from typing import Any
 import pandas as pd
 
 from jamlab.campaign.campaign import open_campaign
+from jamlab.campaign.versions import unlike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.explorer.write_page import explorer_fragment
@@ -269,16 +271,21 @@ def save_reference(
     source: Path, folder: Path, commit: str, add: bool = False, only: Sequence[str] = ()
 ) -> dict[str, int]:
     """Reduce the tables of a campaign to reference data, and record their origin; with `add` packings stay that the
-    campaign lacks. Returns bytes by table."""
+    campaign lacks, and a warning names what has several versions then. Returns bytes by table."""
     for name in only:
         check_choice("only", name, NAMES)
     campaign = open_campaign(source)
-    facts = {"campaign": campaign.name, "commit": commit, **versions()}
+    rows = campaign.table("states")
+    made = {name: "; ".join(part for part in sorted(set(rows[name])) if part) for name in ("protocol", "definitions")}
+    facts = {"campaign": campaign.name, "commit": commit, **versions(), **made}
     tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
     if not add:
         return save(tables, folder, facts, text, names=only or NAMES)
     names = only or [name for name in NAMES if has_table(folder, name)]
     old = read_folder(folder)
+    for name, now in made.items():
+        if mixed := unlike([now, *(run.get(name) for run in read_record(folder)["runs"])]):
+            warnings.warn(f"{folder} then holds packings of several versions of {' and '.join(mixed)}", stacklevel=2)
     for name in names:  # all are read before any is replaced
         with suppress(InputError, AbsentTableError):
             getattr(old, name)

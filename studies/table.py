@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from jamlab.errors import StorageError
 from jamlab.processes.progress import Progress, no_progress
@@ -161,7 +162,12 @@ def _write(path: Path, cells: pd.DataFrame, provenance: Mapping[str, Any]) -> No
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Pin this process, with the threads of every library in it, to one core."""
+    """Pin this process, with the threads of every library in it, to one core; where that is not possible (macOS), have
+    them use one thread."""
+    if not hasattr(os, "sched_setaffinity"):
+        with threadpool_limits(1):
+            yield
+        return
     allowed = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {sorted(allowed)[os.getpid() % len(allowed)]})  # runs side by side take different cores
     try:

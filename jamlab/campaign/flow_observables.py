@@ -22,10 +22,12 @@ from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
     LEAST_TOLERANCE,
+    SMALL_STRAIN_BACKGROUND,
+    SMALL_STRAIN_TOLERANCE,
     check_flowing,
 )
 from jamlab.flow.quasistatic_shear import LARGEST_STEP
-from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, shear
+from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import nonlinear_modulus
@@ -64,7 +66,7 @@ class Flow(FileTable):
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
     alpha: Alpha = 1.0  # power of the velocity in contact damping, 1 is linear
     background: Background | None = None  # drag beside contact damping, over k tau_1; by default that of `jamlab.shear`
-    tolerance: FlowTolerance = 1e-2  # relative error of velocities in a step
+    tolerance: FlowTolerance = TOLERANCE  # relative error of velocities in a step
     last: bool = False  # true: only of the last state of each packing
 
 
@@ -77,8 +79,8 @@ class Oscillating(FileTable):
     # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
-    background: Background = 0.0
-    tolerance: FlowTolerance = 1e-3
+    background: Background = SMALL_STRAIN_BACKGROUND
+    tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE
 
 
 class Creeping(FileTable):
@@ -90,8 +92,8 @@ class Creeping(FileTable):
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0  # at which a run ends early
     # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
-    background: Background = 0.0
-    tolerance: FlowTolerance = 1e-3
+    background: Background = SMALL_STRAIN_BACKGROUND
+    tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE
 
 
 class _Run(Driven):

@@ -67,8 +67,9 @@ class Parameters:
             return [*names, "pressure"]
         if self.phi is not None:
             return [*names, "quench"]
-        onset = "onset of disks" if self.model == "sp" else "onset of droplets"
-        return [*names, onset, *(["compression"] if self.compress is not None else [])]
+        particles = "disks" if self.model == "sp" else "droplets"
+        made = ["onset", *(["compression"] if self.compress is not None else [])]
+        return [*names, *(f"{protocol} of {particles}" for protocol in made)]
 
     def definition_names(self, table: str) -> tuple[str, ...]:
         """Definitions that a table depends on, as `versions.py` names them."""

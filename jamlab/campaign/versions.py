@@ -22,7 +22,8 @@ _VERSIONS: dict[str, Callable[[], int]] = {
     # protocols
     "onset of disks": lambda: onset.ONSET_PROTOCOL["sp"],
     "onset of droplets": lambda: onset.ONSET_PROTOCOL["dp"],
-    "compression": lambda: compression.COMPRESSION_PROTOCOL,
+    "compression of disks": lambda: compression.COMPRESSION_PROTOCOL["sp"],
+    "compression of droplets": lambda: compression.COMPRESSION_PROTOCOL["dp"],
     "pressure": lambda: target_pressure.PRESSURE_PROTOCOL,
     "quench": lambda: relaxation.QUENCH_PROTOCOL,
     "sizes": lambda: size_distributions.SIZES_PROTOCOL,

@@ -32,11 +32,12 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp", *STACKS)
 
 def analyze(
     file: Annotated[
-        Path,
+        Path | None,
         typer.Argument(
-            help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder or TIFF of many; a track table (CSV)."
+            help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder or TIFF of many; a track table (CSV). "
+            "None with --labels."
         ),
-    ],
+    ] = None,
     pixel: Annotated[
         float | None,
         typer.Option(help="Picture: size of a pixel, in any unit of length; without it lengths are in pixels."),
@@ -49,7 +50,7 @@ def analyze(
         str, typer.Option(help="Picture: dark, bright or ring (dark walls, light on both sides); default: seen.")
     ] = "auto",
     labels: Annotated[
-        Path | None, typer.Option(help="Picture: label image or outlines (JSON) of another program, to be measured.")
+        Path | None, typer.Option(help="Label image, mask, or outlines (JSON, beside their picture), to be measured.")
     ] = None,
     channel: Annotated[str, typer.Option(help="Picture in colours: grey, red, green or blue.")] = "grey",
     dark: Annotated[bool | None, typer.Option("--dark/--bright", help="Old name of --contrast.", hidden=True)] = None,
@@ -72,21 +73,17 @@ def analyze(
     as_json: Json = False,
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
-    followed = file.is_dir() or file.suffix.lower() == ".csv" or (file.suffix.lower() in STACKS and _pages(file) > 1)
+    if file is None and labels is None:
+        raise InputError("no FILE is given: name a file, a picture or a folder, or a label image by --labels")
     contrast = contrast if dark is None else "dark" if dark else "bright"
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
+    if file is None:
+        assert labels is not None
+        _analyze_picture(labels, None, labels, periodic, how, (overlay, csv, packing), model, force, as_json)
+        return
+    followed = file.is_dir() or file.suffix.lower() == ".csv" or (file.suffix.lower() in STACKS and _pages(file) > 1)
     if file.suffix.lower() in PICTURES and not followed:
-        _check_outputs(file, (overlay, csv, packing), force)
-        from jamlab.micrographs.micrograph import micrograph
-
-        found = micrograph(file, labels=labels, periodic=periodic, **how)
-        if overlay is not None:
-            found.draw(overlay)
-        if csv is not None:
-            write_rows(found.table(), csv)
-        if packing is not None:
-            found.packing(model).write(packing)
-        print_micrograph(file.name, found, as_json)
+        _analyze_picture(file, file, labels, periodic, how, (overlay, csv, packing), model, force, as_json)
         return
     if followed:
         _check_outputs(file, (overlay, csv), force)
@@ -101,6 +98,30 @@ def analyze(
     packings = read_all(file)
     _say_what_is_missing(file, packings[0])
     print_packings(packings, None, as_json)
+
+
+def _analyze_picture(
+    file: Path,
+    picture: Path | None,
+    labels: Path | None,
+    periodic: bool,
+    how: dict[str, Any],
+    outputs: tuple[Path | None, Path | None, Path | None],
+    model: str,
+    force: bool,
+    as_json: bool,
+) -> None:
+    _check_outputs(file, outputs, force)
+    from jamlab.micrographs.micrograph import micrograph
+
+    found, (overlay, csv, packing) = micrograph(picture, labels=labels, periodic=periodic, **how), outputs
+    if overlay is not None:
+        found.draw(overlay)
+    if csv is not None:
+        write_rows(found.table(), csv)
+    if packing is not None:
+        found.packing(model).write(packing)
+    print_micrograph(file.name, found, as_json)
 
 
 def _pages(file: Path) -> int:
@@ -178,26 +199,30 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         "radius": means["radius"].text(".4g") + marks["area"],
     }
     print_table(f"droplets of {name}", list(row), [list(row.values())])
-    print_note(
-        f"± standard error over the droplets; light, blur and films of a good picture shift rho by up to "
-        f"{LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
-    )
+    shift = f"rho by up to {LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
+    seen = found.contrast in ("bright", "dark")
+    shifted = f"; light, blur and films of a good picture shift {shift}" if seen else ""
+    print_note(f"± standard error over the droplets{shifted}")
     share = found.voids.probability
     sides = [f"P_{k} = {share[k]:.2f}{marks['voids']}" for k in share if k <= MOST_SIDES]
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
     sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}{marks['voids']}"] if more else []
     print_note(", ".join(sides) or "no voids")
     print_note(f"sizes: {found.sizes}{marks['area']}; lengths in {length}; droplets that the edge cuts are not counted")
-    print_note(
-        f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
-        f"blur {found.blur:.1f} pixels"
-    )
+    light = f"; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, blur {found.blur:.1f} pixels"
+    print_note(f"droplets {SIDES[found.contrast]}{light if seen else ''}")
+    for note in found.label_notes:
+        print_note(note)
     if small := int((~found.measurable).sum()):
         print_note(f"{small} droplets are below the limit of detection, where others are missed")
+    known = {
+        name: f"{number.value:.4g} ± {number.half_width:.2g}{marks[name]}" for name, number in found.numbers.items()
+    }
+    if found.contrast == "labels":
+        print_note(
+            f"by the edges of labels: {', '.join(f'{name} {known[name]}' for name in ('count', 'area', 'rho', 'z'))}"
+        )
     if found.contrast == "ring":
-        known = {
-            name: f"{number.value:.4g} ± {number.half_width:.2g}{marks[name]}" for name, number in found.numbers.items()
-        }
         print_note(
             f"rings above the limit: {known['count']}; light inside: {known['area']} each, "
             f"{known['interior_fraction']} of the picture (95 %)"
@@ -232,7 +257,7 @@ def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
     for frame in sorted(tracks.table["frame"].unique()):
         part = tracks.table[tracks.table["frame"] == frame]
         kinds = tracks.events[tracks.events["frame"] == frame]["kind"]
-        row: dict[str, float | None] = {"frame": int(frame), "droplets": len(part)}
+        row: dict[str, float | None] = {"frame": frame.item(), "droplets": len(part)}
         row |= {kind: int((kinds == kind).sum()) for kind in ("gained", "lost", "T1")}
         row |= {name: float(part[name].mean()) if part[name].notna().any() else None for name in strains}
         rows.append(row)
@@ -259,6 +284,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
             name: {"value": number.value, "interval": number.interval, "quality": number.quality}
             for name, number in found.numbers.items()
         },
+        "z_all": found.z_all,
         "z_range": found.z_range,
         "film": found.film,
         "pixel": found.pixel,
@@ -266,6 +292,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
         "contrast": found.contrast,
         "quality": found.quality,
         "reasons": list(found.reasons),
+        "label_notes": list(found.label_notes),
     }
 
 

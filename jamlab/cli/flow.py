@@ -15,6 +15,7 @@ import typer
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar, write_rows
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law, written_as
+from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
@@ -36,11 +37,15 @@ class FlowOptions:
     tau: Tau = 1.0
     stokes: Stokes = False
     eta_f: EtaF = 1.0
-    tolerance: Annotated[float, typer.Option(help="Relative error of velocities in a step.")] = 1e-3
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Relative error of velocities in a step; flow by a rate: 1e-2, small strains: 1e-3."),
+    ] = None
     background: Annotated[
         float | None,
         typer.Option(
-            help="Drag of every particle beside contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2."
+            help="Drag of every particle beside contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2; "
+            "small strains: 0."
         ),
     ] = None
     frame: Frame = -1
@@ -66,8 +71,9 @@ class FlowOptions:
 
     @property
     def accuracy(self) -> dict[str, Any]:
-        """Arguments of every flow; a background that is not given is left to it."""
-        return {"tolerance": self.tolerance} | ({} if self.background is None else {"background": self.background})
+        """Arguments of every flow that are given; the others are left to it."""
+        given = {"tolerance": self.tolerance, "background": self.background}
+        return {name: value for name, value in given.items() if value is not None}
 
     def run(self, drive: Callable[..., T], name: str, *point: float, **how: Any) -> T:
         """Drive the packing at a point, such as frequency and amplitude, below a bar of this name."""
@@ -156,10 +162,11 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
         content |= {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
         print_json(content | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
         return
-    count = len(getattr(found, next(iter(columns))))
+    table = {name: values for name in columns if (values := _column(found, name)) is not None}
+    count = len(next(iter(table.values())))
     shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
-    lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
-    print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in columns], lines)
+    lines = [[f"{values[k]:{columns[name]}}" for name, values in table.items()] for k in shown]
+    print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in table], lines)
     for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {options.out}"):
         print_note(note)
 
@@ -168,17 +175,25 @@ def _rows(found: "Flow") -> dict[str, Any]:
     """Arrays of a result that have one value a row, the first of them first, and what of energy is not balanced."""
     arrays = {f.name: getattr(found, f.name) for f in fields(found)}
     derived = ("compliance", "modulus", "finished", "energy_gap", "z_all")
-    arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
+    arrays |= {name: _column(found, name) for name in derived}
     arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
     return {name: value for name, value in arrays.items() if len(value) == count}
+
+
+def _column(found: "Flow", name: str) -> Any:
+    """Values of a name; None if this result has none, as G(t) of a flow that was stopped."""
+    try:
+        return getattr(found, name, None)
+    except InputError:
+        return None
 
 
 _SHEAR_COLUMNS = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stress": ".5g", "viscous_stress": ".4g"}
 _SHEAR_COLUMNS |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".3f"}
 
 
-@flow_command(_SHEAR_COLUMNS, out=Path("shear.h5"), tolerance=1e-2)
+@flow_command(_SHEAR_COLUMNS, out=Path("shear.h5"))
 def shear(
     options: FlowOptions,
     rate: Annotated[float, typer.Option(help="Rate of shear, 1/tau_1; 0: quasi-static.")],
@@ -211,7 +226,7 @@ _MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".4
 _MEANS |= {"imbalance": ".1e"}
 
 
-@flow_command({"rates": ".4g", **_MEANS, "finished": ""}, out=Path("flow-curve.h5"), tolerance=1e-2)
+@flow_command({"rates": ".4g", **_MEANS, "finished": ""}, out=Path("flow-curve.h5"))
 def flow_curve(
     options: FlowOptions,
     rates: Annotated[list[float], typer.Option("--rate", help="Rate of shear, 1/tau_1; give it several times.")],
@@ -268,15 +283,15 @@ _RELAX_STRESS_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "z_all": "
 @flow_command(_RELAX_STRESS_COLUMNS, out=Path("relax-stress.h5"))
 def relax_stress(
     options: FlowOptions,
-    strain: Annotated[float, typer.Option(help="Strain of the step.")],
+    strain: Annotated[float, typer.Option(help="Strain of the step; 0 stops a flow.")],
     duration: Annotated[float, typer.Option(help="Time, tau_1.")],
     step_time: Annotated[float, typer.Option(help="Time that the step takes, tau_1.")] = 1e-2,
 ) -> "Result":
-    """Strain a packing by a step and follow its stress: the relaxation modulus G(t)."""
+    """Strain a packing by a step and follow its stress, the relaxation modulus G(t); or stop a flow."""
     from jamlab.flow.relax_stress import relax_stress as run
 
     found = options.run(run, "relax", strain, duration, step_time=step_time)
-    return found, [f"residual stress {found.residual:.5g}"]
+    return found, [f"elastic stress before {found.residual:.5g}"]
 
 
 _COLUMNS = {"time": ".5g", "strain": ".5g", "compliance": ".6g", "rate": ".4g", "elastic_stress": ".5g"}

@@ -11,7 +11,7 @@ the time steps of its minimisers are absolute numbers; what goes in and comes ou
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -70,6 +70,21 @@ class Evaluation:
     __repr__ = short_repr
 
 
+@dataclass(frozen=True)
+class Descent:
+    """What a minimisation of droplets took: `jamlab/descend`."""
+
+    steps: int
+    forces: int  # evaluations
+    factors: int  # factorisations of the Hessian
+    refused: int  # of them, not positive definite with the shift that was tried
+    stuck: int  # searches along a step that found no lower energy
+    bent: int  # steps along which the force did not fall
+    largest_force: float
+    shift: float  # to try first the next time, in the units of LAMMPS
+    crossed: bool  # outlines crossed on the way
+
+
 class Session:
     """A LAMMPS instance that holds one packing.
 
@@ -113,6 +128,7 @@ class Session:
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
         self._compiled_steps = 0
+        self.last_descent: Descent | None = None  # of this session
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         with _lammps_errors("start"):
             self._lmp = start_lammps()
@@ -296,6 +312,22 @@ class Session:
             return energy, forces
         return energy * self._scales.energy, forces * self._scales.force
 
+    def descend(self, numbers: Sequence[float]) -> Descent:
+        """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
+        tolerance, as the command lists them, in units of `scales`."""
+        if self._stale:
+            self.command("run 0 post no")
+            self._stale = False
+        self.command(f"jamlab/descend {' '.join(map(_text, numbers))}")
+        found = map(float, self._lmp.extract_variable("descent").split())
+        steps, forces, factors, refused, stuck, bent, largest, shift, crossed = found
+        counts = {"steps": int(steps), "forces": int(forces), "factors": int(factors), "refused": int(refused)}
+        counts |= {"stuck": int(stuck), "bent": int(bent)}
+        self.last_descent = Descent(
+            **counts, largest_force=largest * self._scales.force, shift=shift, crossed=bool(crossed)
+        )
+        return self.last_descent
+
     def steps(self) -> int:
         """Steps and iterations taken in this session, over all runs and minimisations."""
         return int(self._lmp.extract_global("ntimestep")) + self._compiled_steps
@@ -328,11 +360,12 @@ class Session:
         with _lammps_errors(f"fix {name}"):
             return np.array([self._lmp.extract_fix(name, 0, 1, k, 0) for k in range(size)])
 
-    def take_box(self) -> None:
-        """Take over the box of LAMMPS, which a fix has strained or flipped: `packing` and `positions` go by it."""
+    def strained(self) -> Packing:
+        """The present state in the box of LAMMPS, which a fix has strained or flipped, and `positions` go by it."""
         low, high, xy, *_ = self._lmp.extract_box()
         box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
-        self._packing = self._packing.with_state(box=box)
+        self._packing = self._packing.with_state(positions=self._atoms.positions(self.size, box), box=box)
+        return self._scales.from_natural(self._packing)
 
     def self_crossings(self) -> NDArray[np.int64]:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""

@@ -12,7 +12,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
-from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME, Length
+from jamlab.flow.overdamped_session import (
+    LEAST_STRAIN,
+    LEAST_TIME,
+    SMALL_STRAIN_BACKGROUND,
+    SMALL_STRAIN_TOLERANCE,
+    Length,
+)
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.natural_units import natural_scales
@@ -110,7 +116,6 @@ class CreepRun(FlowRun):
 
 
 CREEP_DEFINITION = 1  # version, see jamlab.campaign.versions
-TOLERANCE = 1e-3
 LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, which are those of the papers
 
 
@@ -122,8 +127,8 @@ def creep(
     damping: Damping | None = None,
     *,
     largest_strain: float = 10.0,
-    tolerance: float = TOLERANCE,
-    background: float = 0.0,
+    tolerance: float = SMALL_STRAIN_TOLERANCE,
+    background: float = SMALL_STRAIN_BACKGROUND,
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> CreepRun:
@@ -143,8 +148,9 @@ def creep(
         duration: time, tau_1.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
         largest_strain: at which it ends early: under a stress above yield a packing flows for ever.
-        tolerance: see `shear`.
-        background: see `shear`.
+        tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
+        background: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
+            what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
         out: see `shear`.
         progress: called after each row with the share of the work that is done, and in words.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
     Remedy,
@@ -61,6 +61,7 @@ class FlowCurve:
         plastic_events: (m,) seen per unit of strain.
         imbalance: (m,) part of the work of the average that is neither stored nor lost.
         unsettled: (m,) see `FlowRun`, of start-up and average.
+        failed: rates that found no end, as text, and why; they are in no array.
         seconds: (m,) wall time.
         discard, strain: of start-up, left out, and of the average.
         frames: the packing at the start and the last state of each rate.
@@ -91,6 +92,7 @@ class FlowCurve:
     unsettled: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     z_all: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     z_all_error: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    failed: dict[str, str] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
         for name, value in {"unsettled": 0.0, "z_all": np.nan, "z_all_error": np.nan}.items():
@@ -116,9 +118,10 @@ class FlowCurve:
         """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
         drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
+        failures = [f"FAILED at rate {rate}: {why}" for rate, why in self.failed.items()]
         off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > self.tolerance]]
         warning = warn_of_imbalance(self._worst, self.tolerance, self.remedy, off)
-        return "; ".join(filter(None, (reached, warning)))
+        return "; ".join(filter(None, (reached, warning, *failures)))
 
     @property
     def remedy(self) -> Remedy:
@@ -272,7 +275,7 @@ def flow_curve(
 
     Raises:
         InputError: a value out of range.
-        ConvergenceError: see `shear`.
+        ConvergenceError: no rate came to its end, see `shear`; where some did, `failed` of the curve names the others.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
@@ -293,15 +296,22 @@ def flow_curve(
     points = _known_points(file.before)
     missing = [rate for rate in wanted if rate not in points]
     done = dict.fromkeys(missing, 0.0)
+    failed: dict[str, str] = {}
 
     def report(item: _Item, *step: Any) -> None:
+        if isinstance(step[0], str):
+            failed[f"{item[1]:g}"] = step[0]
+            return
         if len(step) == 1:
             done[item[1]] = step[0]
             if progress is not None:
                 progress(sum(done.values()) / len(done), f"rate {item[1]:g}")
             return
         points[item[1]] = step
-        file.save(lambda: _curve(packing, points, facts), now=True)
+        file.save(result, now=True)
+
+    def result() -> FlowCurve:
+        return _curve(packing, points, {**facts, "failed": failed})
 
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background) for rate in missing]
     if processes == 1:
@@ -309,7 +319,9 @@ def flow_curve(
             _measure(item, lambda *step, item=item: report(item, *step))
     else:
         run_side_by_side(_measure, items, processes, report=report)
-    return file.finish(lambda: _curve(packing, points, facts))
+    if not points:
+        raise ConvergenceError("; ".join(f"rate {rate}: {why}" for rate, why in failed.items()))
+    return file.finish(result)
 
 
 _Item = tuple[Packing, float, Damping, float, float, float, float]
@@ -317,16 +329,21 @@ _Point = tuple[Any, ...]  # numbers of `_POINTS`, and the last packing
 
 
 def _measure(item: _Item, report: Callable[..., None]) -> None:
-    """One rate: reports the share of its strain that is done, and at the end its numbers and its last packing."""
+    """One rate: reports the share of its strain that is done, and at the end its numbers and its last packing, or why
+    it found no end."""
     packing, rate, law, discard, strain, tolerance, background = item
     rows = int(np.ceil(ROWS * (discard + strain)))
-    run = shear(
-        *(packing, rate, discard + strain, law),
-        rows=rows,
-        tolerance=tolerance,
-        background=background,
-        progress=lambda share, _: report(share),
-    )
+    try:
+        run = shear(
+            *(packing, rate, discard + strain, law),
+            rows=rows,
+            tolerance=tolerance,
+            background=background,
+            progress=lambda share, _: report(share),
+        )
+    except ConvergenceError as error:
+        report(str(error))
+        return
     report(steady_point(run, discard), run.packing)
 
 

@@ -12,7 +12,12 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, renamed, say_balance
-from jamlab.flow.overdamped_session import LEAST_STRAIN, Length
+from jamlab.flow.overdamped_session import (
+    LEAST_STRAIN,
+    SMALL_STRAIN_BACKGROUND,
+    SMALL_STRAIN_TOLERANCE,
+    Length,
+)
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -135,7 +140,6 @@ def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) ->
 
 
 OSCILLATION_DEFINITION = 1  # version, see jamlab.campaign.versions
-TOLERANCE = 1e-3  # a modulus is wanted better than a stress in flow
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
 MOST_CYCLES = 10_000
 LARGEST_AMPLITUDE = 2.0  # beyond, every half cycle is steady flow
@@ -151,8 +155,8 @@ def oscillate(
     *,
     cycles: int = 20,
     points: int = POINTS,
-    tolerance: float = TOLERANCE,
-    background: float = 0.0,
+    tolerance: float = SMALL_STRAIN_TOLERANCE,
+    background: float = SMALL_STRAIN_BACKGROUND,
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Oscillation:
@@ -174,8 +178,9 @@ def oscillate(
         damping: see `shear`.
         cycles: at most; two at least. It ends when the first harmonic changes by less than the tolerance.
         points: rows in a cycle, at least 16.
-        tolerance: see `shear`.
-        background: see `shear`.
+        tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
+        background: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
+            what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
         out: see `shear`.
         progress: called after each cycle with the share of the work that is done, and in words.
 

@@ -26,6 +26,7 @@ from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
+HELPFUL_BACKGROUND = 1e-2  # lets flows go on that find no step; moves the mean stress of disks by less than 3 %
 LARGEST_BETA = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
@@ -197,7 +198,7 @@ class OverdampedSession:
 
     def _counted(self, state: FlowState) -> FlowState:
         """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets."""
-        return state._replace(contacts=float(count_pressing(self.packing())))
+        return state._replace(contacts=float(count_pressing(self._session.strained())))
 
     def _corrected(self, state: FlowState) -> FlowState:
         """What droplets have at the end of the step: forces of their prediction are those of a moment before."""
@@ -212,12 +213,17 @@ class OverdampedSession:
         if state.rate:
             smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
         if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
-            least = max(background_drag(self._given, self._damping, None), 10 * self._background)
-            more = f"background = {least:.1g}, or " if self._damping.at_contacts else ""
             raise ConvergenceError(
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
-                f"drag, and steps of {step:.1g} lead nowhere: give {more}a lower rate"
+                f"drag, and steps of {step:.1g} lead nowhere: {self._more_background()}a lower rate"
             )
+
+    def _more_background(self) -> str:
+        """Name the background drag and one that helps."""
+        if not self._damping.at_contacts:
+            return "give "
+        more = max(HELPFUL_BACKGROUND, 10 * self._background)
+        return f"with background = {self._background:g}; give background = {more:g}, or "
 
     def _check_length(self, state: FlowState) -> None:
         """Look after so many steps, over all rows, whether the flow would end at their pace."""
@@ -241,8 +247,7 @@ class OverdampedSession:
 
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
-        self._session.take_box()
-        now = self._session.packing()
+        now = self._session.strained()
         # it may lean with a stress from now on, and its sizes are those given, to the last digit
         return self._given.with_state(positions=now.positions, box=now.box, ensemble="fixed-box")
 
@@ -293,6 +298,11 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
     if background is not None:
         return background
     return 0.0 if not damping.at_contacts else float(defaults("flow")[f"background_{packing.model}"])
+
+
+# Of small strains of a packing at rest: moduli are wanted better than stresses in flow, and need no background
+SMALL_STRAIN_TOLERANCE = 1e-3
+SMALL_STRAIN_BACKGROUND = float(defaults("flow")["background_rest"])
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked
+from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import LIMIT, Remedy, describe_balance, energy_gap
@@ -72,7 +72,11 @@ class QuasistaticShear(ShearRun):
     @property
     def drops(self) -> StressDrops:
         """Stress drops of the events, at the strain where each begins."""
-        return StressDrops(self.event_strain - self.event_width, self.event_drop)
+        return StressDrops(self.event_strain - np.sign(self.event_strain) * self.event_width, self.event_drop)
+
+    def _ends(self) -> NDArray[np.int64]:
+        """(k,) rows at the ends of the events."""
+        return np.asarray(np.abs(self.strain).searchsorted(np.abs(self.event_strain)))
 
     @property
     def reached(self) -> str:
@@ -84,7 +88,7 @@ class QuasistaticShear(ShearRun):
     def energy_gap(self) -> Array:
         """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long."""
         released = np.zeros(len(self.strain))
-        released[self.strain.searchsorted(self.event_strain)] = self.event_released
+        released[self._ends()] = self.event_released
         return energy_gap(self.work, np.cumsum(released), self.energy)
 
     @property
@@ -95,7 +99,7 @@ class QuasistaticShear(ShearRun):
     @property
     def remedy(self) -> Remedy:
         """Half the step."""
-        return Remedy(step=0.5 * float(np.diff(self.strain[:2]).sum()))
+        return Remedy(step=0.5 * float(np.abs(np.diff(self.strain[:2])).sum()))
 
     def describe(self) -> str:
         """Say how it was run, and how well energy is balanced."""
@@ -112,7 +116,7 @@ class QuasistaticShear(ShearRun):
         """
         plain = {"color": BLUE, "linewidth": 1.2, "label": "minima, quasi-static"}
         axes.plot(self.strain, self.stress, **merged_line(plain, style))
-        ends = self.strain.searchsorted(self.events.strain)
+        ends = self._ends()
         if len(ends):
             label = f"{len(ends)} stress drop{'s' * (len(ends) > 1)}"
             axes.plot(self.strain[ends], self.stress[ends], "v", color=RED, markersize=4, label=label)
@@ -223,7 +227,7 @@ class Walk:
             seconds=time.perf_counter() - self._began,
             unit=UNIT_OF_STRESS[self.packing.model, self.packing.units],
             shear_rate=0.0,
-            strain_asked=strain,
+            strain_asked=abs(strain),
         )
 
     def go_to(self, strain: float) -> None:
@@ -231,8 +235,8 @@ class Walk:
         before = self.states[-1]
         step = strain - before.strain
         after, packing = self._step(self.packing, strain, step)
-        event = after.stress < before.stress and not self._leads_back(before, after, packing)
-        if event and step > self._shortest * (1 + 1e-9):
+        event = _drop(before, after) > 0 and not self._leads_back(before, after, packing)
+        if event and abs(step) > self._shortest * (1 + 1e-9):
             self.go_to(before.strain + 0.5 * step)
             self.go_to(strain)
             return
@@ -244,7 +248,7 @@ class Walk:
     def _leads_back(self, before: Minimum, after: Minimum, packing: Packing) -> bool:
         """Whether the step back ends where it came from: stress falls before an instability, too."""
         back, _ = self._step(packing, before.strain, before.strain - after.strain)
-        return abs(back.stress - before.stress) < REVERSIBLE * (before.stress - after.stress)
+        return abs(back.stress - before.stress) < REVERSIBLE * _drop(before, after)
 
     def _step(self, packing: Packing, strain: float, step: float) -> tuple[Minimum, Packing]:
         """The minimum beyond a packing, and the packing there."""
@@ -278,10 +282,15 @@ def _flipped(packing: Packing) -> Packing:
     return packing.with_state(box=box)
 
 
+def _drop(before: Minimum, after: Minimum) -> float:
+    """Fall of the stress along the shear, whichever way it goes."""
+    return float(np.sign(after.strain - before.strain) * (before.stress - after.stress))
+
+
 def _event(before: Minimum, after: Minimum) -> Event:
     width = after.strain - before.strain
     work = 0.5 * (before.stress + after.stress) * width
-    return Event(after.strain, before.stress - after.stress, work - (after.energy - before.energy), width)
+    return Event(after.strain, _drop(before, after), work - (after.energy - before.energy), abs(width))
 
 
 LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1
@@ -310,7 +319,7 @@ def quasistatic_shear(
 
     Args:
         packing: SP or DP.
-        strain: in all, up to 1000.
+        strain: in all, up to 1000, of either sign.
         step: at most 0.1; equal steps that are no longer than this end at `strain`. An event whose stress drop is
             smaller than the elastic rise in a step is not seen.
         resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
@@ -323,32 +332,37 @@ def quasistatic_shear(
     Returns:
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
     """
-    check_number("strain", strain, LARGEST_STRAIN)
-    check_number("step", step, min(LARGEST_STEP, strain), strain / MOST_STATES)
+    if not (is_number(strain) and 0 < abs(strain) <= LARGEST_STRAIN):
+        raise InputError(f"strain = {strain!r}: must be a number up to {LARGEST_STRAIN:g}, or its negative, and not 0")
+    whole = abs(strain)
+    check_number("step", step, min(LARGEST_STEP, whole), whole / MOST_STATES)
     if resolution is not None:
         check_number("resolution", resolution, step)
     if every is not None:
-        check_number("every", every, strain)
+        check_number("every", every, whole)
         if every < step:
             raise InputError(f"every = {every:g}: frames cannot be closer than the step, {step:g}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    count = int(np.ceil(strain / step - 1e-9))
+    count = int(np.ceil(whole / step - 1e-9))
     task = {"rate": 0, "step": strain / count, "resolution": resolution, "tolerance": tolerance}
     file = RunFile(out, QuasistaticShear, packing, None, task, progress)
     before = file.before
     scales = natural_scales(packing)
     with Session(scales.to_natural(before.packing if before else packing)) as session:
-        walk = Walk(session, scales, tolerance, strain / count if resolution is None else resolution, before)
+        walk = Walk(session, scales, tolerance, whole / count if resolution is None else resolution, before)
 
         def result() -> QuasistaticShear:
             return walk.result(strain)
 
+        def kept(k: int) -> int:
+            return int(whole * k / count / every + 1e-9) if every is not None else 0
+
         for k in range(1, count + 1):
             reached = strain * k / count
-            if reached < walk.states[-1].strain + 0.5 * strain / count:
+            if abs(reached) < abs(walk.states[-1].strain) + 0.5 * whole / count:
                 continue  # done by the run before
             walk.go_to(reached)
-            if every is not None and int(reached / every + 1e-9) > int(strain * (k - 1) / count / every + 1e-9):
+            if kept(k) > kept(k - 1):
                 walk.keep()
             file.report(result, k / count, f"strain {reached:.3g}")
         return file.finish(result)

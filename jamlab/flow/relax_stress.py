@@ -12,7 +12,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
-from jamlab.flow.overdamped_session import LEAST_STRAIN, LEAST_TIME, Length
+from jamlab.flow.overdamped_session import (
+    LEAST_STRAIN,
+    LEAST_TIME,
+    SMALL_STRAIN_BACKGROUND,
+    SMALL_STRAIN_TOLERANCE,
+    Length,
+)
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -21,6 +27,8 @@ from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
 _RESTS = 1e-3  # relative fall of the modulus over the last half of the time
+_NOTHING = 1e-3  # of the largest modulus, below which falls are compared with this one: it relaxes to nothing
+_ROUNDING = 1e-9  # of the pressure, the same: over _RESTS of it a stress has no digits
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +42,7 @@ class StressRelaxation(FlowRun):
     Attributes:
         step_strain: of the step.
         step_time: that the step took; the modulus at a time t knows of it by (step_time/t)^2/24 only.
-        residual: shear stress of the packing at rest, before.
+        residual: elastic shear stress before the step; of a flow that is stopped, its elastic stress then.
         duration: time that was asked for.
     """
 
@@ -61,11 +69,14 @@ class StressRelaxation(FlowRun):
     @property
     def _change(self) -> float:
         g = self._relaxing
-        return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (abs(float(g[-1])) or 1.0)
+        rounding = _ROUNDING * float(np.abs(self.pressure).max()) / abs(self.step_strain or 1.0)
+        scale = max(abs(float(g[-1])), _NOTHING * float(np.abs(g).max()), rounding)
+        return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (scale or 1.0)
 
     @property
     def finished(self) -> bool:
-        """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3."""
+        """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3 of its last
+        value, or 1e-6 of its largest."""
         return self._change < _RESTS
 
     @property
@@ -98,7 +109,6 @@ class StressRelaxation(FlowRun):
         finish_in_time(axes, in_unit(what, self.unit), self)
 
 
-TOLERANCE = 1e-3
 LONGEST = 1e12
 STEP_TIME = 1e-2  # tau_1; no contact relaxes in less than tau_1
 _STEPS = 20  # at least, of the ramp
@@ -112,8 +122,8 @@ def relax_stress(
     damping: Damping | None = None,
     *,
     step_time: float = STEP_TIME,
-    tolerance: float = TOLERANCE,
-    background: float = 0.0,
+    tolerance: float = SMALL_STRAIN_TOLERANCE,
+    background: float = SMALL_STRAIN_BACKGROUND,
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
@@ -136,8 +146,9 @@ def relax_stress(
         duration: time, tau_1.
         damping: see `shear`.
         step_time: of the ramp, tau_1.
-        tolerance: see `shear`.
-        background: see `shear`.
+        tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
+        background: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
+            what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
         out: see `shear`.
         progress: called after each row with the share of the work that is done, and in words.
 

@@ -94,7 +94,9 @@ class RunFile(Generic[R]):
         try:
             with opened(path) as file:
                 group = file.get("flow")
-                if group is None or group.attrs.get("kind") != kind.__name__ or group.attrs.get("task") != self._task:
+                if group is None or group.attrs.get("kind") != kind.__name__:
+                    return None
+                if json.loads(group.attrs.get("task", "null")) != json.loads(self._task):  # 0 is 0.0
                     return None
             found = read_result(path, kind)
         except StorageError:  # damaged, or no file of jamlab

@@ -31,7 +31,7 @@ LEAST_RATE, LARGEST_RATE = 1e-12, 1e3  # 1/tau_1; disks pass through each other 
 @checked
 def shear(
     packing: Packing,
-    rate: float | Sequence[tuple[float, float]],
+    rate: float | Sequence[Sequence[float]],
     strain: float | None = None,
     damping: Damping | None = None,
     *,
@@ -58,9 +58,9 @@ def shear(
     Args:
         packing: SP or DP, usually at a minimum.
         rate: of strain, 1/tau_1, negative for the other way. 0: quasi-static shear, a minimum after every `step`. Or
-            the parts of a protocol, [(rate, strain), ...], one after the other: each shears by its strain, given
-            without sign.
-        strain: by which to shear, default 1; of a protocol its parts say it.
+            the parts of a protocol, [(rate, strain), ...] or an array (p, 2), one after the other: each shears by its
+            strain, given without sign.
+        strain: by which to shear, default 1; at rate 0 negative for the other way; of a protocol its parts say it.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
         step: of strain, at rate 0 only; default 1e-4.
         rows: equal strains between the rows of the result, default 200; a few more where `frames` asks for it.
@@ -87,12 +87,12 @@ def shear(
         StorageError: `out` cannot be written, or holds anything but a part of this run.
     """
     parts = _parts(rate, strain)
-    if rate == 0:
-        _refuse_unused(rate, damping=damping, rows=rows, tolerance=tolerance, background=background)
-        _rows_per_frame(parts[0, 1], frames, 1)
+    if parts[0, 0] == 0:
+        _refuse_unused(0.0, damping=damping, rows=rows, tolerance=tolerance, background=background)
+        _rows_per_frame(abs(parts[0, 1]), frames, 1)
         step = STEP if step is None else step
         return quasistatic_shear(packing, float(parts[0, 1]), step, every=frames, out=out, progress=progress)
-    _refuse_unused(rate, step=step)
+    _refuse_unused(parts[0, 0], step=step)
     law = damping or ContactDamping()
     background = background_drag(packing, law, background)
     rows, tolerance = ROWS if rows is None else rows, TOLERANCE if tolerance is None else tolerance
@@ -125,30 +125,33 @@ def shear(
         return file.finish(result)
 
 
-def _refuse_unused(rate: object, **given: object) -> None:
+def _refuse_unused(rate: float, **given: object) -> None:
     """Refuse arguments that the rate has no use for."""
     for name, value in given.items():
         if value is not None:
             kind = "shear without time: no drag, a row at every `step`" if rate == 0 else "shear in time"
-            raise InputError(f"{name} = {value!r}: rate = {rate!r} is {kind}; leave {name} out")
+            raise InputError(f"{name} = {value!r}: rate = {rate:g} is {kind}; leave {name} out")
 
 
-def _parts(rate: float | Sequence[tuple[float, float]], strain: float | None) -> Array:
+def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Array:
     """(p, 2) rate and strain of each part."""
-    if isinstance(rate, Sequence):
+    if isinstance(rate, Sequence | np.ndarray):
         if strain is not None:
             raise InputError(f"strain = {strain!r}: the parts of a protocol say their strains; leave it out")
-        if not rate:
+        parts = [list(part) for part in rate]
+        for part in parts:
+            if len(part) != 2:
+                raise InputError(f"rate holds {part!r}: a part of a protocol is (rate, strain)")
+            _check_rate(part[0])
+            check_number("strain", part[1], LARGEST_STRAIN, LEAST_STRAIN)
+            if part[0] == 0:
+                raise InputError(f"rate holds {part!r}: a part needs a rate; to wait, see relax_stress(strain=0)")
+        if not parts:
             raise InputError("rate = []: give one part or more, [(rate, strain), ...]")
-        for speed, length in rate:
-            _check_rate(speed)
-            check_number("strain", length, LARGEST_STRAIN, LEAST_STRAIN)
-            if speed == 0:
-                raise InputError(f"({speed!r}, {length!r}): a part needs a rate; to wait, see relax_stress(strain=0)")
-        return np.array(rate, dtype=np.float64)
+        return np.array(parts, dtype=np.float64)
     _check_rate(rate)
     length = 1.0 if strain is None else strain
-    check_number("strain", length, LARGEST_STRAIN, LEAST_STRAIN)
+    check_number("strain", abs(length) if rate == 0 else length, LARGEST_STRAIN, LEAST_STRAIN)
     return np.array([[rate, length]])
 
 

@@ -78,9 +78,9 @@ class ShearRun(FlowRun):
     def peak(self) -> Peak | None:
         """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None.
 
-        Of a negative rate the lowest stress; of several parts that of the first.
+        Of shear the other way the lowest stress; of several parts that of the first.
         """
-        first = self.shear_rate if self.parts is None else self.parts[0, 0]
+        first = (self.shear_rate or self.strain[-1]) if self.parts is None else self.parts[0, 0]
         path = self.path
         rows = slice(None) if self.parts is None else path <= self.parts[0, 1] * (1 + 1e-9)
         stress, strain = (-1.0 if first < 0 else 1.0) * self.stress[rows], self.strain[rows]

@@ -93,8 +93,7 @@ def _instability(matrix: sparse.csc_array) -> UnstableError:
         values, vectors = linalg.eigsh(matrix, k=wanted, sigma=0.0, which="SA", OPinv=inverse, v0=start)
     lowest = int(values.argmin())
     return UnstableError(
-        f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {values[lowest]:.3g}; it "
-        "is not at a minimum of its energy",
+        f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {values[lowest]:.3g}",
         float(values[lowest]),
         vectors[:, lowest],
     )

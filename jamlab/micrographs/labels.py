@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,14 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.label_objects import Note, part_mask, sort_objects
 from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image
-from jamlab.micrographs.segmentation import Segments, borders, highest
+from jamlab.micrographs.segmentation import Segments, borders, find_droplets, highest, roundness
 
 ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
+TRIED = 256  # pixels along a side on which a mask and its inverse are compared
+FLAT, FEW_REGIONS = 0.5, 4  # share of pixels as those above and beside; regions to a level: of a picture of labels
+TWICE = 0.75  # of the smaller of two outlines that the other covers: one droplet
 LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
 
@@ -39,6 +43,7 @@ class Labelled:
     light_areas: Array  # (n,) pixels of the light inside walls; `areas` where labels are all that is known
     light_share: float  # of the picture that it covers
     names: Indices  # (n,) number that each had before
+    notes: tuple[Note, ...] = ()  # what was found in labels of another program and changed
 
     @cached_property
     def nearest(self) -> tuple[Array, Indices]:
@@ -50,8 +55,8 @@ class Labelled:
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
     """Read labels: an image of whole numbers, or outlines. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP
     of 8, 16 or 32 bit, NPY, or outlines as JSON or as ImageJ's ROI or ZIP. Black and white, with two values, is a mask:
-    its separate pieces are the droplets; `shape`: of the picture; None if there is none."""
-    values = _numbers(source, shape)
+    its pieces, parted where several droplets touch, are droplets; `shape`: of the picture; None if there is none."""
+    values, notes = _numbers(source, shape)
     if shape is not None and values.shape != shape:
         raise InputError(f"labels are {values.shape}, the picture is {shape}: give labels of this picture, uncropped")
     if not np.isfinite(values.astype(np.float64)).all() or (values != np.rint(values)).any():
@@ -61,18 +66,47 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
     kinds = np.unique(values)
     if len(kinds) == 1:
         raise InputError(f"every pixel has the label {kinds[0]:g}: there is no ground, or no droplet")
-    if len(kinds) == 2 and kinds[0] == 0:
-        found, count = ndimage.label(values > 0)
-        around = set.intersection(*(set(side[side > 0]) for side in (found[0], found[-1], found[:, 0], found[:, -1])))
-        if around and ndimage.label(values == 0)[1] > count:
-            raise InputError("what is not 0 in the mask lies around what is 0: give it inverted")
-        return labelled(found)
-    return labelled(values)
+    if len(kinds) == 2 and not notes:
+        values, parted = part_mask(_upright(values == kinds[1]))
+        notes = notes + parted
+    values, found = sort_objects(values.astype(np.int64))
+    return replace(labelled(values), notes=tuple(notes + found))
 
 
-def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> NDArray[Any]:
-    """(h, w) numbers of a file or an array."""
-    values = _read(Path(source), shape) if isinstance(source, str | Path) else np.asarray(source)
+def looks_labelled(values: NDArray[Any]) -> bool:
+    """Whether a picture looks like a mask or like labels: flat, with few regions to a level. `values`: (h, w) or (h, w,
+    colours)."""
+    values = values if values.dtype.kind in "bui" else np.where(values == np.rint(values), values, np.nan)
+    if values.ndim == 3 and values.dtype.kind == "u":
+        values = values[..., :3].astype(np.int64) @ np.array([1, 1 << 16, 1 << 32])[: min(values.shape[2], 3)]
+    if values.ndim != 2 or not values.size or np.isnan(values.astype(np.float64)).any():
+        return False
+    levels, levelled = np.unique(values, return_inverse=True)
+    if levels.size == 2:  # of floats a drawn picture of black and white
+        return values.dtype.kind in "bui"
+    alike = (values[1:, 1:] == values[:-1, 1:]) & (values[1:, 1:] == values[1:, :-1])
+    if alike.mean() < FLAT:
+        return False
+    regions = scikit_image().measure.label(levelled.reshape(values.shape) + 1, connectivity=2).max()
+    return bool(regions <= FEW_REGIONS * levels.size)
+
+
+def _upright(mask: Mask) -> Mask:
+    """The same mask, refused if what it leaves out is rounder than what it holds."""
+    step = max(1, max(mask.shape) // TRIED)
+    few = mask[::step, ::step]
+    held, left = (roundness(find_droplets(part.astype(np.float64)), False) for part in (~few, few))
+    if left > held:
+        raise InputError(
+            f"the discs in what is 0 fill {left:.0%} of it, those in what is not 0 fill {held:.0%}: give it inverted"
+        )
+    return mask
+
+
+def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> tuple[NDArray[Any], list[Note]]:
+    """(h, w) numbers of a file or an array, and what was found in outlines."""
+    read = _read(Path(source), shape) if isinstance(source, str | Path) else np.asarray(source)
+    values, notes = read if isinstance(read, tuple) else (read, [])
     if values.ndim == 3:
         if 1 < values.shape[2] < LIKELY_COLOURS or (values[..., :3] != values[..., :1]).any():
             raise InputError(f"labels are colours, {values.shape}: save the label image itself, one number a pixel")
@@ -80,11 +114,11 @@ def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | Non
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")
     check_pixels(values.shape)
-    return values
+    return values, notes
 
 
-def _read(path: Path, shape: tuple[int, ...] | None) -> NDArray[Any]:
-    """Numbers of a file, by its ending."""
+def _read(path: Path, shape: tuple[int, ...] | None) -> NDArray[Any] | tuple[NDArray[Any], list[Note]]:
+    """Numbers of a file, by its ending; of outlines with what was found in them."""
     ending = path.suffix.lower()
     try:
         if ending == ".npy":
@@ -111,18 +145,48 @@ def _read_rois(path: Path) -> list[Array]:
     return [np.asarray(roi.coordinates(), dtype=np.float64) for roi in (found if isinstance(found, list) else [found])]
 
 
-def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> Indices:
-    """Labels of outlines: a list of rings of (x, y) in pixels, or GeoJSON polygons."""
+def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> tuple[Indices, list[Note]]:
+    """Labels of outlines: a list of rings of (x, y) in pixels, or GeoJSON polygons. A pixel in several outlines belongs
+    to the nearest pixel that is in one alone; of two outlines of one droplet the first is kept."""
     if shape is None:
         raise InputError("outlines need their picture beside them, which says how large it is")
-    if isinstance(content, dict):
-        shapes = [part.get("geometry", part) for part in content["features"]]
-        content = [part["coordinates"][0] for part in shapes]
-    labels = np.zeros(shape, dtype=np.int64)
-    for number, ring in enumerate(content, 1):
-        x, y = np.asarray(ring, dtype=np.float64).T[:2]
-        labels[scikit_image().draw.polygon(y, x, shape)] = number
-    return labels
+    pixels: list[Indices] = []  # of every outline, in the flattened picture
+    twice = 0
+    labels, covers = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
+    for number, ring in enumerate(_rings(content), 1):
+        points = np.asarray(ring, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] < 2 or len(points) < 3 or not np.isfinite(points[:, :2]).all():
+            raise InputError(f"outline {number} is {points.shape}: must be three or more points (x, y), all finite")
+        inside = scikit_image().draw.polygon(points[:, 1], points[:, 0], shape)
+        own = np.ravel_multi_index(inside, shape).astype(np.int64)
+        others = [pixels[k - 1] for k in np.unique(labels[inside]) if k]
+        if any(len(np.intersect1d(own, other)) > TWICE * min(len(own), len(other)) for other in others):
+            twice, own = twice + 1, own[:0]
+        pixels.append(own)
+        covers.flat[own] += 1
+        labels.flat[own] = number
+    several = covers > 1
+    notes = [Note(f"{twice} outlines lie on others: they are left out", twice)] if twice else []
+    if several.any():
+        share = several.sum() / (covers > 0).sum()
+        nearest = ndimage.distance_transform_edt(covers != 1, return_distances=False, return_indices=True)
+        labels = np.where(several, labels[tuple(nearest)], labels)
+        notes.append(Note(f"outlines overlap on {share:.2g} of their area: it is divided", area=float(several.sum())))
+    return labels, notes
+
+
+def _rings(content: Any) -> list[Any]:
+    """Outer rings of a list of rings, or of the polygons of GeoJSON; holes in polygons are part of their droplet."""
+    if not isinstance(content, dict):
+        return list(content)
+    rings = []
+    for part in content.get("features", [content]):
+        shape = part.get("geometry", part)
+        if shape.get("type", "Polygon") not in ("Polygon", "MultiPolygon"):
+            raise InputError(f"outlines hold a {shape['type']!r}: must be 'Polygon' or 'MultiPolygon'")
+        own = shape["coordinates"]
+        rings += [polygon[0] for polygon in own] if shape.get("type") == "MultiPolygon" else [own[0]]
+    return rings
 
 
 def labelled(values: ArrayLike, finer: int = 1, light: Indices | None = None) -> Labelled:

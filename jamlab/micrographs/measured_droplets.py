@@ -46,7 +46,10 @@ class Micrograph:
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
-        rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
+        neighbours: (n,) int64, all droplets that each one touches, rattlers and cut ones too.
+        rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets and `rim` count as held.
+        rim: (n,) bool, whole droplets beside open ground at the edge of the picture, where a wall that may hold them is
+            not seen; z leaves them out.
         rho: packing fraction of all that the picture shows, films included.
         interior_fraction: share of the picture that interiors cover, cut ones with them.
         voids: sides, areas and centres of the voids, and P_l.
@@ -64,6 +67,7 @@ class Micrograph:
             `interval` that holds the true one of this picture, its own `quality` and `reasons`; of rings, count and
             area are those of the light inside `measurable` ones.
         reasons: all of them; empty if every number is good.
+        label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
@@ -88,7 +92,9 @@ class Micrograph:
     shape: Array
     cells: Array
     contacts: Indices
+    neighbours: Indices
     rattlers: Mask
+    rim: Mask
     rho: float
     interior_fraction: float
     voids: PictureVoids
@@ -103,6 +109,7 @@ class Micrograph:
     z_range: tuple[float, float]
     numbers: dict[str, Number]
     reasons: tuple[str, ...]
+    label_notes: tuple[str, ...]
     pixel: float | None
     picture: Array = field(repr=False)
     outlines: tuple[Array, ...] = field(repr=False)
@@ -153,8 +160,13 @@ class Micrograph:
 
     @property
     def z(self) -> float:
-        """Mean number of contacts of the droplets that do not rattle; nan if all rattle."""
+        """Mean number of contacts of the droplets that do not rattle, off an open edge; nan if all rattle."""
         return self.means["z"].value
+
+    @property
+    def z_all(self) -> float:
+        """Mean number of droplets that each whole one touches, rattlers too: 2 N_c/N, without walls."""
+        return float(self.neighbours.mean())
 
     @property
     def means(self) -> dict[str, Mean]:
@@ -165,7 +177,7 @@ class Micrograph:
         """
         return {
             "rho": share_of(self.areas, self.cells, self.rho),
-            "z": mean_of(self.contacts[~self.rattlers].astype(np.float64)),
+            "z": mean_of(self.contacts[~self.rattlers & ~self.rim].astype(np.float64)),
             "shape_rim": mean_of(self.shape),
             "radius": mean_of(np.sqrt(self.areas / np.pi)),
         }

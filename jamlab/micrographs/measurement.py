@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import shapely
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
@@ -17,19 +18,22 @@ from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_
 from jamlab.micrographs.picture_files import scikit_image
 from jamlab.micrographs.picture_numbers import Number
 from jamlab.micrographs.quality import (
+    LABEL_LINE,
     LEAST_RING,
     LOOSE,
+    ROUND,
     Checks,
     Doubt,
     doubt_few,
-    doubt_rings,
+    doubt_known,
     find_doubts,
+    label_errors,
     rendered_errors,
     ring_errors,
     unstable_droplets,
 )
 from jamlab.micrographs.ring_segmentation import Rings
-from jamlab.micrographs.segmentation import Segments
+from jamlab.micrographs.segmentation import PAIR, Segments
 from jamlab.micrographs.walls import THICKEST_FILM, Walls, find_walls
 
 OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
@@ -39,6 +43,7 @@ EDGE_ZONE = 0.6  # of blur and denoising: a droplet that ends so near to the edg
 CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
 BESIDE = 0.25  # of the radius: where the ground beside a droplet is looked for
 LEAST_GROUND = 0.75  # of its darkness in wide voids: what is lighter is a blurred film
+CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
 CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
 
 
@@ -76,6 +81,7 @@ class Measurement:
         self.rings = outlines(segments.cells, self.walls.inside)
         self.outside = self._outside()
         self.whole, self.centres = self._whole()
+        self.rim = self._rim()
         if not self.whole.any():
             raise InputError(f"no whole droplet among {segments.count}: check `contrast` ({contrast}) and its size")
 
@@ -128,11 +134,12 @@ class Measurement:
     def _coordination(self, widest: float) -> tuple[Indices, Mask, float]:
         """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""
         pairs = self.walls.contacts(widest)
-        rattlers, bearing = find_rattlers(pairs, self.whole)
-        if self.labelled and (rattlers & self.whole).sum() > LOOSE * self.whole.sum():  # apart: z is that of no packing
+        inner = self.whole & ~self.rim
+        rattlers, bearing = find_rattlers(pairs, inner)
+        if self.labelled and (rattlers & inner).sum() > LOOSE * inner.sum():  # apart: z is that of no packing
             rattlers, bearing = np.ones_like(rattlers), np.zeros_like(bearing)
         contacts = np.bincount(pairs[bearing].ravel(), minlength=self.segments.count)
-        held = self.whole & ~rattlers
+        held = inner & ~rattlers
         return contacts, rattlers, float(contacts[held].mean()) if held.any() else float("nan")
 
     def _shown(self) -> Mask:
@@ -140,20 +147,26 @@ class Measurement:
         shown = np.zeros(self.thick.shape, dtype=bool)
         shown[self.window] = True
         shown &= ~self.thick
-        if not self._open():
-            return shown
-        cells, pairs = self.segments.cells, self.walls.pairs
-        outer = np.zeros(self.segments.count, dtype=bool)
-        outer[np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))] = True
+        outer, pairs = self.rim.copy(), self.walls.pairs
         outer[pairs[outer[pairs].any(axis=1)]] = True  # their neighbours too face the open ground
-        inner = shown & ~outer[cells]
+        inner = shown & ~outer[self.segments.cells]
         return inner if inner.any() else shown
 
-    def _open(self) -> bool:
-        """Whether most of the edge of the picture is ground, around droplets that end inside it."""
+    def _rim(self) -> Mask:
+        """(n,) droplets nearest to the edge of the picture if it is open: what else they touch is not seen."""
+        rim = np.zeros(self.segments.count, dtype=bool)
+        if self._open():
+            y, x = ndimage.distance_transform_edt(self.walls.inside <= 0, return_distances=False, return_indices=True)
+            nearest = self.segments.cells[y, x]
+            rim[np.concatenate([nearest[0], nearest[-1], nearest[:, 0], nearest[:, -1]])] = True
+        return rim
+
+    def _open(self) -> float:
+        """Share of the edge of the picture that is ground, if that is most of it, around droplets that end inside; 0
+        otherwise."""
         smooth = self.darkness.smooth
-        edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
-        return not self.margin and bool((edge > 0.5).mean() > (OPEN_LABELS if self.labelled else OPEN_EDGE))
+        share = float((np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]]) > 0.5).mean())
+        return share if not self.margin and share > (OPEN_LABELS if self.labelled else OPEN_EDGE) else 0.0
 
     def _interiors(self) -> Mask:
         """Pixels brighter than half-way from droplets to what is beside them, which glow may keep from being black."""
@@ -203,7 +216,8 @@ class Measurement:
             rho_by_pixels=1 - float((self.darkness.smooth[counted] > 0.5).sum()) / area,
             z=(z, low, high),
             blind=0.5 * beyond / segments.radius,
-            loose=int((rattlers & self.whole).sum()),
+            loose=int((rattlers & self.whole & ~self.rim).sum()),
+            held=int((self.whole & ~self.rim).sum()),
             unsure=int(self.unsure),
             open_edge=self._open(),
             annotated=self.annotated,
@@ -260,7 +274,9 @@ class Measurement:
             shape=np.array([shape_factor(self.rings[k]) for k in kept]),
             cells=cell_areas[kept] * scale**2,
             contacts=contacts[kept],
+            neighbours=np.bincount(walls.pairs[walls.touching].ravel(), minlength=n)[kept],
             rattlers=rattlers[kept],
+            rim=self.rim[kept],
             rho=checks.rho,
             interior_fraction=light,
             voids=self._voids(float(scale)),
@@ -275,6 +291,7 @@ class Measurement:
             z_range=(min(checks.z), max(checks.z)) if np.isfinite(checks.z).all() else (np.nan, np.nan),
             numbers={},
             reasons=(),
+            label_notes=tuple(note.text for note in self.labelled.notes) if self.labelled else (),
             pixel=pixel,
             picture=self.grey,
             beside=tuple(self._beside(int(k), names) for k in kept),
@@ -294,9 +311,10 @@ class Measurement:
         if self.found is not None:
             errors = ring_errors(self.found.candidates, areas / scale**2, found.interior_fraction, self.grey.size)
             errors["area"] *= scale**2
-            doubts = doubts + doubt_rings(values, errors)
-        elif self.labelled is not None:  # as they are drawn
-            errors = dict.fromkeys(("count", "area", "interior_fraction", "rho"), 0.0)
+            doubts = doubts + doubt_known(values, errors)
+        elif self.labelled is not None:
+            errors = self._label_errors(self.labelled, values, scale)
+            doubts = doubts + doubt_known(values, errors)
         else:
             errors = rendered_errors(values)
         numbers = {
@@ -306,6 +324,23 @@ class Measurement:
             for name, value in values.items()
         }
         return replace(found, numbers=numbers, reasons=tuple(doubt.text for doubt in doubts))
+
+    def _label_errors(self, found: Labelled, values: dict[str, float], scale: float) -> dict[str, float]:
+        """Half-widths of the intervals of numbers of labels. `scale`: of lengths."""
+        kept, walls = np.flatnonzero(self.whole), self.walls
+        drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in self.rings])
+        bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))  # of cut ones, too
+        odd = bent | (self.whole & (np.pi * (self.segments.inner + ROUGH) ** 2 < ROUND * found.areas))
+        doubt = int(odd.sum()) + sum(note.doubt for note in found.notes)
+        perimeters = 2 * np.sqrt(np.pi * found.areas[kept] * np.array([shape_factor(self.rings[k]) for k in kept]))
+        ground = found.labels == 0
+        beside = sum(float((ground[a] != ground[b]).sum()) for a, b in PAIR) * np.pi / 4  # an edge of pixels is longer
+        gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * self.segments.radius)
+        area = sum(note.area for note in found.notes)
+        known, lengths = values | {"area": values["area"] / scale**2}, (float(perimeters.mean()), beside / ground.size)
+        errors = label_errors(known, doubt, walls.film, gap, lengths)
+        errors["area"] = (errors["area"] + area / max(values["count"], 1.0)) * scale**2
+        return errors
 
 
 MODES = 8  # Fourier modes of an outline

@@ -27,12 +27,12 @@ from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
-from jamlab.micrographs.labels import ROUGH, label_darkness, label_segments, labelled, read_labels
+from jamlab.micrographs.labels import ROUGH, label_darkness, label_segments, labelled, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
-from jamlab.micrographs.picture_files import CHANNELS, read_grey, scikit_image
+from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
 from jamlab.micrographs.ring_segmentation import find_rings
-from jamlab.micrographs.segmentation import Segments, find_droplets
+from jamlab.micrographs.segmentation import find_droplets, roundness
 
 CONTRASTS = ("auto", "dark", "bright", "ring")
 LARGEST = 1e100  # size of a pixel, so that areas are finite
@@ -64,12 +64,15 @@ def micrograph(
         contrast: droplets are "bright" on dark ground, "dark" on bright ground, or "ring": dark walls with light on
             both sides, as bubbles and oil in brightfield. "auto" finds out: the one under which droplets are roundest.
         labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
-            of the picture but its size is then used. Of a mask, True in droplets, each separate piece is a droplet.
+            of the picture but its size is then used. Of a mask, True in droplets, the pieces are droplets, parted at
+            their necks where several touch. Specks are set aside, holes are filled and pieces of one droplet are
+            joined; `label_notes` tell how many, and intervals are as much wider.
         channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
-        InputError: without scikit-image or edt; if a file is no picture, values are not finite, arguments are not
-            positive or contradict each other, nothing stands out from noise, or no whole droplet is found.
+        InputError: without scikit-image or edt; if a file is no picture, a picture looks like labels, values are not
+            finite, arguments are not positive or contradict each other, nothing stands out from noise, or no whole
+            droplet is found.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -91,6 +94,8 @@ def micrograph(
     check_choice("channel", channel, CHANNELS)
     if picture is None and labels is None:
         raise InputError("give a picture, or labels, or both")
+    if isinstance(picture, str | Path):
+        picture = read_values(Path(picture))
     grey = None if picture is None else read_grey(picture, channel)
     if labels is not None:
         if periodic or contrast != CONTRASTS[0]:
@@ -98,8 +103,13 @@ def micrograph(
         found = read_labels(labels, None if grey is None else grey.shape)
         shown, parts = found.coverage if grey is None else grey, (label_darkness(found), label_segments(found))
         return Measurement(shown, "labels", *parts, film=film, labelled=found).result(pixel)
-    assert grey is not None
+    assert grey is not None and picture is not None
     if contrast == "auto":
+        if looks_labelled(np.asarray(picture)):
+            raise InputError(
+                "the picture has the levels of labels or of a mask: give it as labels=, or --labels in the shell; of a "
+                "photograph say the contrast"
+            )
         contrast = find_contrast(grey)
     margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
     if contrast == "ring":
@@ -156,17 +166,6 @@ def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
 TRIED = 256  # pixels along a side on which bright and dark are tried
 TRIED_RINGS = 512  # pixels along a side of the middle of the picture, in which walls are looked for
 LEAST_COVER = 0.2  # of the middle of the picture that rings must fill
-
-
-def roundness(segments: Segments | None) -> float:
-    """Area of the largest discs inside segments off the edge over the area of the segments; 0 without any."""
-    if segments is None:
-        return 0.0
-    cells = segments.cells
-    area = np.bincount(cells[segments.droplets], minlength=segments.count).astype(np.float64)
-    area[np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))] = 0.0  # cut, or around all others
-    discs = np.minimum(np.pi * segments.inner**2, area)
-    return float(discs.sum() / max(area.sum(), 1.0))
 
 
 def find_contrast(grey: Array) -> str:

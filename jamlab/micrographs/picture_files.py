@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -23,18 +25,25 @@ REMEDY = "install it with pip install 'jamlab[images]'"
 
 def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
     """Read a picture as grey values between 0 and 1, its own darkest and brightest pixel. `picture`: image file of one
-    page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity; `channel`: of a picture in
-    colours, one of `CHANNELS`; "grey" is what the eye sees. Returns (h, w) float64."""
+    page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity, and what is transparent is laid
+    on white, as programs show it; `channel`: of a picture in colours, one of `CHANNELS`; "grey" is what the eye sees.
+    Returns (h, w) float64."""
     values = np.asarray(read_values(Path(picture)) if isinstance(picture, str | Path) else picture)
     if values.ndim not in (2, 3) or min(values.shape[:2]) < LEAST_SIDE or values.shape[2:] not in ((), (3,), (4,)):
         raise InputError(
             f"a picture must be (h, w) or (h, w, 3) and at least {LEAST_SIDE} x {LEAST_SIDE}, got {values.shape}"
         )
     check_pixels(values.shape)
+    white = float(np.iinfo(values.dtype).max) if values.dtype.kind in "iu" else 1.0
     values = values.astype(np.float64)
     if values.ndim == 3:
         if values.shape[2] == 4 and np.isfinite(values).all() and np.ptp(values[..., 3]) > 0:
-            raise InputError("the picture has transparent parts: save it without them")
+            if not 0 <= values.min() <= values.max() <= white:
+                raise InputError(
+                    f"values with opacity must be 0 to {white:g}, got {values.min():g} to {values.max():g}"
+                )
+            opacity = values[..., 3:] / white
+            values = opacity * values[..., :3] + (1 - opacity) * white
         colour = CHANNELS.index(channel)
         values = values[..., colour - 1] if colour else scikit_image().color.rgb2gray(values[..., :3])
     elif channel != CHANNELS[0]:
@@ -42,6 +51,25 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
     if not np.isfinite(values).all() or np.abs(values).max() > 1e100 or np.ptp(values) <= 1e-9 * np.abs(values).max():
         raise InputError("the picture must hold finite values that are not all the same")
     return np.asarray((values - values.min()) / np.ptp(values))
+
+
+def in_order(paths: Iterable[Path]) -> list[Path]:
+    """Sort files of a sequence by the numbers in their names, 2 before 10.
+
+    Raises:
+        InputError: "1.10" and "1.9" are among the names, of which one is first as a number and the other in parts.
+    """
+    names = sorted(paths)
+    orders = [sorted(names, key=lambda path: _numbers(path.stem, number)) for number in (r"\d+", r"\d+(?:\.\d+)?")]
+    for parts, decimals in zip(*orders, strict=True):
+        if parts != decimals:
+            raise InputError(f"{parts.name} and {decimals.name} have no clear order: name files by whole numbers")
+    return orders[0]
+
+
+def _numbers(name: str, number: str) -> list[tuple[float, str]]:
+    """Text and numbers of a name, by turns."""
+    return [(float(part), "") if k % 2 else (-1.0, part) for k, part in enumerate(re.split(f"({number})", name))]
 
 
 def check_pixels(shape: tuple[int, ...]) -> None:

@@ -31,7 +31,12 @@ LEAST_RING = 4.0  # pixels, radius of the light in a ring: below, droplets are m
 RING_SIGMAS, RING_COUNT = 3.0, 0.25
 RING_EDGE = 0.3  # pixels, by which the edge of the light in rings is uncertain
 RING_LIGHT = 0.06  # of the picture: light of droplets at its edge, which hands draw and no wall closes
-RING_LIMIT = 0.1  # of count and mean area of rings
+RING_LIMIT = 0.1  # of count and mean area of rings and labels
+# of labels: z that it may be too large by for gaps that pass for contacts, over the gap in diameters, and the part of a
+# line between labels that adds to the gap; contacts and A that a droplet has more or less which is two, or half of one.
+# Set on label images of packings of the seeds 1 to 8 in `tests/micrographs/benchmark_label_masks.py`
+LABEL_DOUBT = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
+LABEL_Z, LABEL_LINE, LABEL_ODD_Z, LABEL_ODD_SHAPE = 22.0, 0.3, 3.0, 0.5
 RELATIVE = {"count": 0.045, "area": 0.03, "voids": 0.1}  # largest errors of good rendered pictures, of the value
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
@@ -69,13 +74,14 @@ class Checks:
     rho_by_pixels: float  # the same by counting dark pixels
     z: tuple[float, float, float]  # coordination, with the gap as it is, and 0.7 and 1.4 times as wide
     blind: float  # gap beyond a film that passes for a contact, of a diameter
-    loose: int  # whole droplets that rattle
+    loose: int  # whole droplets off an open edge that rattle
+    held: int  # whole droplets off an open edge
     unsure: int  # droplets that end so near to the edge that blur hides whether it cuts them
-    open_edge: bool  # droplets end inside the picture, and open ground is around them
+    open_edge: float  # share of the edge of the picture that is ground, if droplets end inside it; else 0
     annotated: float  # share of the picture under annotations
     unstable: int  # droplets that split, merge, come or go when they are looked for otherwise
     widest: float  # radius of the largest disc between the droplets, of the typical one of droplets
-    pieces: int  # labels in several pieces
+    pieces: int  # rings in several pieces
     labelled: bool  # droplets are known by labels or walls, not by levels of grey
     rings: bool  # droplets were found by their walls
 
@@ -152,18 +158,41 @@ def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int)
     }
 
 
-def doubt_rings(values: Mapping[str, float], errors: Mapping[str, float]) -> list[Doubt]:
-    """Reasons why numbers of rings are not known well enough."""
-    words = {"count": "the count", "area": "the mean area", "interior_fraction": "the share of light inside"}
-    limits = {
-        "count": max(RING_LIMIT * values["count"], LIMITS["count"]),
-        "area": RING_LIMIT * values["area"],
-        "interior_fraction": LIMITS["rho"],
+def label_errors(
+    values: Mapping[str, float], doubt: float, line: float, gap: float, lengths: tuple[float, float]
+) -> dict[str, float]:
+    """Half-widths of the intervals of what is known of labels. `values`: of the numbers; `doubt`: droplets by which the
+    count may be off; `line`: width of lines between labels that touch, pixels; `gap`: beyond a line, up to which labels
+    pass for touching, with the line, over the diameter; `lengths`: mean perimeter of the droplets, pixels, and
+    perimeter of all labels beside ground over the pixels of the picture."""
+    share = doubt / max(values["count"], 1.0)
+    edge = RING_EDGE + 0.5 * line  # pixels by which an edge may be elsewhere: by itself, and for half a line
+    covered = edge * lengths[1] or 1.0  # without ground nothing says where droplets end
+    return {
+        "count": 1.0 + doubt,  # one that the edge of the picture hardly cuts may be whole
+        "area": share * values["area"] + edge * lengths[0],
+        "rho": covered,
+        "interior_fraction": covered,
+        "z": max(LIMITS["z"], LABEL_Z * gap) + LABEL_ODD_Z * share,
+        "shape_rim": LIMITS["shape"] + LABEL_ODD_SHAPE * share,
+        "voids": max(1.0, RELATIVE["voids"] * values["voids"]) + doubt,
+    }
+
+
+def doubt_known(values: Mapping[str, float], errors: Mapping[str, float]) -> list[Doubt]:
+    """Reasons why numbers of rings or labels are not known well enough. `errors`: half-widths of those numbers."""
+    words = {
+        "count": ("the count", max(RING_LIMIT * values["count"], LIMITS["count"])),
+        "area": ("the mean area", RING_LIMIT * values["area"]),
+        "interior_fraction": ("the share of light inside", LIMITS["rho"]),
+        "rho": ("rho", LIMITS["rho"]),
+        "z": ("z", LIMITS["z"] + LABEL_ODD_Z * LABEL_DOUBT),
+        "shape_rim": ("A", LIMITS["shape"] + LABEL_ODD_SHAPE * LABEL_DOUBT),
     }
     return [
-        Doubt(f"{words[name]} is known to ±{errors[name]:.2g}, needs {limit:.2g}", frozenset((name,)))
-        for name, limit in limits.items()
-        if not errors[name] <= limit  # nan, too
+        Doubt(f"{words[name][0]} is known to ±{error:.2g}, needs {words[name][1]:.2g}", frozenset((name,)))
+        for name, error in errors.items()
+        if name in words and not error <= words[name][1]  # nan, too
     ]
 
 
@@ -215,16 +244,23 @@ def _doubt_droplets(checks: Checks) -> Iterator[Doubt]:
     shape = checks.roundness[whole & np.isfinite(checks.roundness)]
     odd = shape < ROUND
     if len(shape) and (odd.mean() > ODD or shape.mean() < MEAN_ROUND):
-        text = f"{odd.sum()} of {len(shape)} droplets are not round (mean {shape.mean():.2f}): several in one, or none"
-        yield Doubt(text)
+        found = f"{odd.sum()} of {len(shape)} droplets are less round than {ROUND:g}, where {ODD:.0%} may be"
+        if odd.mean() <= ODD:
+            found = f"the mean roundness of {len(shape)} droplets is {shape.mean():.2f}, needs {MEAN_ROUND:g}"
+        yield Doubt(f"{found}: several in one, or none")
+    if checks.labelled and checks.rho == 1:
+        yield Doubt("every pixel is labelled: labels are cells, or droplets without voids")
     if checks.pieces:  # of a ring, up to the darkest line of its wall: the light inside is one
         yield Doubt(f"{checks.pieces} labels lie in several pieces each", WALLS if checks.rings else ALL)
     loose = (checks.closed < CLOSED)[whole]
     if loose.sum() > max(1, 0.03 * whole.sum()):
-        yield Doubt(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
+        text = (
+            f"{loose.sum()} of {whole.sum()} droplets have something darker beside less than {CLOSED:.0%} of their edge"
+        )
+        yield Doubt(text)
     radii = checks.radii[whole]
     if len(radii) > 2 and radii.std() > SPREAD * radii.mean():
-        text = f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean"
+        text = f"the spread of radii is {radii.std() / radii.mean():.0%} of their mean, more than {SPREAD:.0%}"
         yield Doubt(text, WALLS if checks.labelled else ALL)  # rings and labels may be of any size
 
 
@@ -233,17 +269,21 @@ def _doubt_numbers(checks: Checks) -> Iterator[Doubt]:
     if checks.unstable > COUNT * count + 1:
         yield Doubt(f"{checks.unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
     low, high = min(checks.z), max(checks.z)
-    if checks.loose > LOOSE * count:
-        text = f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide"
+    if checks.loose > LOOSE * checks.held:
+        text = (
+            f"{checks.loose} of {checks.held} droplets have fewer than three contacts once such droplets are removed "
+            "in turn: they are not jammed, films are wide, or walls, which are not looked for, hold them"
+        )
         yield Doubt(text, CONTACTS if checks.labelled else WALLS)  # a wall that is seen as void is missing in rho
     elif np.isfinite(checks.z).all() and high - low > (BLIND_Z if checks.blind > BLIND else Z):
         yield Doubt(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact", CONTACTS)
     if checks.widest > WIDEST:
-        yield Doubt("between droplets is room for one more: its wall may have a gap")
+        yield Doubt(f"between droplets a disc of {checks.widest:.1f} of their radius has room: its wall may have a gap")
     if checks.unsure > UNSURE:
         yield Doubt(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
     if checks.open_edge:
-        yield Doubt("droplets end inside the picture: those at the rim of it have fewer contacts", WALLS)
+        share = f"{checks.open_edge:.0%} of the edge of the picture is ground"
+        yield Doubt(f"{share}: a wall that holds droplets beside it is not seen", WALLS)
     if abs(checks.rho - checks.rho_by_pixels) > RHO:
         yield Doubt(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels")
 

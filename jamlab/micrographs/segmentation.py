@@ -69,6 +69,21 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     return Segments(cells, droplets, inner, middle, scale.radius, scale.smallest)
 
 
+def roundness(segments: Segments | None, cells_cut: bool = True) -> float:
+    """Area of the largest discs inside segments off the edge over the area of the segments; 0 without any. `cells_cut`:
+    those are at the edge whose cell is, even if they end before it."""
+    if segments is None:
+        return 0.0
+    cells = segments.cells
+    area = np.bincount(cells[segments.droplets], minlength=segments.count).astype(np.float64)
+    at_edge = np.full(cells.shape, cells_cut) | segments.droplets
+    for side in (0, -1):
+        area[cells[side][at_edge[side]]] = 0.0  # cut, or around all others
+        area[cells[:, side][at_edge[:, side]]] = 0.0
+    discs = np.minimum(np.pi * segments.inner**2, area)
+    return float(discs.sum() / max(area.sum(), 1.0))
+
+
 def _thinning(smallest: float) -> int:
     """Pixels of the picture to one of the grid on which markers are found."""
     return max(1, round(smallest / COARSE))

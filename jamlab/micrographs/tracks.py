@@ -28,7 +28,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.micrographs.micrograph import micrograph
-from jamlab.micrographs.picture_files import read_pages
+from jamlab.micrographs.picture_files import in_order, read_pages
 from jamlab.plotting.drawable import drawn, label_axes
 from jamlab.plotting.palette import BLUE, RED
 
@@ -41,6 +41,7 @@ STACKS = (".tif", ".tiff")
 FARTHEST = 0.5  # of the spacing, that a droplet may move from one picture to the next
 LONGEST = 1.6  # spacings between neighbours
 LEAST_NEIGHBOURS = 3  # for a strain
+STRAINS = ("strain_xx", "strain_yy", "strain_xy", "d2min")  # columns that are added
 
 
 @dataclass(frozen=True)
@@ -119,13 +120,14 @@ def follow(source: Any, **how: Any) -> Tracks:
     """Follow droplets through pictures, or take tracks of another program.
 
     Args:
-        source: pictures in order, as `jamlab.micrograph` takes them; a folder of them, in the order of their names; a
-            TIFF of several pages; or a track table, a CSV file or a DataFrame with trackpy's columns frame, particle, x
-            and y.
+        source: pictures in order, as `jamlab.micrograph` takes them; a folder of them, in the order of the numbers in
+            their names; a TIFF of several pages; or a track table, a CSV file or a DataFrame with trackpy's columns
+            frame, particle, x and y.
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
 
     Raises:
-        InputError: fewer than two pictures, a table without a column, or what `jamlab.micrograph` raises.
+        InputError: fewer than two pictures, names without a clear order, a table without a column or with another
+            strain of its own, or what `jamlab.micrograph` raises.
 
     Example:
         >>> import pandas as pd
@@ -151,7 +153,7 @@ def follow(source: Any, **how: Any) -> Tracks:
         if path.suffix.lower() in STACKS:
             source = read_pages(path)
         elif path.is_dir():
-            source = sorted(part for part in path.iterdir() if part.suffix.lower() in PICTURES)
+            source = in_order(part for part in path.iterdir() if part.suffix.lower() in PICTURES)
         else:
             raise InputError(f"{path} is no folder of pictures, no TIFF and no track table (CSV)")
     if not isinstance(source, Sequence) and not (isinstance(source, np.ndarray) and source.ndim):
@@ -230,14 +232,17 @@ def _analyse(table: Any) -> Tracks:
     for (before, now), (old, new), (edges, _) in zip(pairwise(frames), pairwise(sets), pairs, strict=False):
         strains.append(_strain(before, now, edges))
         both = set(before["particle"]) & set(now["particle"])
-        frame = int(now["frame"].iloc[0])
+        frame = now["frame"].iloc[0]
         gained, lost = ([pair for pair in sorted(part) if both.issuperset(pair)] for part in (new - old, old - new))
         events += [(frame, "gained", *pair, -1, -1) for pair in gained] + [
             (frame, "lost", *pair, -1, -1) for pair in lost
         ]
         events += [(frame, "T1", *pair, *other) for pair in lost for other in gained if _swap(pair, other, old, new)]
-    columns = ["strain_xx", "strain_yy", "strain_xy", "d2min"]
-    full = pd.concat(frames, ignore_index=True).assign(**dict(zip(columns, np.concatenate(strains).T, strict=True)))
+    given, columns = pd.concat(frames, ignore_index=True), np.concatenate(strains).T
+    for name, own in zip(STRAINS, columns, strict=True):
+        if name in given and not np.allclose(given[name], own, equal_nan=True):
+            raise InputError(f"the track table has a column {name!r} that differs from the {name} found: rename it")
+    full = given.assign(**dict(zip(STRAINS, columns, strict=True)))
     named = pd.DataFrame(events, columns=["frame", "kind", "a", "b", "c", "d"])
     return Tracks(full, named, float(np.median([spacing for _, spacing in pairs])))
 

@@ -325,7 +325,8 @@ class Packing:
         entries = dict(self.provenance)
         if not _STATE.isdisjoint(changes):
             changes = {"max_force": None, "converged": False, **changes}
-            entries = {name: entry for name, entry in entries.items() if name not in ("max_force", "converged")}
+            of_the_state = ("max_force", "converged", "on_rattlers")
+            entries = {name: entry for name, entry in entries.items() if name not in of_the_state}
             if changes["max_force"] is not None:
                 entries |= {name: changes[name] for name in ("max_force", "converged")}
         return changes, entries

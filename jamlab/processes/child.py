@@ -1,26 +1,42 @@
 """Run calls that a parent sends: `python -P -m jamlab.processes.child DESCRIPTOR PARENT_PID`, see `side_by_side.py`.
 
-The kernel kills this process when its parent dies (PR_SET_PDEATHSIG), so that no orphan goes on computing, whatever
-killed the parent and whatever this process is doing.
+This process ends when its parent dies, so that no orphan goes on computing, whatever killed the parent. On Linux the
+kernel kills it (PR_SET_PDEATHSIG), whatever it is doing; elsewhere a thread looks every second.
 """
 
 import ctypes
 import os
 import signal
 import sys
+import threading
+import time
 from multiprocessing.connection import Connection
 
 from jamlab.processes.cores import cores_given
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_LOOK = 1.0  # s between two looks at the parent
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def die_with(parent: int, number: int = signal.SIGKILL) -> None:
-    """Have the kernel end this process by a signal when its parent dies; exit at once if it is dead already."""
-    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, number)
+    """Have a signal end this process when its parent dies; exit at once if it is dead already."""
+    if not ask_kernel(number):
+        threading.Thread(target=_watch, args=(parent, number), daemon=True).start()
     if os.getppid() != parent:
         os._exit(1)
+
+
+def ask_kernel(number: int) -> bool:
+    """Ask the kernel to send a signal when the parent dies; False where it cannot, as on macOS."""
+    prctl = getattr(ctypes.CDLL(None), "prctl", None)
+    return prctl is not None and prctl(_PR_SET_PDEATHSIG, number) == 0
+
+
+def _watch(parent: int, number: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_LOOK)
+    os.kill(os.getpid(), number)
 
 
 def child_environment() -> dict[str, str]:

@@ -1,13 +1,15 @@
-"""Become a program that ends with the process that started it: `python -P -m ... PARENT_PID PROGRAM ARGUMENT ...`.
+"""Run a program that ends with the process that started this one: `python -P -m ... PARENT_PID PROGRAM ARGUMENT ...`.
 
-The kernel keeps the wish over execve, and sends SIGTERM, at which mpiexec ends its ranks.
+It gets SIGTERM, at which mpiexec ends its ranks. On Linux this process becomes the program, and the kernel keeps the
+wish over execve; elsewhere it waits for the program and hands the signal on.
 """
 
 import os
 import signal
+import subprocess
 import sys
 
-from jamlab.processes.child import die_with
+from jamlab.processes.child import ask_kernel, die_with
 
 
 def dying_line(line: list[str]) -> list[str]:
@@ -15,6 +17,17 @@ def dying_line(line: list[str]) -> list[str]:
     return [sys.executable, "-P", "-m", "jamlab.processes.dying_program", str(os.getpid()), *line]
 
 
+def run_program(parent: int, line: list[str]) -> int:
+    """Run a program and return its exit code; on Linux it takes the place of this process."""
+    if ask_kernel(signal.SIGTERM):
+        if os.getppid() != parent:
+            os._exit(1)
+        os.execv(line[0], line)
+    with subprocess.Popen(line) as program:
+        signal.signal(signal.SIGTERM, lambda *_: program.terminate())
+        die_with(parent, signal.SIGTERM)
+        return program.wait()
+
+
 if __name__ == "__main__":
-    die_with(int(sys.argv[1]), signal.SIGTERM)
-    os.execv(sys.argv[2], sys.argv[2:])
+    sys.exit(run_program(int(sys.argv[1]), sys.argv[2:]))

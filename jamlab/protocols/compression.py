@@ -31,7 +31,7 @@ from jamlab.protocols.saddles import relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
-COMPRESSION_PROTOCOL = 1  # version, see jamlab.campaign.versions
+COMPRESSION_PROTOCOL = {"sp": 1, "dp": 2}  # versions, see jamlab.campaign.versions
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
 
@@ -120,12 +120,14 @@ def compress(
             the last of them.
 
     Yields:
-        One Packing per state. A state that did not converge has `converged` False, one that misses its packing
-        fraction, because it jumps there, has `on_target` False. With `error`, `provenance["step_error"]` is the largest
-        relative error of a pressure predicted since the state before.
+        One Packing per state. Where a step ends in no minimum, the state is approached from the one before in up to 16
+        steps. One that did not converge then has `converged` False, and the sweep ends there. One that misses its
+        packing fraction, because it jumps there, has `on_target` False. With `error`, `provenance["step_error"]` is the
+        largest relative error of a pressure predicted since the state before.
 
     Raises:
         InputError: `to`, `step`, `nearest`, `per_decade`, `error` or `ranks` out of range; `after` is of another sweep.
+        ConvergenceError: after a state that did not converge, if it is not the last one.
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)
@@ -161,7 +163,7 @@ def compress(
 def _unlike(state: Packing, start: Packing, by: str, target: float, error: float | None, force: float) -> str | None:
     """What shows that a state is not the one of a sweep at this target; None if nothing does."""
     said = state.provenance
-    wanted = {"by": by, "force_tolerance": force, "compression_version": COMPRESSION_PROTOCOL}
+    wanted = {"by": by, "force_tolerance": force, "compression_version": COMPRESSION_PROTOCOL[start.model]}
     if other := state.difference(start):
         return f"{other} differs"
     if not np.isclose(said.get("target", np.nan), target, rtol=1e-12, atol=0.0):
@@ -203,7 +205,7 @@ def _sweep(
         return packing_fraction(state) if by == "rho" else state.phi
 
     numbers, scales = settings.sweep, natural_scales(packing)
-    packing = scales.to_natural(packing)
+    packing = minimum = scales.to_natural(packing)
     value, slope = measure(packing), 1.0
     before, work = value, SweepWork(value, float(targets[-1]), progress)
     with Session(packing, ranks=ranks) as session:
@@ -215,33 +217,61 @@ def _sweep(
             for _ in range(numbers.secant_steps):
                 phi = packing.phi + (target - value) / slope
                 if error is None:
-                    session.load(at_phi(packing, phi))
-                    found = relax_off_saddles(session, force, settings=settings)
+                    found = _reach(session, packing, minimum, phi, force, settings)
                 else:
                     found, missed = _follow(session, packing, phi, error, force, settings)
                     step_error = max(step_error, missed)
                 state = session.packing()
                 reached = measure(state)
-                if abs(reached - target) <= tolerance:
+                if abs(reached - target) <= tolerance or not found.converged:
                     break
                 if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > numbers.least_slope:
                     slope = (reached - value) / (state.phi - packing.phi)
-                packing, value = state, reached
+                packing, value, minimum = state, reached, state
             entries = {} if error is None else {"step_error": step_error}
             packing = record(
                 state,
                 found,
                 by=by,
-                compression_version=COMPRESSION_PROTOCOL,
+                compression_version=COMPRESSION_PROTOCOL[packing.model],
                 target=float(target),
                 on_target=bool(abs(reached - target) <= tolerance),
                 minimizer=first_order_method(session, settings.relaxation),
                 wall_time=time.perf_counter() - began,
                 **entries,
             )
-            value = before = reached
+            minimum, value, stride = packing, reached, abs(target - before)
+            before = reached
             work.reached(value)
             yield scales.from_natural(packing)
+            if not found.converged and target != targets[-1]:
+                largest = found.evaluation.max_force
+                raise ConvergenceError(
+                    f"the state at {by} = {reached:.6g} is no minimum, with a largest force of {largest:.2g} for a "
+                    f"tolerance of {force:.2g}: the sweep ends there; take steps well below {stride:.2g}"
+                )
+
+
+def _reach(
+    session: Session, packing: Packing, minimum: Packing, phi: float, force: float, settings: SolverSettings
+) -> Relaxed:
+    """Relax a packing at phi; where that ends in no minimum, go there from the last one by 2 steps, then 4, and so on.
+
+    Vertices run together, or outlines cross, where droplets are squeezed by too much at once.
+    """
+    session.load(at_phi(packing, phi))
+    found = relax_off_saddles(session, force, settings=settings)
+    for halving in range(settings.sweep.halvings):
+        if found.converged:
+            break
+        state = minimum
+        for following in np.linspace(minimum.phi, phi, 2 ** (halving + 1) + 1)[1:]:
+            session.load(at_phi(state, following))
+            found = relax_off_saddles(session, force, settings=settings)
+            if not found.converged:
+                break
+            state = session.packing()
+    return found
 
 
 def _follow(

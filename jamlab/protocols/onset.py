@@ -27,6 +27,7 @@ from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
 from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
+from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -34,8 +35,9 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
-# versions, see jamlab.campaign.versions; droplets: 2 ends at a minimum, 1 ended at some saddles
-ONSET_PROTOCOL = {"sp": 1, "dp": 2}
+# versions, see jamlab.campaign.versions; droplets: 3 searches over rigid bodies, 2 ends at a minimum, 1 ended at some
+# saddles
+ONSET_PROTOCOL = {"sp": 1, "dp": 3}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
@@ -65,7 +67,8 @@ def jam(
         model: "sp" or "dp".
         n: number of particles; even unless `large` or `sizes` says otherwise.
         seed: of the random start; the same seed gives the same positions, bit for bit.
-        search: "bisection", or "paper": by the letter of Boromand et al. 2.3, some forty times slower.
+        search: "bisection", of droplets as rigid bodies up to onset where they can be; or "paper": by the letter of
+            Boromand et al. 2.3, some forty times slower.
         step: first increment of phi, by default `step` or `step_paper` of `onset.parameters`, halved at every turn;
             "bisection" takes no more than `step_near` from `phi_near` on.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
@@ -88,6 +91,8 @@ def jam(
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
+        Droplets: `provenance["on_rattlers"]` is True where rattlers stop one that would slide, which the Hessian
+        without them does not see.
 
     Raises:
         InputError: a value that no run can start from.
@@ -120,8 +125,14 @@ def jam(
         check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
-        onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
-        method = first_order_method(session, settings.relaxation)
+        rigid = search == "bisection" and may_be_rigid(loose, settings)
+        if search == "paper":
+            onset = searched.by_paper(loose, first_step)
+        elif rigid:
+            onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
+        else:
+            onset = searched.by_bisection(loose, first_step)
+        method = "rigid" if rigid else first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
         "protocol_version": ONSET_PROTOCOL[model],
@@ -135,7 +146,8 @@ def jam(
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
     found = scales.from_natural(recorded)
-    return found._trusted(params=placed.params, max_force=found.max_force, converged=found.converged)
+    found = found._trusted(params=placed.params, max_force=found.max_force, converged=found.converged)
+    return found.with_state(provenance={"on_rattlers": True}) if onset.on_rattlers else found
 
 
 _ARGUMENTS = tuple(signature(jam).parameters)

@@ -6,8 +6,8 @@ almost freely, so first-order methods crawl. L-BFGS on LAMMPS forces, preconditi
 the way; FIRE and Newton steps help where it stalls.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import logging
+from dataclasses import astuple, dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -18,16 +18,16 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.errors import EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.mechanics.positive_solver import PositiveSolver
-from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.force_laws import disk_law
-from jamlab.protocols.newton import descend_by_newton, factorise
-from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
+from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.versions
+FEW_FACTORS = 3  # more, and the log of a run says why
+_log = logging.getLogger(__name__)
+
 LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
 
 
@@ -215,27 +215,28 @@ def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest
 def _descend_preconditioned(
     session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
 ) -> Evaluation:
-    packing = session.packing()
-    solver = PositiveSolver()
-
-    def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
-        factorise(hessian(packing.with_state(positions=positions)), shift, solver, settings.newton.definite)
-        return solver.solve
-
-    try:
-        positions, _ = descend_by_lbfgs(
-            session.forces_at,
-            packing.positions,
-            preconditioner,
-            tolerance=target,
-            steps=steps,
-            enough=lambda largest_force: _loose(session, largest_force, loose, settings.relaxation),
-            settings=settings.lbfgs,
+    """L-BFGS on a shifted Hessian, `jamlab/descend`; back to the start if outlines crossed on the way."""
+    numbers, start, scales = settings.lbfgs, session.positions(), session.scales
+    first_shift = session.last_descent.shift if session.last_descent is not None else numbers.least_shift
+    found = session.descend(
+        [
+            target / scales.force,
+            steps,
+            settings.relaxation.loose_force / scales.force,
+            loose / scales.energy,
+            *astuple(numbers)[1:],
+            first_shift,
+            settings.newton.definite,
+        ]
+    )
+    if found.factors > FEW_FACTORS:
+        _log.debug(
+            "%d factorisations in %d steps: %d not positive definite, %d for searches that found no lower energy, %d "
+            "for steps along which the force did not fall, the others after %d steps each",
+            *(found.factors, found.steps, found.refused, found.stuck, found.bent, numbers.refresh),
         )
-        session.set_positions(positions)
-        undo_if_folded(session, packing.positions)
-    except (InputError, ConvergenceError):  # outlines crossed on the way: no Hessian there
-        session.set_positions(packing.positions)
+    if found.crossed or _entangled(session):
+        session.set_positions(start)
     return session.evaluate()
 
 

@@ -43,7 +43,7 @@ def leave_saddles(
         packing = session.packing()
         if packing.model == "sp" or not found.converged or (unstable := unstable_direction(packing)) is None:
             return found
-        session.set_positions(_slid(session, packing, unstable[0], settings))
+        session.set_positions(slid(session, packing, unstable[0], settings))
         descend_by_newton(session, min(settings.saddles.finest, found.tolerance), settings=settings.newton)
         found = relax_again()
     return replace(found, converged=False)
@@ -65,7 +65,7 @@ def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
     return bool(min(pushes) > settings.saddles.pushed)
 
 
-def _slid(session: Session, packing: Packing, direction: Array, settings: SolverSettings) -> Array:
+def slid(session: Session, packing: Packing, direction: Array, settings: SolverSettings) -> Array:
     """Positions downhill along a mode, where it goes uphill again: at the next contact, found by bisection."""
     numbers, start = settings.saddles, packing.positions
     least = numbers.held * session.evaluate().pressure * mean_size(packing)
@@ -76,9 +76,13 @@ def _slid(session: Session, packing: Packing, direction: Array, settings: Solver
         forces = session.forces_at(start + length * direction)[1]
         return float(-np.vdot(forces, direction) / np.linalg.norm(direction) - least)
 
-    length = numbers.slide
+    reached, length = 0.0, numbers.slide
+    for _ in range(numbers.doublings):
+        if uphill(length) > 0:
+            break
+        reached, length = length, 2 * length
     if uphill(length) > 0:
         from scipy.optimize import bisect  # loaded by packings on a saddle alone
 
-        length = bisect(uphill, 0.0, length, xtol=1e-9)
+        length = bisect(uphill, reached, length, xtol=1e-9)
     return np.asarray(start + length * direction)

@@ -32,15 +32,15 @@ class NewtonSettings:
 
 @dataclass(frozen=True)
 class LbfgsSettings:
-    """Numbers of preconditioned L-BFGS for droplets, `descend_by_lbfgs`.
+    """Numbers of preconditioned L-BFGS for droplets, `jamlab/descend`.
 
-    Halved or doubled, they lose no state and change force evaluations by 6 % and factorisations by 20 % at most, except
-    for `refresh` (72 % more or 38 % fewer factorisations), `least_shift` doubled (38 % more of them), and `longer` = 1,
-    with which steps cannot grow (4 times the evaluations): `tests/protocols/benchmark_solver_settings.py`.
+    Measured on 40 states of 64 droplets up to rho = 0.99: `refresh` from 15 to 40 changes the CPU time by 10 % at most;
+    with `refresh` = 40, `least_shift` from 1e-4 to 1e-3 and `shift` from 1 to 4 change the steps by 6 % at most.
+
     """
 
     steps: int = 5000  # at most
-    refresh: int = 40  # steps that one factorisation serves; all of them are remembered
+    refresh: int = 20  # steps that one factorisation serves; all of them are remembered
     # longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian
     reach: float = 0.05
     # times the longest move of the step before that a step is tried with at most: full steps mostly miss while contacts
@@ -174,11 +174,55 @@ class OnsetSettings:
 
 
 @dataclass(frozen=True)
+class RigidSettings:
+    """Numbers of the search for the onset of droplets over rigid bodies, whose Newton steps are otherwise those of
+    `NewtonSettings`. Halved or doubled, shifts and factors change its iterations by -8 to 50 %, so do not matter."""
+
+    steps: int = 3000  # at most, in one relaxation: 3 to 340 are usual, a few that lose their contacts take 1000
+    # first_shift, least_shift, last_shift: of the Hessian's diagonal, over the stiffness of a contact, eps/delta^2
+    first_shift: float = 6e-5
+    least_shift: float = 6e-12
+    last_shift: float = 6.0
+    rim: float = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
+    # settled, ended: largest force over the largest contact force, to tell jammed from loose, and at the end
+    settled: float = 1e-6
+    ended: float = 1e-9
+    rounding: float = 5e-13  # of forces, over eps/delta
+    loose: float = 0.1  # contact energy over u_contact with which a relaxation ends
+    balanced: float = 1e-4  # largest force over the largest contact force at the end of the way down
+    stiffness: float = 1.8  # of a droplet against a contact, over its line tension
+    softest: float = 1e-3  # the same over that of a rim: with less the droplets themselves are searched
+    # lowest, highest: contact energy on the way down over that to come down to
+    lowest: float = 0.05
+    highest: float = 15.0
+    slides: int = 20  # along modes that give way, one after the other, at most
+    moved: float = 0.2  # part of a slide that remains where nothing stops it
+    # same, repeats: how near in phi a state is the one before, how often it is judged again; then coordinates are
+    # shaken, by this normal deviate, l
+    same: float = 1e-6
+    repeats: int = 2
+    shake: float = 0.02
+    # tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
+    judgements: int = 8
+    corrections: int = 4
+    farthest: float = 100.0  # change of the distance to onset at most, in one of them
+    gone: float = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
+    # Newton steps of droplets at most: from rigid ones, from there to the smallest forces, and after a slide
+    droplet_steps: int = 60
+    finer_steps: int = 12
+    slide_steps: int = 15
+    lbfgs_steps: int = 800  # of droplets at most, where Newton steps do not end
+    box_steps: int = 12  # of the box around droplets, each with as many of theirs
+    droplet_shift: float = 1e-6  # of the Hessian of droplets at first: they begin near their minimum
+
+
+@dataclass(frozen=True)
 class SaddleSettings:
     """Numbers of the way off a saddle, `leave_saddles`."""
 
     slides: int = 20  # along unstable modes at most, until none is left: one or two do, four were seen in 30 onsets
     slide: float = 0.05  # longest, mean particle size
+    doublings: int = 2  # of the slide, as long as it goes downhill
     held: float = 1e-3  # force uphill, over pressure times particle size, at which a slide ends
     finest: float = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
     # probe, pushed: move either way, mean particle size, that rattlers push back, and the least force that is not
@@ -194,6 +238,7 @@ class SweepSettings:
     secant_steps: int = 15  # at most, to a true packing fraction
     met: float = 0.01  # distance from a state's packing fraction over that to the state before
     met_last: float = 1e-6  # distance of the last state from its packing fraction
+    halvings: int = 4  # of a step that does not end in a minimum, at most
     least_slope: float = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
     shortest: float = 1e-7  # step in phi, when following a basin
     loose: float = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
@@ -227,6 +272,7 @@ class SolverSettings:
         box_relaxation: disks relaxed with their box.
         box_shear: droplets relaxed with the shear of their box.
         onset: search for jamming onset, `jam`.
+        rigid: search for the onset of droplets over rigid bodies.
         saddles: the way off a saddle, droplets.
         sweep: states at packing fractions, `compress`.
         pressure: search for a pressure, `pack`.
@@ -246,6 +292,7 @@ class SolverSettings:
     box_relaxation: BoxRelaxationSettings = BoxRelaxationSettings()
     box_shear: BoxShearSettings = BoxShearSettings()
     onset: OnsetSettings = OnsetSettings()
+    rigid: RigidSettings = RigidSettings()
     saddles: SaddleSettings = SaddleSettings()
     sweep: SweepSettings = SweepSettings()
     pressure: PressureSettings = PressureSettings()

@@ -1,30 +1,35 @@
 """Estimate which share of the work is done from the packing fractions that a search or a sweep reaches."""
 
+import time
+
 import numpy as np
 
 from jamlab.processes.progress import Progress, no_progress
 
 # packing fractions, and the share of the time to onset spent below them: minimisation slows down as contacts form
-_WAY = {
-    "sp": ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9)),
-    "dp": ((0.2, 0.80, 0.82, 0.826, 0.835), (0.0, 0.05, 0.21, 0.55, 0.75)),
-}
-_SEARCH = {"sp": 0.003, "dp": 0.05}  # part of what is left that one more minimisation near onset takes
+_WAY = {"sp": ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9)), "dp": ((0.2, 0.80, 0.85), (0.0, 0.1, 0.9))}
 _MET = 0.9999  # of the way to the end, which a sweep meets to its tolerance
 
 
 class OnsetWork:
-    """Reports how far a search for jamming onset is; the share never falls. `model`: "sp" or "dp"; `progress`: where to
-    report to."""
+    """Reports how far a search for jamming onset is. The share of the work that is done is known on the way up, and
+    rises; near onset nobody knows it, and the try and the time so far are told instead. `model`: "sp" or "dp";
+    `progress`: where to report to."""
 
     def __init__(self, model: str, progress: Progress | None) -> None:
-        self._model, self._tell, self._share = model, progress or no_progress, 0.0
+        self._model, self._tell = model, progress or no_progress
+        self._highest, self._near, self._began = 0.0, False, time.perf_counter()
+        self.attempt = 1  # to come down to onset
 
     def reached(self, phi: float) -> None:
         """Report a minimum at a packing fraction."""
-        share = float(np.interp(phi, *_WAY[self._model]))
-        self._share = max(self._share, share, self._share + _SEARCH[self._model] * (1 - self._share))
-        self._tell(self._share, f"onset {phi:.4f}")
+        self._near = self._near or phi <= self._highest
+        self._highest = max(self._highest, phi)
+        if self._near:
+            seconds = time.perf_counter() - self._began
+            self._tell(float("nan"), f"near onset, {phi:.4f}, try {self.attempt}, {seconds:.0f} s")
+        else:
+            self._tell(float(np.interp(phi, *_WAY[self._model])), f"onset {phi:.4f}")
 
 
 class SweepWork:

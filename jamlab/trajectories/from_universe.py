@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
+from jamlab.trajectories.lammps_data import damage_named
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
 from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings_of_bonds
 
@@ -154,18 +155,16 @@ def read_gsd(
     path: FilePath, radii: Radii, units: str | None, params: Mapping[str, Any] | None, frame: int | None
 ) -> list[Packing]:
     """One frame of a GSD file, or all; without that frame an empty list. Arguments as in `jamlab.read`."""
-    try:
-        read = MDAnalysis.Universe(str(path))
-    except ImportError as error:
-        raise InputError(f"{path} needs the package gsd: pip install gsd") from error
-    except (OSError, RuntimeError, ValueError) as error:
-        raise StorageError(f"cannot read {path}: {error}; give a whole GSD file") from error
-    count = len(read.trajectory)
-    if frame is None:
-        return from_universe(read, radii, units, params=params)
-    if not -count <= frame < count:
-        return []
-    return from_universe(read, radii, units, params=params, start=frame % count, stop=frame % count + 1)
+    with damage_named(path):
+        try:
+            read = MDAnalysis.Universe(str(path))
+        except ImportError as error:
+            raise InputError("it needs the package gsd: pip install gsd") from error
+        count = len(read.trajectory)
+        if frame is not None and not -count <= frame < count:
+            return []
+        start, stop = (None, None) if frame is None else (frame % count, frame % count + 1)
+        return from_universe(read, radii, units, params=params, start=start, stop=stop)
 
 
 def _attribute(group: Any, name: str, default: Any) -> Any:

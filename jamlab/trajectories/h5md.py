@@ -13,7 +13,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.storage.verified_file import FilePath, read_hdf5
-from jamlab.trajectories.lammps_data import damage_named
+from jamlab.trajectories.lammps_data import DAMAGE, damage_named
 from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat, plane_box, radius_of, rounding_of
 
 # what is read, or what states at rest have no use for
@@ -30,7 +30,7 @@ def is_h5md(path: FilePath) -> bool:
                 return False
             creator = file["h5md/creator"].attrs.get("name", "") if "h5md/creator" in file else ""
             return "particles" in file and "schema" not in file.attrs and str(creator) not in ("jamlab", "b'jamlab'")
-    except (OSError, RuntimeError, LookupError, AttributeError):
+    except (OSError, *DAMAGE):  # which its reader names
         return False
 
 

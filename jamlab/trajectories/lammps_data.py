@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,13 @@ _SAMPLE = 500  # coordinates that are looked at
 COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
 
 
+# what Python, numpy, h5py, gsd and the packers of text raise on damaged files, beside errors of the system
+DAMAGE = (
+    *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError, SystemError),
+    *(EOFError, TokenError, zlib.error, lzma.LZMAError),
+)
+
+
 @contextmanager
 def text_of(path: FilePath) -> Iterator[Iterator[str]]:
     """Lines of a text file, which may be compressed; errors in reading them are those of `damage_named`."""
@@ -56,8 +64,9 @@ def damage_named(path: FilePath) -> Iterator[None]:
         raise type(error)(f"{path}: {error}") from error
     except OSError as error:
         raise StorageError(f"cannot read {path}: {system_said(error, 'check the name and its permissions')}") from error
-    except (ValueError, LookupError, TypeError, OverflowError, EOFError, zlib.error, lzma.LZMAError) as error:
-        raise StorageError(f"{path} is damaged or cut off ({error}): copy it or write it again") from error
+    except DAMAGE as error:
+        said = " ".join(str(error).split())
+        raise StorageError(f"{path} is damaged or cut off ({said}): copy it or write it again") from error
 
 
 def numbers(words: Sequence[Sequence[str]], column: int) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.verified_file import FilePath, read_hdf5
-from jamlab.trajectories.lammps_data import damage_named, equal_rows, numbers, rounding, text_of
+from jamlab.trajectories.lammps_data import DAMAGE, damage_named, equal_rows, numbers, rounding, text_of
 from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, plane_box, radius_of, rounding_of
 
 _HEAD = re.compile(
@@ -93,7 +93,7 @@ def is_netcdf(path: FilePath) -> bool:
     try:
         with read_hdf5(path) as file:
             return "_NCProperties" in file.attrs and "jamlab" not in str(file.attrs.get("schema", ""))
-    except OSError:
+    except (OSError, *DAMAGE):  # which its reader names
         return False
 
 

@@ -57,9 +57,8 @@ def read_npy(path: FilePath) -> Iterator[Sites]:
     """Read an array of numpy: (n, 2) or (n, 3) rows of x, y and radius, (frames, n, 2 or 3), or (n,) with named
     fields."""
     with damage_named(path):
-        values = np.load(path, allow_pickle=False)
-        if not isinstance(values, np.ndarray):
-            raise InputError("it holds several arrays: give one of them as .npy")
+        with open(path, "rb") as file:
+            values = np.lib.format.read_array(file, allow_pickle=False)
         fields = values.dtype.names
         if fields is not None and values.ndim == 1:
             names = _names(fields)

@@ -7,8 +7,11 @@ minimum takes does not, so whole packings, sweeps and flows start from random on
 
 import cProfile
 import pstats
+import resource
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -81,7 +84,8 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
     part, n = part_and_size
     with one_core():
         run, count = PARTS[part](n)
-        Path("/proc/self/clear_refs").write_text("5")  # forgets the peak so far, see proc(5)
+        with suppress(FileNotFoundError):  # no Linux: the peak is that since the start
+            Path("/proc/self/clear_refs").write_text("5")  # forgets the peak so far, see proc(5)
         seconds, _ = shortest(run, runs=3, budget=2.0)
         return {"part": part, "n": count, "seconds": seconds, "bytes": _peak()} | _most_time(run)
 
@@ -97,6 +101,9 @@ def _most_time(run: "Run") -> dict[str, Any]:
 
 
 def _peak() -> int:
+    """Largest memory of this process so far, bytes."""
+    if sys.platform == "darwin":
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) * _KILO
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.flow_run import LIMIT, FlowRun
-from jamlab.flow.oscillate import TOLERANCE as OSCILLATION
 from jamlab.flow.oscillate import oscillate
-from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
 from jamlab.flow.quasistatic_shear import QuasistaticShear
 from jamlab.flow.shear import TOLERANCE, shear
 from jamlab.flow.shear_run import ShearRun
@@ -126,7 +125,7 @@ def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:
     note, elastic = f"G* off by {error:.1g}", elastic_trial(run)
     if amplitude > _BEFORE_CHANGE * opening_strain(packing, affine=True):
         return _as("another basin" if error > _NOT_LINEAR else "converged", elastic, note)
-    return worst_of(Trial("converged", note, error, _SUMMED * OSCILLATION), elastic)
+    return worst_of(Trial("converged", note, error, _SUMMED * SMALL_STRAIN_TOLERANCE), elastic)
 
 
 def try_quasistatic(packing: Packing, step: float) -> Trial:

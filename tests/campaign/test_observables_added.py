@@ -11,7 +11,7 @@ import pytest
 from campaigns import run_here, written
 
 import jamlab
-from jamlab.campaign import observables
+from jamlab.campaign import driver, observables
 from jamlab.campaign import states as making
 from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.folder import read_task_file
@@ -294,8 +294,10 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
     (changed,) = campaign.earlier().values()
     assert "7" in changed
     monkeypatch.setattr(making, "pack", counted := Counted(making.pack))
+    monkeypatch.setattr(driver, "measure_all", measured := Counted(driver.measure_all))
     assert [outcome.state for outcome in run_here(campaign)] == ["finished"] * 2
-    assert counted.seeds == ([2, 2] if "DEFINITION" in constant else [1, 1, 2, 2])
+    assert [words[2] for words in counted.calls] == ([2, 2] if "DEFINITION" in constant else [1, 1, 2, 2])
+    assert len(measured.calls) == 2  # of the old packings too
     with pytest.warns(UserWarning):
         assert sorted(campaign.table("states")["seed"]) == [1, 1, 2, 2]
     both = campaign.table("states", earlier=True)
@@ -317,11 +319,11 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
 
 
 class Counted:
-    """A function that notes the third argument of each call."""
+    """A function that notes the arguments of each call."""
 
     def __init__(self, function):
-        self.function, self.seeds = function, []
+        self.function, self.calls = function, []
 
     def __call__(self, *words, **how):
-        self.seeds.append(words[2])
+        self.calls.append(words)
         return self.function(*words, **how)

@@ -10,7 +10,7 @@ from jamlab.campaign import states
 from jamlab.campaign.campaign import export_table
 from jamlab.campaign.observable import Size
 from jamlab.campaign.observables import TABLES, Order
-from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
+from jamlab.campaign.tables import TABLE_COLUMNS, aggregate, states_at
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS, measure
@@ -120,6 +120,8 @@ def test_one_state_of_each_packing_at_a_packing_fraction(full):
     assert found.sort_values("task")["z"].tolist() == last["z"].tolist()
     means = full.aggregate(["z"], by=["n"], at={"rho": 0.9}, sweep="up")
     assert means["z"].tolist() == pytest.approx(last.groupby("n")["z"].mean().tolist())
+    near = {"task": ["a", "a", "b"], "state": [0, 1, 0], "rho": [0.9044, 0.96, 0.9046]}  # 0.5 % of 0.9 is 0.0045
+    assert states_at(pd.DataFrame(near), "rho", 0.9)["task"].tolist() == ["a"]
     voids = full.at("voids", "up", rho=0.9)
     assert set(zip(voids["task"], voids["state"], strict=True)) == set(zip(found["task"], found["state"], strict=True))
     with pytest.raises(InputError, match=r"rho = 0.95: no state lies within 0.5% of it; they reach from 0.8\d* to 0.9"):

@@ -13,7 +13,7 @@ RUNS = {  # words after the file -> columns of the table, and a note
     ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): ("N₁", "no steady state yet"),
     ("oscillate", "--omega", "1", "--amplitude", "1e-3", "--cycles", "2"): ("viscous stress", "|G*_3|/|G*_1|"),
     ("creep", "--stress", "1e-4", "--duration", "5", "--alpha", "0.667"): ("compliance", "STILL CREEPS"),
-    ("relax-stress", "--strain", "1e-4", "--duration", "5", "--stokes"): ("modulus", "residual stress"),
+    ("relax-stress", "--strain", "1e-4", "--duration", "5", "--stokes"): ("modulus", "elastic stress before"),
     ("flow-curve", "--rate", "0.3", "--strain", "1", "--discard", "0.2"): ("stress error", "no Herschel-Bulkley fit"),
 }
 
@@ -42,6 +42,16 @@ def test_command(folder, words):
     assert np.max(printed["imbalance"]) == np.max(found.imbalance) < 0.02
     table = pd.read_csv(folder / f"{name}.csv")
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
+
+
+def test_a_flow_is_stopped(folder):
+    """There is no modulus without a step of strain: the table does without its column."""
+    done = call(folder, "relax-stress", "p.h5", "--strain", "0", "--duration", "5", "--out", "s.h5", "--csv", "s.csv")
+    assert done.exit_code == 0 and "viscous stress" in done.stdout, done.stderr
+    table, found = pd.read_csv(folder / "s.csv"), jamlab.read_flow(folder / "s.h5")
+    assert np.allclose(table["stress"], found.stress) and "modulus" not in table
+    again = call(folder, "relax-stress", "p.h5", "--strain", "0.0", "--duration", "5", "--out", "s.h5", "--json")
+    assert json.loads(again.stdout)["stress"] == pytest.approx(found.stress.tolist())
 
 
 def test_refusals(folder, monkeypatch):

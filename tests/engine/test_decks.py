@@ -12,9 +12,16 @@ import pytest
 from deck_runs import number, run
 
 import jamlab
+from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import copy_decks, summaries
+from jamlab.flow import creep, oscillate, overdamped_session, shear
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.lammps_files import described
+from jamlab.packing.law_parameters import OPTIONAL
+from jamlab.protocols.compression import LARGEST_TOLERANCE
+from jamlab.protocols.relaxation import LEAST_TOLERANCE
+from jamlab.protocols.size_distributions import LARGEST_RATIO
+from jamlab.rheology import damping
 
 
 def refusals(text):
@@ -31,7 +38,9 @@ def refusals(text):
         ("in.sp.jam", "eps", 0, "eps = 0: must be >= 1e-3, <= 100"),
         ("in.dp.jam", "eps", 1e300, "eps = 1e+300: must be > 0, <= 100"),
         ("in.sp.pressure", "pressure", 10, "pressure = 10: must be at most 0.3 k"),
-        ("in.sp.jam", "force", -1e-9, "force = -1e-09: must be > 0"),
+        ("in.sp.pressure", "pressure", 1e-30, "pressure = 1e-30: must be at least 1e-08"),
+        ("in.sp.jam", "ratio", 1e9, "ratio = 1000000000.0: must be >= 1, <= 10"),
+        ("in.sp.jam", "force", -1e-9, "force = -1e-09: must be >= 1e-15"),
         ("in.sp.jam", "skin", "nan", "skin = nan: must be a number, > 0"),
         ("in.sp.jam", "k", 2, "k = 2: has no effect with law eps"),
         ("in.dp.jam", "contact", "foo", "contact = foo: must be one of outline | segment | segment/smooth"),
@@ -61,6 +70,73 @@ def test_a_file_that_does_not_say_its_law_is_said_to_be_so(tmp_path, dense):
     text = (tmp_path / "packing.data").read_text()
     (tmp_path / "packing.data").write_text("foreign\n" + text.partition("\n")[2])
     assert "packing.data does not say its law" in run("in.sp.contacts", tmp_path, data="packing.data")
+
+
+LIMITS = {  # of Python, by the names of decks
+    "beta": (0, overdamped_session.LARGEST_BETA),
+    "alpha": (damping.LEAST_ALPHA, 1),
+    "tau": (0, np.inf),
+    "fluid": (0, np.inf),
+    **dict.fromkeys(
+        ("background", "background_sp", "background_dp", "background_rest"), (0, overdamped_session.LARGEST_BACKGROUND)
+    ),
+    "accuracy": (overdamped_session.LEAST_TOLERANCE, overdamped_session.LARGEST_TOLERANCE),
+    "rows": (1, shear.MOST_ROWS),
+    "rate": (shear.LEAST_RATE, shear.LARGEST_RATE),
+    "strain of in.sp.startup": (overdamped_session.LEAST_STRAIN, shear.LARGEST_STRAIN),
+    "strain of in.dp.startup": (overdamped_session.LEAST_STRAIN, shear.LARGEST_STRAIN),
+    "omega": (oscillate.SLOWEST, oscillate.FASTEST),
+    "amplitude": (overdamped_session.LEAST_STRAIN, oscillate.LARGEST_AMPLITUDE),
+    "cycles": (1, oscillate.MOST_CYCLES),  # Python compares two
+    "stress": (overdamped_session.LEAST_STRAIN, creep.LARGEST_STRESS),  # of strength 1
+    "duration": (overdamped_session.LEAST_TIME, creep.LONGEST),
+    "exponent": OPTIONAL["sp"]["exponent"][1:],
+    "ratio": (1, LARGEST_RATIO),
+    "n": (2, MOST_PARTICLES),
+    "force": (LEAST_TOLERANCE, LARGEST_TOLERANCE),
+    "to": (0, 2),
+    "phi_target": (0, 2),
+    "above": (0, 1),
+    "nearest": (0, 1),
+    "step": (0, 0.5),
+    "per_decade": (0, 1000),
+    "strain": (0, 0.1),
+}
+# No argument in Python, or narrower here, since the window of the search or FIRE's step is absolute
+OF_DECKS = set(
+    """
+    eps k gamma eta ka delta nv_small nv_large longest_edge skin at_rest steps seed phi_start phi_near phi_carried
+    step_near step_paper step_fine u_jammed u_contact increment_least phi_jammed slope slope_least slope_most fall
+    loose miss tries pressure strain_droplets halvings steps_shear doubt short_edge solver stretch least nearby
+    residual ntypes d1 d2
+    """.split()
+)
+
+
+def deck_limits():
+    """Name, or name of a deck, least and largest value of every number of decks and parts."""
+    ranged = re.compile(r"^variable +(\w+) +index +[^#\n]*# \[([^|\]]*[<>][^|\]]*)\]", re.MULTILINE)
+    for path in filter(Path.is_file, installed("lammps_inputs").iterdir()):
+        for name, rule in ranged.findall(path.read_text()):
+            ends = {sign[0]: float(value) for sign, value in re.findall(r"([<>]=?) *([-+.e\d]+)", rule)}
+            yield f"{name} of {path.name}", name, (ends.get(">", -np.inf), ends.get("<", np.inf))
+
+
+def test_decks_and_python_refuse_the_same_numbers(dense):
+    found = list(deck_limits())
+    for longer, name, limits in found:
+        if name not in OF_DECKS:
+            assert limits == pytest.approx(LIMITS.get(longer, LIMITS.get(name))), longer
+    assert {name for _, name, _ in found} >= OF_DECKS
+    for call in (  # of what has no constant
+        lambda: jamlab.jam("sp", 8, 1, step=0.51),
+        lambda: jamlab.compress(dense, to=2.1),
+        lambda: jamlab.compress(dense, to=1.2, step=1.1),
+        lambda: jamlab.compress(dense, to=1.2, per_decade=1001),
+        lambda: jamlab.shear_modulus(dense, "finite-strain", strain=0.11),
+    ):
+        with pytest.raises(jamlab.InputError):
+            call()
 
 
 def test_every_setting_has_a_rule():
@@ -166,7 +242,7 @@ def test_a_value_of_one_replica_is_refused_there(tmp_path):
     deck.write_text(f"variable n world 16 15\ninclude {installed('lammps_inputs') / 'in.sp.jam'}\n")
     run(str(deck), tmp_path, code=1, ranks=2, words=["-partition", "2x1"], to=0.86)
     assert (tmp_path / "sp.0.onset.data").exists()
-    assert refusals((tmp_path / "screen.1").read_text()) == ["REFUSED: n = 15: must be even, >= 2, <= 1e8"]
+    assert refusals((tmp_path / "screen.1").read_text()) == ["REFUSED: n = 15: must be even, >= 2, <= 1e6"]
     assert refusals((tmp_path / "screen.0").read_text()) == []
 
 

@@ -150,8 +150,8 @@ def test_startup_of_droplets_with_contact_drag(tmp_path):
     ("name", "value", "message"),
     [
         ("alpha", 0.3, "alpha = 0.3: must be >= 0.4, <= 1"),
-        ("beta", -1, "beta = -1: must be >= 0, <= 1e12"),
-        ("rate", 0, "rate = 0: must be > 0"),
+        ("beta", 1e6, "beta = 1000000.0: must be >= 0, <= 1e5"),
+        ("rate", 0, "rate = 0: must be >= 1e-12, <= 1e3"),
         ("arms", "long", "arms = long: must be one of radius | contact"),
         ("force", 1, "-var force: this deck has no such variable"),
     ],

@@ -118,6 +118,7 @@ REFUSED = {
         ("compute c all polygon/contact all", "polygon/contact takes no arguments"),
         ("jamlab/forces all", "jamlab/forces takes no arguments"),
         ("jamlab/forces", "continues a run: use run 0 first"),
+        ("jamlab/descend 1e-10", "jamlab/descend needs 15 numbers"),
         # it wrote a table of the distance between two atoms otherwise
         ("pair_write 1 1 10 r 0.1 0.2 table circuloline", "does not support pair_write"),
         # the edges near a vertex are of the last run

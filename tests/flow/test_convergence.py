@@ -60,6 +60,27 @@ def test_power_laws_below_jamming_are_exact(n, seed, rate):
     assert errors(run, exact.rows(0.05, 20)).max() < 1e-4
 
 
+@pytest.mark.parametrize("exponent", [2.5, 3.0])
+def test_drag_that_sets_in_from_nothing_is_exact(exponent):
+    """Contacts stiffen from 0 on; a disk that presses on one alone turns and slips within a thin layer."""
+    packing, background = jamlab.pack(8, 1e-3, 2, exponent=exponent), 1e-4
+    for rate in (0.1, -0.05):
+        rows = ExactFlow(packing, rate, background=background, tolerance=1e-9).smooth_rows(np.copysign(0.3, rate), 30)
+        for tolerance in (1e-2, 1e-4):
+            run = jamlab.shear(packing, rate, 0.3, rows=30, tolerance=tolerance, background=background)
+            off = errors(run, rows)
+            assert np.sum(off > 10 * tolerance) <= 1 and np.median(off) < 0.1 * tolerance
+        assert run.pressure == pytest.approx(rows[:, 2], rel=1e-3)
+
+
+@pytest.mark.parametrize(("n", "seed", "exponent", "strain"), [(16, 4, 2.5, 1.0), (32, 3, 3.0, 5.0)])
+def test_stiffening_disks_flow(n, seed, exponent, strain):
+    """At strains where disks hang on one thin contact, which gave steps of 1e-5 or no number at all."""
+    run = jamlab.shear(jamlab.pack(n, 1e-3, seed, exponent=exponent), 0.1, strain, rows=50)
+    assert run.finished and run.balanced and run.steps < 5000 * strain
+    assert all(np.isfinite(getattr(run, name)).all() for name in ("stress", "pressure", "dissipation"))
+
+
 def test_a_step_never_depends_on_how_rows_are_spaced(packing):
     coarse, fine = (jamlab.shear(packing, 0.1, 0.1, rows=rows, tolerance=1e-6) for rows in (2, 50))
     assert fine.stress[::25] == pytest.approx(coarse.stress, rel=1e-5)

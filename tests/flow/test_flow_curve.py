@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.flow import overdamped_session
+from jamlab.flow import flow_curve, overdamped_session
 from jamlab.flow.flow_cost import require_time
 from jamlab.flow.flow_curve import steady_point
 from jamlab.flow.overdamped_session import OverdampedSession
@@ -109,11 +109,29 @@ def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
     """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
     monkeypatch.setattr(overdamped_session, "_LOOK", 10)
     monkeypatch.setattr(overdamped_session, "_CRAWL", 1e3)
-    for given, more in ((0.0, 0.0001), (None, 0.001), (0.1, 1)):
-        with pytest.raises(
-            jamlab.ConvergenceError, match=rf"rate 0.1 contacts leave motion.*give background = {more},"
-        ):
+    for given, used, more in ((0.0, "0", "0.01"), (None, "0.0001", "0.01"), (0.1, "0.1", "1")):
+        with pytest.raises(jamlab.ConvergenceError, match=rf"background = {used}; .*background = {more},"):
             jamlab.shear(disks, 0.1, rows=1, background=given)
+
+
+def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_path):
+    """The file knows the other one, and a new call tries again."""
+    whole = flow_curve.shear
+
+    def fails(packing, rate, *rest, **how):
+        if rate == 1.0:
+            raise jamlab.ConvergenceError("steps lead nowhere")
+        return whole(packing, rate, *rest, **how)
+
+    how = {"strain": 1.0, "discard": 0.2, "out": tmp_path / "c.h5"}
+    with monkeypatch.context() as patch:
+        patch.setattr(flow_curve, "shear", fails)
+        part = jamlab.flow_curve(disks, [0.5, 1.0], **how)
+        with pytest.raises(jamlab.ConvergenceError):
+            jamlab.flow_curve(disks, [1.0], strain=1.0, discard=0.2)
+    assert part.rates.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"} and "FAILED" in part.verdict
+    assert jamlab.read_flow(tmp_path / "c.h5").failed == part.failed
+    assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rates.tolist() == [0.5, 1.0]
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,18 @@ def test_a_flow_is_stopped_and_relaxes(flowing):
     assert found.plot().get_ylabel()
 
 
+def test_what_relaxes_to_nothing_has_relaxed(tmp_path):
+    """A box without shear stress, disks that touch nobody, and numbers that are no text: 0 is 0.0."""
+    still = jamlab.pack(n=8, pressure=1e-2, seed=8, ensemble="shear-stabilized")
+    loose = still.with_state(box=2 * still.box, positions=2 * still.positions)
+    for packing in (still, loose):
+        found = jamlab.relax_stress(packing, 0, 20.0, out=tmp_path / f"{packing.phi:.2f}.h5")
+        again = jamlab.relax_stress(packing, 0.0, 20.0, out=tmp_path / f"{packing.phi:.2f}.h5")
+        assert found.finished and np.abs(found.stress).max() < 1e-12
+        assert np.array_equal(again.stress, found.stress)
+    assert found.packing.positions == pytest.approx(loose.positions)
+
+
 @pytest.mark.parametrize(
     "answer",
     [

@@ -167,7 +167,7 @@ def test_the_finest_steps_are_not_taken_for_a_run_that_leads_nowhere(disks, monk
     [
         ({"rate": -1e9}, "rate = -1000000000.0: must be a number from 1e-12 to 1000 in 1/tau_1 or its negative"),
         ({"rate": 1e-300}, "rate = 1e-300: must be a number from 1e-12 .* 0 is shear without time"),
-        ({"rate": [(1, 2, 3)], "strain": None}, r"must be a number or a sequence, each \(a number, a number\)"),
+        ({"rate": [(1, 2, 3)], "strain": None}, r"rate holds \[1, 2, 3\]"),
         ({"rate": []}, r"rate = \[\]: give one part or more"),
         ({"rate": [(1.0, 0.1), (0.0, 0.1)]}, "a part needs a rate; to wait, see relax_stress"),
         ({"rate": [(1.0, -0.1)]}, "strain = -0.1: must be a number from 1e-12 to 10000"),

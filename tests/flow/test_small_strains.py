@@ -148,6 +148,7 @@ def test_refused(backbone, disks):
     for message, call in {
         "omega = 0.0: must lie": lambda: jamlab.oscillate(backbone, 0.0, 0.1),
         "cycles = 1: must lie between 2": lambda: jamlab.oscillate(backbone, 1.0, 0.1, cycles=1),
+        "cycles = -52: must lie between 2": lambda: jamlab.oscillate(backbone, 1.0, 0.1, cycles=-52),
         "points = 4: must lie between 16": lambda: jamlab.oscillate(backbone, 1.0, 0.1, points=4),
         "stress = -1.0": lambda: jamlab.creep(backbone, -1.0, 1.0),
         "nothing holds the affine flow": lambda: jamlab.creep(backbone, 1.0, 1.0, jamlab.StokesDrag(eta_f=0.0)),

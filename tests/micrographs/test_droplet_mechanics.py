@@ -42,6 +42,13 @@ def test_flat_between_walls_has_pressure_and_force_of_laplace():
     assert forces.residual[0] < 1e-3 and (forces.pairs == [[0, -1], [0, -1]]).all()
 
 
+def test_a_force_lacks_a_fringe_at_either_end_of_its_flat():
+    """Walls that part are nearer than g over sqrt(g/kappa) beside each end, which adds kappa times as much."""
+    ring, beside = stadium(30.0, 20.0)
+    plain, less = (shape_forces([ring], [beside], np.zeros((1, 2)), gap=gap)[1].size for gap in (0.0, 0.3))
+    np.testing.assert_allclose((plain - less) * STEEPER, 2 * np.sqrt(0.3 / 30), rtol=1e-3)
+
+
 def test_free_circle_has_pressure_and_no_force_and_scales():
     ring, beside = stadium(30.0, 1e-9)
     nothing = np.full_like(beside, -1)

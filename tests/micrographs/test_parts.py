@@ -13,6 +13,7 @@ from jamlab.micrographs.measured_droplets import size_distribution
 from jamlab.micrographs.measurement import shape_factor
 from jamlab.micrographs.picture_files import distance_inside
 from jamlab.micrographs.segmentation import _flood, find_markers
+from jamlab.micrographs.walls import LABEL_TOLERANCE, _film_between_labels
 
 pytest.importorskip("skimage")
 Y, X = np.mgrid[:150, :160]
@@ -183,3 +184,9 @@ def test_no_cell_is_lost_where_all_of_it_lies_near_walls():
     markers[::wide, ::wide] = np.arange(1, 101).reshape(10, 10)
     landscape = np.random.default_rng(1).random((60, 60))
     assert set(np.unique(_flood(landscape, markers, step))) == set(range(1, 101))
+
+
+def test_gaps_of_contacts_end_two_of_their_standard_deviations_beyond_the_most_frequent():
+    gaps = np.append(np.random.default_rng(1).normal(8, 1, 400), np.linspace(12, 40, 150))  # lines, and voids
+    own, widest = _film_between_labels(gaps, 0.5)
+    assert own == pytest.approx(8, abs=0.2) and widest - own == pytest.approx(2 + LABEL_TOLERANCE, abs=0.4)

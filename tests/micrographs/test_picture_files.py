@@ -49,5 +49,22 @@ def test_several_pages_and_damaged_files_are_refused(tmp_path):
         assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("top", [255, 65535, 1.0])
+def test_what_is_transparent_lies_on_white(tmp_path, top):
+    """A half-transparent pixel is half-way from its colour to white."""
+    grey = np.where(RAMP > RAMP.max() / 2, 0, top)
+    opacity = np.where(RAMP % 3 > 0, top, top // 2 if top > 1 else 0.5)
+    values = np.dstack([grey] * 3 + [opacity]).astype(float if top == 1.0 else f"uint{8 if top == 255 else 16}")
+    expected = 1 - (1 - grey / top) * opacity / top
+    np.testing.assert_allclose(read_grey(values), (expected - expected.min()) / np.ptp(expected), atol=0.005)
+    if top == 255:
+        Image.fromarray(values).save(tmp_path / "a.png")
+        np.testing.assert_allclose(read_grey(tmp_path / "a.png"), read_grey(values), atol=1e-12)
+        palette = Image.fromarray(GREY).convert("P")
+        palette.info["transparency"] = 0  # the darkest colour
+        palette.save(tmp_path / "p.png", transparency=0)
+        assert read_grey(tmp_path / "p.png")[0, 0] == 1 and GREY[0, 0] == 0
+
+
 def test_levels_do_not_matter():
     np.testing.assert_allclose(read_grey(RAMP * 7 - 3), RAMP / RAMP.max(), atol=1e-12)

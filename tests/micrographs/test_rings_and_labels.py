@@ -11,7 +11,7 @@ from scipy import ndimage
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.micrographs.labels import labelled, read_labels
+from jamlab.micrographs.labels import read_labels
 from jamlab.micrographs.ring_segmentation import compactness, find_rings
 
 pytest.importorskip("skimage")
@@ -72,7 +72,7 @@ def test_small_rings_are_round_and_light_between_them_is_not():
     small = jamlab.micrograph(picture, contrast="ring")
     droplets, borders = 13**2, small.count - 13**2
     assert borders > 0.1 * droplets
-    assert f"{borders} of {small.count} droplets are not round" in str(small.reasons)
+    assert f"{borders} of {small.count} droplets" in str(small.reasons)
 
 
 def test_rings_below_the_limit_of_detection_are_told(rings):
@@ -182,6 +182,7 @@ HOSTILE = {
     "no picture": ("nowhere.tif", "nowhere.tif: No such file"),
     "no outlines": ("nowhere.zip", "nowhere.zip cannot be read|need roifile"),
     "inverted": (mask(lambda on: ~on), "give it inverted"),
+    "1-bit noise": (np.random.default_rng(1).random((50, 50)) < 0.3, "0 fill"),
     "every droplet cut": (np.kron([[1, 0, 2], [0, 0, 0], [3, 0, 4]], np.ones((20, 20))), "no whole droplet"),
 }
 
@@ -193,14 +194,9 @@ def test_labels_that_are_none_are_refused(labels, message):
     assert "\n" not in str(error.value)
 
 
-def holes(on):
-    return on & ~(distance(4.0)[0] < -12)
-
-
 DOUBTED = {
-    "droplets with holes": (holes, "are not round"),
-    "1-bit noise": (lambda on: np.random.default_rng(1).random((50, 50)) < 0.3, "pixels in radius"),
-    "photograph of stripes": (lambda on: (X // 10 % 2 > 0) & (abs(Y - 100) < 90), "are not round"),
+    "photograph of stripes": (lambda on: (X // 10 % 2 > 0) & (abs(Y - 100) < 90), "less round"),
+    "squares without gaps": (lambda on: 1 + X // 20 + 11 * (Y // 20), "every pixel"),
     "far apart": (lambda on: distance(4.0)[0] < -5, "that they touch is a guess"),
     "a line": (lambda on: np.eye(50), "needs 8"),
     "opaque grey": (lambda on: np.dstack([on] * 3 + [on | True]), "that they touch is a guess"),
@@ -253,13 +249,6 @@ def test_a_mask_of_truth_values_is_one_of_numbers(numbers):
     found, same = jamlab.micrograph(labels=apart), jamlab.micrograph(labels=255 * apart)
     assert found.count == same.count > 1 and found.rho == same.rho
     np.testing.assert_array_equal(found.interiors, found.areas)
-
-
-def test_labels_in_pieces_are_doubted(numbers):
-    torn = numbers.copy()
-    torn[torn == numbers[80, 80]] = numbers[80, 144]
-    assert any("several pieces" in reason for reason in jamlab.micrograph(labels=torn).reasons)
-    assert labelled(torn).pieces == 1
 
 
 def test_command_takes_labels_and_contrast(tmp_path, numbers):

@@ -52,17 +52,18 @@ RULES = {
     "labels apart": ("walls", {"film": 5.0}, "that they touch is a guess"),
     "annotated": ("checks", {"annotated": 0.2}, "20% of the picture lie under"),
     "rings": ("checks", {"rings": True}, "of rings no rule tells right rho"),
-    "not round": ("checks", lambda c: {"roundness": odd(c.roundness, 0.5)}, "are not round"),
+    "not round": ("checks", lambda c: {"roundness": odd(c.roundness, 0.5)}, "are less round than"),
     "torn labels": ("checks", {"pieces": 2}, "2 labels lie in several pieces"),
-    "open border": ("checks", lambda c: {"closed": odd(c.closed, 0.0)}, "no closed border"),
-    "no peak": ("checks", lambda c: {"radii": odd(c.radii, 200.0)}, "sizes have no peak"),
+    "mean roundness": ("checks", lambda c: {"roundness": np.full_like(c.roundness, 0.79)}, "mean roundness"),
+    "open border": ("checks", lambda c: {"closed": odd(c.closed, 0.0)}, "something darker beside"),
+    "no peak": ("checks", lambda c: {"radii": odd(c.radii, 200.0)}, "spread of radii"),
     "unstable": ("checks", {"unstable": 9}, "split or merge"),
-    "loose": ("checks", lambda c: {"loose": int(c.whole.sum())}, "touch fewer than three"),
+    "loose": ("checks", lambda c: {"loose": int(c.whole.sum())}, "fewer than three contacts"),
     "z": ("checks", {"z": (5.0, 4.5, 5.2), "blind": 0.0}, "z changes from 4.50 to 5.20"),
     "z, blind": ("checks", {"z": (5.0, 4.9, 5.2), "blind": 0.1}, "z changes from 4.90 to 5.20"),
-    "gap in a wall": ("checks", {"widest": 1.2}, "room for one more"),
+    "gap in a wall": ("checks", {"widest": 1.2}, "has room"),
     "unsure": ("checks", {"unsure": 3}, "blur hides of 3 droplets"),
-    "open edge": ("checks", {"open_edge": True}, "droplets end inside the picture"),
+    "open edge": ("checks", {"open_edge": 1.0}, "edge of the picture is ground"),
     "rho": ("checks", lambda c: {"rho_by_pixels": c.rho - 0.05}, "rho is"),
 }
 
@@ -121,10 +122,10 @@ def test_rings_that_are_plain_are_known():
     edge = quality.RING_EDGE * 2 * np.sqrt(np.pi * large.areas).mean()
     assert errors["area"] == pytest.approx(mixed + np.hypot(quality.RING_SIGMAS * mixed, edge))
     values = {"count": 50.0, "area": 400.0, "interior_fraction": 0.5}
-    assert quality.doubt_rings(values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01}) == []
+    assert quality.doubt_known(values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01}) == []
     for name in values:
         for error in (100.0, np.nan):
-            (found,) = quality.doubt_rings(
+            (found,) = quality.doubt_known(
                 values, {"count": 1.0, "area": 2.0, "interior_fraction": 0.01} | {name: error}
             )
             assert found.numbers == {name} and "is known to" in found.text

@@ -8,6 +8,8 @@ from PIL import Image
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.micrographs.picture_files import in_order
+from jamlab.micrographs.tracks import _link, _swap
 
 pytest.importorskip("skimage")
 
@@ -44,6 +46,50 @@ def test_one_that_moves_alone_has_the_largest_d2min(lattice):
     moved[27] += [0.15, 0.1]
     now = jamlab.follow(frames(lattice, moved)).table.query("frame == 1")
     assert now.loc[now["d2min"].idxmax(), "particle"] == 27
+
+
+def test_d2min_of_one_that_moves_alone_is_its_displacement_squared():
+    """The vectors to the six neighbours of a triangular lattice change alike, which no gradient fits."""
+    angle = np.arange(6) * np.pi / 3
+    ring = np.vstack([[[0.0, 0.0]], np.column_stack([np.cos(angle), np.sin(angle)])])
+    moved = ring + np.where(np.arange(7)[:, None] == 0, [0.06, 0.08], 0.0)
+    now = jamlab.follow(frames(ring, moved)).table.query("frame == 1 and particle == 0")
+    assert now["d2min"].item() == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(("moved", "droplets"), [(4.9, 1), (5.1, 2)])
+def test_no_droplet_goes_further_than_half_the_spacing(moved, droplets):
+    tables = [pd.DataFrame({"x": [x], "y": [0.0], "cell": [100.0]}) for x in (0.0, moved)]
+    assert _link(tables)["particle"].nunique() == droplets
+
+
+def test_a_t1_needs_both_pairs_of_sides_before_and_after():
+    sides = {(0, 2), (0, 3), (1, 2), (1, 3)}
+    assert _swap((0, 1), (2, 3), sides, sides)
+    assert not _swap((0, 1), (2, 3), sides, sides - {(1, 3)}) and not _swap((0, 1), (2, 3), sides - {(0, 2)}, sides)
+    assert not _swap((0, 1), (1, 3), sides, sides)
+
+
+def test_frames_keep_their_numbers_and_columns_of_others_are_not_lost(lattice):
+    shifted = lattice[:, ::-1] * [1.0, 1.1]
+    halves = frames(lattice, shifted).assign(frame=lambda t: 0.5 * t["frame"])
+    tracks = jamlab.follow(halves)
+    assert len(tracks.events) and set(tracks.events["frame"]) == {0.5}
+    again = jamlab.follow(tracks.table)
+    pd.testing.assert_frame_equal(again.table, tracks.table)
+    with pytest.raises(InputError, match="strain_xx"):
+        jamlab.follow(halves.assign(strain_xx=7.0))
+
+
+def test_files_come_in_the_order_of_their_numbers(tmp_path):
+    def names(*own):
+        return [path.name for path in in_order(tmp_path / name for name in own)]
+
+    assert names("f10.png", "f2.png", "f1.png") == ["f1.png", "f2.png", "f10.png"]
+    assert names("b1_10.tif", "b1_9.tif", "a2.tif") == ["a2.tif", "b1_9.tif", "b1_10.tif"]
+    assert names("t0.75.png", "t0.50.png", "7.png", "x.png") == ["7.png", "t0.50.png", "t0.75.png", "x.png"]
+    with pytest.raises(InputError, match=r"2\.10"):
+        names("r2.9.png", "r2.10.png")
 
 
 def test_four_that_swap_neighbours_are_one_t1():

@@ -37,6 +37,21 @@ def linger(item, report):
     report(os.getpid())
     time.sleep(600)
 """
+DARWIN = """
+import ctypes, os, sys
+real = ctypes.CDLL
+class Libc:  # of macOS, which has no prctl
+    def __init__(self, name, *more, **words):
+        self.__dict__["library"] = real(name, *more, **words)
+    def __getattr__(self, name):
+        if name == "prctl":
+            raise AttributeError(name)
+        return getattr(self.library, name)
+sys.platform = "darwin"
+for name in ("sched_getaffinity", "sched_setaffinity"):
+    delattr(os, name)
+ctypes.CDLL = Libc
+"""
 SCRIPT = """
 from calls import linger
 from jamlab.processes.side_by_side import run_side_by_side
@@ -81,12 +96,39 @@ def test_an_error_comes_through_and_ends_the_others(calls):
 
 
 @pytest.mark.slow
-def test_children_die_with_a_parent_that_is_killed(calls, tmp_path):
+@pytest.mark.parametrize("system", ["", DARWIN])
+def test_children_die_with_a_parent_that_is_killed(calls, tmp_path, system):
     (tmp_path / "script.py").write_text(SCRIPT)  # without `if __name__ == "__main__":`
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    (tmp_path / "sitecustomize.py").write_text(system)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     parent = subprocess.Popen([sys.executable, "script.py"], cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
     children = [psutil.Process(int(parent.stdout.readline())) for _ in range(2)]
     parent.kill()
     parent.wait()
     parent.stdout.close()
     assert not psutil.wait_procs(children, timeout=10)[1]
+
+
+@pytest.mark.parametrize("system", ["", DARWIN])
+def test_a_program_ends_with_the_process_that_started_it(tmp_path, system):
+    """And it hands on exit codes and the signal of the end."""
+    (tmp_path / "sitecustomize.py").write_text(system)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    code = "import subprocess, sys; from jamlab.processes.dying_program import dying_line\n"
+    code += "sys.exit(subprocess.run(dying_line(sys.argv[1:])).returncode)"
+    line = [sys.executable, "-c", code, "/bin/sh", "-c"]
+    assert subprocess.run([*line, "exit 7"], env=environment, check=False).returncode == 7
+    with subprocess.Popen([*line, "echo $$; exec sleep 60"], env=environment, stdout=subprocess.PIPE) as parent:
+        program = psutil.Process(int(parent.stdout.readline()))
+        parent.kill()
+    assert not psutil.wait_procs([program], timeout=10)[1]
+
+
+@pytest.mark.slow
+def test_nothing_of_linux_alone_is_needed_at_import(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(DARWIN.replace('sys.platform = "darwin"', ""))  # Python's own need it
+    code = "import importlib, pathlib, jamlab\nfor file in sorted(pathlib.Path(jamlab.__path__[0]).rglob('*.py')):\n"
+    code += "    name = '.'.join(file.relative_to(jamlab.__path__[0]).with_suffix('').parts)\n"
+    code += "    name.endswith('__') or 'other_codes' in name or importlib.import_module('jamlab.' + name)"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    subprocess.run([sys.executable, "-W", "ignore", "-c", code], env=environment, check=True)

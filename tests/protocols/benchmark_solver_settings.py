@@ -14,7 +14,7 @@ import pytest
 
 import jamlab
 from jamlab.engine.session import Session
-from jamlab.protocols import border_newton, newton, relaxation
+from jamlab.protocols import border_newton, newton
 
 KINDS = {  # settings -> the packings they matter for
     "newton": ("droplets", "stabilized", "large"),
@@ -59,7 +59,7 @@ class Work:
     def __init__(self, monkeypatch):
         self.forces = self.factors = 0
         forces_at, minimize, factorise = Session.forces_at, Session.minimize, newton.factorise
-        border_step = border_newton._step
+        border_step, descend = border_newton._step, Session.descend
 
         def count_forces(session, positions):
             self.forces += 1
@@ -75,6 +75,12 @@ class Work:
             self.factors += 1
             return factorise(*arguments)
 
+        def count_descent(session, numbers):
+            found = descend(session, numbers)
+            self.forces += found.forces
+            self.factors += found.factors
+            return found
+
         def count_border(*arguments):
             self.factors += 1
             return border_step(*arguments)
@@ -82,8 +88,8 @@ class Work:
         monkeypatch.setattr(border_newton, "_step", count_border)
         monkeypatch.setattr(Session, "forces_at", count_forces)
         monkeypatch.setattr(Session, "minimize", count_steps)
-        for module in (newton, relaxation):
-            monkeypatch.setattr(module, "factorise", count_factors)
+        monkeypatch.setattr(Session, "descend", count_descent)
+        monkeypatch.setattr(newton, "factorise", count_factors)
 
 
 def _measure(kinds, settings):

@@ -1,5 +1,7 @@
 """Sweeps: which packing fractions they visit, how they follow a basin, the place where z reaches 6, what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ import jamlab
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import batches
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.protocols.compression import bisect_confluence, grid
 
 
@@ -165,6 +167,28 @@ def test_decompression_loses_the_last_contact(start):
     assert last.phi == pytest.approx(start.phi - 0.01, abs=1e-6)
     assert jamlab.evaluate(last).pressure < 1e-9
     assert jamlab.contacts(last).backbone == 0
+
+
+def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
+    """In one step of 0.08 outlines cross, and the packing fraction would go to 1.15."""
+    onset = jamlab.jam("dp", 8, 1, delta=0.02)
+    states = list(jamlab.compress(onset, to=0.98, step=0.08))
+    assert all(p.converged and p.on_target for p in states)
+    assert all(jamlab.evaluate(p).max_force <= 1.01e-10 for p in states) and states[-1].phi < 1.05
+
+
+def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start):
+    """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
+    few = jamlab.SolverSettings()
+    few = replace(few, newton=replace(few.newton, steps=0), sweep=replace(few.sweep, halvings=1))
+    few = replace(few, relaxation=replace(few.relaxation, rounds=1, cg_steps=1, stages=1))
+    sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", settings=few)
+    flagged = next(sweep)
+    assert flagged.converged is False
+    with pytest.raises(ConvergenceError, match=f"{flagged.phi:.6g}"):
+        next(sweep)
+    (last,) = jamlab.compress(start, start.phi + 0.01, 0.01, by="phi", settings=few)
+    assert last.converged is False
 
 
 @pytest.mark.parametrize("error", [None, 3e-2])

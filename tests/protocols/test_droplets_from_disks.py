@@ -8,6 +8,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.free_droplet import free_area
 from jamlab.protocols.droplets_from_disks import inscribe
+from jamlab.protocols.packing_of_picture import packing_of_picture
 
 
 @pytest.fixture(scope="module")
@@ -122,3 +123,10 @@ def test_what_no_picture_can_be(seen):
     few = jamlab.micrograph(labels=(np.hypot(x % 30 - 15, y % 30 - 15) < 10).astype(int))
     with pytest.raises(InputError, match="4 droplets are whole"):
         few.packing()
+
+
+def test_the_patch_has_the_aspect_of_droplets_with_their_diameters():
+    """Three rows of eight touching disks are 8 by 3 diameters, not 7 by 2 as their centres."""
+    y, x = np.divmod(np.arange(24.0), 8)
+    patch = packing_of_picture(np.column_stack([x, y]), np.full(24, np.pi / 4), np.ones(24), 0.8, "sp")
+    assert patch.box[0, 0] / patch.box[1, 1] == pytest.approx(8 / 3)

@@ -1,6 +1,6 @@
 """The minimiser of shapes: descent and what it undoes, its tolerance down to LAMMPS and the record, settings."""
 
-from dataclasses import fields, replace
+from dataclasses import astuple, fields, replace
 
 import numpy as np
 import pytest
@@ -9,50 +9,55 @@ import jamlab
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
+from jamlab.packing.natural_units import Scales
 from jamlab.protocols.box_shear import relax_with_box_shear
-from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.relaxation import descend_by_fire, force_tolerance, relax, settle, undo_if_folded
 
 
-def valley(x):
-    """Energy and forces of 5 points in stiff and soft parabolas, minimum at (1, -1), 1e4 apart in stiffness."""
-    k = np.array([1e4, 1.0])
-    off = x - np.array([1.0, -1.0])
-    return float(0.5 * np.sum(k * off**2)), -k * off
+def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):
+    """`jamlab/descend` with the usual numbers; natural units."""
+    loose = [USUAL.relaxation.loose_force if not loose_energy else 1e9, loose_energy]
+    return session.descend([tolerance, steps, *loose, *astuple(USUAL.lbfgs)[1:], first_shift, USUAL.newton.definite])
 
 
-def test_descent_with_the_exact_inverse_takes_one_line():
-    calls = []
-
-    def counted(x):
-        calls.append(1)
-        return valley(x)
-
-    inverse = np.tile([1e-4, 1.0], 5)
-    start = np.array([1.0, -1.0]) + 0.04 * np.random.default_rng(1).uniform(-1, 1, (5, 2))
-    found, met = descend_by_lbfgs(counted, start, lambda x, shift: lambda f: inverse * f, tolerance=1e-9, steps=10)
-    assert met and len(calls) <= 3
-    assert found == pytest.approx(np.tile([1.0, -1.0], (5, 1)), abs=1e-8)
-
-
-def test_descent_without_preconditioner_learns_the_soft_direction():
-    start = np.array([1.0, -1.0]) + 0.5 * np.random.default_rng(2).uniform(-1, 1, (5, 2))
-    found, met = descend_by_lbfgs(valley, start, lambda x, shift: lambda f: f, tolerance=1e-9, steps=300)
-    assert met and found == pytest.approx(np.tile([1.0, -1.0], (5, 1)), abs=1e-8)
+@pytest.mark.parametrize("contact", ["outline", "segment", "segment/smooth"])
+def test_the_first_step_is_that_of_the_shifted_hessian_of_numpy(dp_dense, contact):
+    """No longer than the reach; away from a minimum, where forces stretch and turn edges."""
+    packing = at_phi(dp_dense, dp_dense.phi + 0.01).with_state(params={**dp_dense.params, "contact": contact})
+    with Session(packing, scales=Scales()) as session:
+        force = session.evaluate().forces.ravel()
+        found = descent(session, 1e-12, 1, first_shift=30.0)
+        moved = (session.positions() - packing.positions).ravel()
+    assert (found.steps, found.factors, found.refused) == (1, 1, 0)
+    shift = max(30.0, USUAL.lbfgs.shift * np.hypot(*force.reshape(-1, 2).T).max())
+    wanted = np.linalg.solve(jamlab.hessian(packing).toarray() + shift * np.eye(len(force)), force)
+    assert moved == pytest.approx(wanted * (moved @ wanted) / (wanted @ wanted), abs=1e-9 * np.abs(wanted).max())
+    assert 0 < np.abs(moved).max() <= USUAL.lbfgs.reach * (1 + 1e-12)
 
 
-def test_descent_stops_where_it_is_enough():
-    start = np.full((5, 2), 3.0)
-    seen = []
+def test_a_descent_near_a_minimum_needs_one_factorisation(dp_dense):
+    """In steps to the tolerance, at an energy no higher than that of the minimum; nothing moves where it is enough."""
+    kick = 1e-7 * np.random.default_rng(1).normal(size=dp_dense.positions.shape)
+    with Session(dp_dense, scales=Scales()) as session:
+        least = session.evaluate().energy
+        session.set_positions(dp_dense.positions + kick)
+        loose = descent(session, 1e-10, 100, loose_energy=1e9)
+        assert (loose.steps, loose.factors, loose.forces) == (0, 0, 1)
+        assert session.positions() == pytest.approx(dp_dense.positions + kick, abs=1e-14)
+        found = descent(session, 1e-10, 100)
+        state = session.evaluate()
+    assert found.factors - found.refused == 1 and found.largest_force <= 1e-10 and 0 < found.steps < 20
+    assert state.max_force <= 1.01e-10 and state.energy == pytest.approx(least, rel=1e-13)
 
-    def enough(largest):
-        seen.append(largest)
-        return len(seen) == 4
 
-    how = {"tolerance": 1e-9, "steps": 300, "enough": enough}
-    found, met = descend_by_lbfgs(valley, start, lambda x, shift: lambda f: 1e-4 * f, **how)
-    assert not met and len(seen) == 4
-    assert np.hypot(*valley(found)[1].T).max() == pytest.approx(seen[-1])
+def test_outlines_that_cross_end_a_descent():
+    """A vertex on the edge of another droplet has no direction to go."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    law = {"gamma": 0.01, "eta": 0.0, "ka": 10.0, "eps": 1.0, "delta": 0.1, "contact": "outline", "a0": [1.0, 1.0]}
+    x = np.concatenate([square, square + np.array([1.0, 0.3])])
+    packing = jamlab.Packing("dp", np.diag([5.0, 5.0]), x, law, offsets=[0, 4, 8])
+    with Session(packing, scales=Scales()) as session:
+        assert descent(session, 1e-10, 5).crossed
 
 
 @pytest.mark.parametrize("change", [0.01, -0.005])

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from studies import gallery, registry
-from studies.reference_data import read_record
+from studies.reference_data import read_record, save_reference
 from studies.registry import CHARTS, MAPS, studies
 from studies.study import Shown, TableStudy
 
@@ -86,7 +86,7 @@ def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path)
         studies()["droplet-calibration"].draw()
 
 
-def test_packings_of_a_campaign_are_added_to_tables(tmp_path):
+def test_packings_of_a_campaign_are_added_to_tables(tmp_path, monkeypatch):
     campaign = jamlab.open_campaign(campaigns.written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaigns.run_here(campaign)
     for commit in ("one", "two"):
@@ -96,6 +96,11 @@ def test_packings_of_a_campaign_are_added_to_tables(tmp_path):
     record = read_record(tmp_path / "tables")
     assert [run["commit"] for run in record["runs"]] == ["one", "two"]
     assert record["runs"][0]["rows"] == record["runs"][1]["rows"]
+    monkeypatch.setattr("jamlab.geometry.contact_network.CONTACTS_DEFINITION", 9)
+    campaigns.run_here(campaign)
+    with pytest.warns(UserWarning) as said:
+        save_reference(campaign.file, tmp_path / "tables", "three", add=True)
+    assert any(str(tmp_path / "tables") in str(w.message) and "contacts" in str(w.message) for w in said)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,8 @@
 B u = F - rate b with a set of contacts that is held over a step, so that the right side is smooth; steps of Dormand and
 Prince (order 5) end where a gap becomes zero. Where drag would push a contact open that closes without it, the two
 disks rub: the gap stays zero, and a part theta of the drag acts, so much that they neither part nor meet.
-Units "k": stiffness 1, tau_1 = 1.
+Units "k": stiffness 1, tau_1 = 1. Of exponents above 2 drag sets in from nothing: no state is held, and LSODA of scipy
+takes the steps.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 import jamlab
 
@@ -85,7 +87,10 @@ class ExactFlow:
         act = np.array(sorted(self.closed) + rub, dtype=int)
         m, count = len(act), len(act) - len(rub)
         normal = r / length[:, None]
-        push = np.where(np.arange(m) < count, self.reach[act] - length[act], 0.0)
+        exponent, s = self.packing.params.get("exponent", 2.0), self.reach[act]
+        overlap = np.where(np.arange(m) < count, s - length[act], 0.0)
+        push = s ** (2 - exponent) * overlap ** (exponent - 1)
+        stiffness = (exponent - 1) * s ** (2 - exponent) * overlap ** (exponent - 2)
         a, b, (nx, ny) = self.first[act], self.second[act], normal[act].T
         across, along, k = np.zeros((m, 3 * n)), np.zeros((m, 3 * n)), np.arange(m)
         across[k, a], across[k, b], across[k, n + a], across[k, n + b] = -nx, nx, -ny, ny
@@ -103,7 +108,7 @@ class ExactFlow:
             square = vn**2 + self.beta * vt**2
             slow = 1e-10 * square.mean() + 1e-60 if m else 0.0
             whole = (square + slow) ** (0.5 * (self.alpha - 1)) if self.alpha != 1 else np.ones(m)
-            w = whole * drags
+            w = whole * drags * stiffness
             # weights held, and Newton's steps at the end, where they converge
             bend = w * (self.alpha - 1) / (square + slow) if near else np.zeros(m)
             residual = force - hold * u - across.T @ (w * vn) - along.T @ (self.beta * w * vt) - along[count:].T @ held
@@ -267,6 +272,23 @@ class ExactFlow:
                 ]
             )
         return np.array(out)
+
+    def smooth_rows(self, strain: float, count: int) -> np.ndarray:
+        """As `rows`, of exponents above 2."""
+        shape = self.packing.positions.shape
+
+        def solve(time: float, x: np.ndarray) -> dict:
+            self.closed = {int(c) for c in np.flatnonzero(self.gaps(x.reshape(shape), self.rate * time) < 0)}
+            return self.solve(x.reshape(shape), self.rate * time)
+
+        times, start = strain / self.rate * np.arange(count + 1) / count, self.packing.positions.ravel()
+        path = solve_ivp(
+            *(lambda time, x: solve(time, x)["flow"].ravel(), (0.0, times[-1]), start, "LSODA", times),
+            rtol=self.tolerance,
+            atol=self.tolerance,
+        )
+        found = [solve(time, x) for time, x in zip(times, path.y.T, strict=True)]
+        return np.array([[f[name] for name in ("elastic", "viscous", "pressure", "n1")] for f in found])
 
     def advance(self, x: np.ndarray, time: float, found: dict, h: float, end: float) -> tuple:
         """One step, to the first change of a contact at most: positions, time, solution, step to try next."""

@@ -4,6 +4,7 @@ import bz2
 import gzip
 import lzma
 import os
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import jamlab
 from jamlab.errors import InputError, StorageError
 
+PUBLISHED = Path(__file__).parents[1] / "states" / "published"
 RNG = np.random.default_rng(5)
 BOX = np.array([[4.0, 0.0], [0.5, 5.0]])
 POSITIONS, RADII = RNG.uniform(0, 5, (6, 2)), RNG.uniform(0.3, 0.5, 6)
@@ -168,6 +170,37 @@ def test_h5md_that_is_no_packing_is_refused_with_a_true_reason(tmp_path):
             file.update(content)
         with pytest.raises(StorageError):  # not that it holds sizes and a law
             jamlab.read(tmp_path / "plain.h5", radii=0.4)
+
+
+@pytest.mark.parametrize("kind", ["csv", "npy", "h5", "xyz", "txt"])
+@pytest.mark.filterwarnings("ignore")  # of numpy, about what a damaged head may mean
+def test_damaged_files_raise_errors_of_jamlab_only(tmp_path, kind):
+    """In one line that names the file; or the damage is a number, which text does not show."""
+    path, rows = tmp_path / f"p.{kind}", np.column_stack([POSITIONS, RADII])
+    words = [" ".join(f"{value:.17g}" for value in row) for row in rows]
+    if kind == "npy":
+        np.save(path, rows)
+    elif kind == "h5":
+        write_h5md(path, POSITIONS[None], BOX.diagonal(), radius=RADII, **{"id": np.arange(6)})
+    elif kind == "txt":
+        path.write_bytes((PUBLISHED / "N16~P1e-3~0001.txt").read_bytes())
+    else:
+        head = ["x y r"] if kind == "csv" else ["6", 'Lattice="4 0 0 0 5 0 0 0 1" Properties=pos:R:2:radius:R:1 k=2']
+        path.write_text("\n".join([*head, *words]) + "\n")
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    for turn in range(90):
+        at = int(rng.integers(len(whole)))
+        put = rng.choice([b"nan", b"\n", b" 1e400 ", b"-", b"#", b"99999999999999999999", b",", b"\0"])
+        damaged = (
+            whole[:at],
+            whole[:at] + bytes([int(rng.integers(256))]) + whole[at + 1 :],
+            whole[:at] + put + whole[at:],
+        )
+        path.write_bytes(damaged[turn % 3])
+        try:
+            jamlab.read_all(path, **({"box": BOX} if kind in ("csv", "npy") else {}))
+        except jamlab.JamlabError as error:
+            assert path.name in str(error) and "\n" not in str(error)
 
 
 @pytest.mark.parametrize(

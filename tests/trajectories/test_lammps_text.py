@@ -234,9 +234,10 @@ def test_radii_and_boxes_of_few_digits_are_noticed_too(tmp_path, what, suffix):
     assert np.isnan(jamlab.measure(back, ["z"])["z"])
 
 
-def test_wrapped_droplets_become_whole(tmp_path):
+@pytest.mark.parametrize("tilt", [1 / 3, 16 / 3])
+def test_wrapped_droplets_become_whole(tmp_path, tilt):
     """As the decks' dumps had them: x and y in the box, no bonds, rows in any order."""
-    packing = polygons(4, 1 / 3)
+    packing = polygons(4, tilt)
     inside, image = wrap(packing)
     assert len(np.unique(image, axis=0)) > 4
     places, box = zip(packing.particle, inside, strict=True), packing.box

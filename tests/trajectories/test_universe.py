@@ -246,7 +246,7 @@ def test_gsd_with_square_and_sheared_boxes(tmp_path, make):
 def test_gsd_that_is_none(tmp_path):
     pytest.importorskip("gsd.hoomd")
     (tmp_path / "p.gsd").write_text("no such file")
-    with pytest.raises(StorageError, match=r"cannot read .*gsd"):
+    with pytest.raises(StorageError, match=r"p\.gsd"):
         jamlab.read(tmp_path / "p.gsd")
 
 

@@ -1,0 +1,121 @@
+"""The way to onset that every search takes: up from a loose packing, by ever smaller steps, and down again.
+
+What a state is, and how it is relaxed and judged, is up to the search: packings in LAMMPS, or rigid droplets.
+"""
+
+from abc import ABC, abstractmethod
+from typing import Generic, Protocol, TypeVar
+
+from jamlab.errors import ConvergenceError
+from jamlab.protocols.solver_settings import SolverSettings
+
+
+class Dense(Protocol):
+    """What has a packing fraction."""
+
+    @property
+    def phi(self) -> float:
+        """Nominal packing fraction."""
+
+
+State = TypeVar("State", bound=Dense)
+
+
+class Approach(ABC, Generic[State]):
+    """Steps of phi up to a jammed state and down to onset."""
+
+    protocol: dict[str, float]  # numbers of `lammps_inputs/onset.parameters`
+    settings: SolverSettings
+
+    @abstractmethod
+    def settle(self, start: State, phi: float) -> State:
+        """Relax a state at another packing fraction, well enough to tell jammed from loose."""
+
+    @abstractmethod
+    def follow(self, start: State, phi: float) -> State:
+        """Relax a jammed state at another packing fraction to the end, from where linear response leads to."""
+
+    @abstractmethod
+    def jammed(self, state: State) -> bool:
+        """Whether a state bears a load and lies above onset."""
+
+    @abstractmethod
+    def at_end(self, state: State) -> bool:
+        """Whether a state holds so little contact energy that the way down ends there."""
+
+    @abstractmethod
+    def fallen(self, state: State) -> bool:
+        """Whether a state, not jammed, has lost its contacts."""
+
+    @abstractmethod
+    def root(self, state: State) -> float:
+        """Contact energy to the power that makes it grow as phi - phi_J."""
+
+    @abstractmethod
+    def why_loose(self, state: State) -> str:
+        """What the last minimisation ended at, for the error that no state jams."""
+
+    def bracket(self, low: State, step: float) -> tuple[State, State]:
+        """The last state without contacts and the first jammed one, no more than `step_fine` apart."""
+        jammed: State | None = None
+        longest = step
+        while True:
+            near = low.phi >= self.protocol["phi_near"]
+            step = min(step, self.protocol["step_near"] if near else longest)
+            phi = low.phi + step
+            if jammed is not None:
+                phi = min(phi, 0.5 * (low.phi + jammed.phi))
+            trial = self.settle(low, phi)
+            if self.jammed(trial):
+                jammed = trial
+            else:
+                low, step = trial, 2 * step  # short after a fall, it grows again
+            if jammed is not None and jammed.phi - low.phi <= self.protocol["step_fine"]:
+                return low, jammed
+            if low.phi >= 1.0:
+                raise ConvergenceError(
+                    f"no jammed state up to phi = {low.phi:.3f}: the last minimisation ended at {self.why_loose(trial)}"
+                )
+
+    def come_down(self, lowest: float, jammed: State, aim: float) -> tuple[State, float]:
+        """Follow a jammed state down to onset.
+
+        The root of the contact energy is extrapolated to zero from two jammed states; the first step goes half way to
+        `lowest`, where the packing was not jammed when it was compressed. If all contacts are lost in one go, the loose
+        state is returned instead. `aim`: root of the contact energy to end at. Returns the distance to the extrapolated
+        onset as well.
+        """
+        numbers = self.settings.onset
+        gap, stride = 0.5 * (jammed.phi - lowest), 1.0
+        fallen: State | None = None  # not jammed; compressed from below it may have jammed later than it unjams
+        for _ in range(numbers.decompressions):
+            root = self.root(jammed)
+            wanted = jammed.phi - gap * (1 - max(aim / root, numbers.least_root))
+            if fallen is not None:
+                if jammed.phi - fallen.phi < numbers.jump * gap:
+                    return fallen, gap
+                wanted = max(wanted, 0.5 * (fallen.phi + jammed.phi))
+            state = self.follow(jammed, jammed.phi - stride * (jammed.phi - wanted))
+            left = self.root(state)
+            moved = jammed.phi - state.phi
+            way = left * moved / (root - left) if (root - left) * moved > 0 else abs(moved)
+            if self.at_end(state):
+                return state, way
+            if self.jammed(state):
+                jammed, gap, stride = state, way, 1.0
+            elif self.fallen(state):
+                fallen = state
+            else:
+                stride *= numbers.stride  # did not converge: come from elsewhere
+        raise ConvergenceError(
+            f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy does not come down to onset; try "
+            "another seed or a smaller step"
+        )
+
+
+def fell_too_often(phi: float, falls: int) -> ConvergenceError:
+    """The error of a search whose jammed states come loose again and again."""
+    return ConvergenceError(
+        f"no jamming onset near phi = {phi:.8f}: {falls} jammed states came loose on the way down to it, or ended on "
+        "saddles; try another seed or a smaller step"
+    )

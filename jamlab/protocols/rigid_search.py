@@ -1,0 +1,274 @@
+"""Search for the onset of droplets over rigid bodies; the droplets themselves judge its end.
+
+Droplets that do not touch are regular polygons, so the last loose and the first jammed state on the way up are states
+of rigid polygons, with three coordinates of each instead of two of every vertex. Rigid polygons are followed down until
+they hold a contact energy with which droplets, which are softer than their rims, lie in the window of onset.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.engine.rigid_droplets import RigidDescent, RigidDroplets
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.elasticity import follow, unstable_direction
+from jamlab.packing.natural_units import mean_size
+from jamlab.packing.packing import Packing
+from jamlab.protocols.approach import Approach, fell_too_often
+from jamlab.protocols.newton import descend_by_newton
+from jamlab.protocols.onset_search import OnsetSearch, SearchState
+from jamlab.protocols.relaxation import Relaxed, relax
+from jamlab.protocols.saddles import rests_on_rattlers, slid
+from jamlab.protocols.solver_settings import SolverSettings
+
+
+@dataclass(frozen=True)
+class RigidSearch(Approach[RigidDroplets]):
+    """The search over rigid droplets. `droplets`: the search in the LAMMPS session that holds the droplets."""
+
+    droplets: OnsetSearch
+    protocol: dict[str, float]
+    settings: SolverSettings
+
+    def run(self, packing: Packing, step: float) -> SearchState:
+        """Onset above a loose packing, by steps of phi that begin with `step`."""
+        low, onset = RigidDroplets.of(packing), self.settings.onset
+        seen: list[float] = []  # packing fractions at which contacts appear
+        for falls in range(onset.most_falls + 1):
+            self.droplets.work.attempt = falls + 1
+            low, jammed = self.bracket(low, step)
+            jammed = self._stabilize(jammed)
+            low, step = jammed, self.protocol["step_fine"]
+            if not self.jammed(jammed):
+                continue
+            try:
+                end, gap = self.come_down(jammed.phi - step, jammed, float(np.sqrt(self._aim)))
+            except ConvergenceError:  # the contact energy jumps over the window
+                low = self._shaken(jammed, falls)
+                continue
+            if self.at_end(end):
+                seen.append(end.phi - gap)
+                if sum(abs(seen[-1] - phi) < self.settings.rigid.same for phi in seen) > self.settings.rigid.repeats:
+                    low = self._shaken(end, falls)
+                    continue
+                found = self._judge(end, gap, late=falls >= onset.falls)
+                if isinstance(found, SearchState):
+                    return found
+                end = found
+            low = end
+        raise fell_too_often(low.phi, onset.most_falls + 1)
+
+    @property
+    def _shears(self) -> bool:
+        return self.droplets.relax_state is not relax
+
+    @cached_property
+    def _aim(self) -> float:
+        """Contact energy per vertex of rigid droplets whose overlaps droplets would share with their own deformation,
+        so that their contacts hold one in the middle of the window of onset."""
+        middle = float(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
+        return middle * (1 + 1 / stiffness_of_droplets(self.droplets.session.packing(), self.settings)) ** 2
+
+    def _relax(
+        self, state: RigidDroplets, phi: float | None = None, *, to_the_end: bool = True, shears: bool | None = None
+    ) -> RigidDroplets:
+        numbers, newton = self.settings.rigid, self.settings.newton
+        eps, delta = (float(state.droplets.params[name]) for name in ("eps", "delta"))
+        stiffness = eps / delta**2
+        descent = RigidDescent(
+            relative=numbers.ended if to_the_end else numbers.settled,
+            absolute=numbers.rounding * eps / delta,
+            loose=numbers.loose * self.protocol["u_contact"] * len(state.droplets.positions),
+            reach=min(newton.reach, numbers.rim * delta),
+            first_shift=numbers.first_shift * stiffness,
+            least_shift=numbers.least_shift * stiffness,
+            last_shift=numbers.last_shift * stiffness,
+            **{name: getattr(newton, name) for name in ("accepted", "good", "poor", "shrink", "grow", "definite")},
+        )
+        saddles = numbers.slides if to_the_end else 0
+        found = state.relaxed(
+            descent, numbers.steps, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles
+        )
+        self.droplets.work.reached(found.phi)
+        return found
+
+    def settle(self, start: RigidDroplets, phi: float) -> RigidDroplets:
+        """At fixed box, in smaller steps where outlines would cross at once."""
+        found = self._relax(start, phi, to_the_end=False, shears=False)
+        while found.crossed:
+            phi = 0.5 * (start.phi + phi)
+            if abs(phi - start.phi) < self.protocol["increment_least"]:
+                raise ConvergenceError(
+                    f"no jamming onset near phi = {start.phi:.8f}: droplets cross their outlines; try another seed"
+                )
+            found = self._relax(start, phi, to_the_end=False, shears=False)
+        return found
+
+    def follow(self, start: RigidDroplets, phi: float) -> RigidDroplets:
+        """In the ensemble of the search."""
+        return self._relax(start, phi)
+
+    def jammed(self, state: RigidDroplets) -> bool:
+        """Whether some droplets are held by contacts whose forces balance."""
+        bearing = self.settings.onset.bearing * state.pressure * mean_size(state.droplets)
+        if state.crossed or state.energy_per_vertex <= self.protocol["u_jammed"] or state.max_force >= bearing:
+            return False
+        try:
+            return not contacts(state.packing()).loose
+        except InputError:  # outlines cross
+            return False
+
+    def at_end(self, state: RigidDroplets) -> bool:
+        """Whether droplets would be near the window of onset."""
+        numbers = self.settings.rigid
+        return (
+            not state.crossed
+            and numbers.lowest * self._aim <= state.energy_per_vertex <= numbers.highest * self._aim
+            and state.max_force <= numbers.balanced * state.contact_force
+        )
+
+    def fallen(self, state: RigidDroplets) -> bool:
+        """Whether too little touches."""
+        return not state.crossed and state.energy_per_vertex < self.settings.rigid.lowest * self._aim
+
+    def root(self, state: RigidDroplets) -> float:
+        """sqrt(U) of springs."""
+        return float(np.sqrt(state.energy_per_vertex))
+
+    def why_loose(self, state: RigidDroplets) -> str:
+        """Energy and force."""
+        crossed = ", where outlines cross" if state.crossed else ""
+        return f"contact energy {state.energy_per_vertex:.2g} per vertex and max force {state.max_force:.2g}{crossed}"
+
+    def _stabilize(self, jammed: RigidDroplets) -> RigidDroplets:
+        """The jammed state, relaxed to the end; compressed by growing steps where the shear of the box unjams it."""
+        state = self._relax(jammed)
+        step = 0.5 * self.protocol["step_fine"]
+        while self._shears and not self.jammed(state) and state.phi < 1.0:
+            state = self._relax(state, state.phi + step)
+            step = min(2 * step, self.protocol["step_near"])
+        return state
+
+    def _shaken(self, state: RigidDroplets, seed: int) -> RigidDroplets:
+        """A state below one that a search has come back to, moved at random where outlines then do not cross."""
+        loose = self.settle(state, state.phi - self.protocol["step_near"])
+        moves = np.random.default_rng(seed).normal(0.0, self.settings.rigid.shake, loose.coordinates.shape)
+        shaken = self._relax(replace(loose, coordinates=loose.coordinates + moves), shears=False)
+        return loose if shaken.crossed else shaken
+
+    def _judge(self, end: RigidDroplets, gap: float, late: bool) -> SearchState | RigidDroplets:
+        """Onset of droplets beside rigid ones that barely touch; or, where it is none, the rigid state to go on from.
+
+        A droplet that slides or rolls is followed along its mode. What comes back from there, and what still gives way
+        after some tries, counts as held if rattlers push it back either way.
+        """
+        numbers, session, back = self.settings.rigid, self.droplets.session, late
+        unsettled = False  # droplets did not come to rest, and as rigid bodies are where they were
+        for attempt in range(numbers.judgements):
+            state = self._as_droplets(end, gap)
+            if unsettled and not self.droplets.at_end(state):
+                state = self._relax_at_length()
+            if not self.droplets.at_end(state):
+                again = self._relax(RigidDroplets.of(state.packing))
+                stuck = abs(again.energy - end.energy) < numbers.same * end.energy
+                end = again
+                if stuck and unsettled:
+                    break
+                unsettled = stuck
+            elif (unstable := unstable_direction(state.packing)) is None:
+                return state
+            elif (back or attempt + 1 == numbers.judgements) and rests_on_rattlers(session, self.settings):
+                return replace(state, on_rattlers=True)
+            else:
+                mode = unstable[0]
+                session.set_positions(slid(session, state.packing, mode, self.settings))
+                stopped = self._relax_droplets(numbers.slide_steps)
+                if self.droplets.at_end(stopped) and unstable_direction(stopped.packing) is None:
+                    return stopped
+                end, back = self._followed(state.packing, mode), True
+            if not self.at_end(end):
+                break
+        return end
+
+    def _followed(self, packing: Packing, mode: Array) -> RigidDroplets:
+        """Rigid droplets that moved along a mode, downhill, until others stop them; rattlers are pushed aside."""
+        numbers, state = self.settings.rigid, RigidDroplets.of(packing)
+        downhill = np.vdot(self.droplets.session.forces_at(packing.positions)[1], mode)
+        length = (self.settings.saddles.slide if downhill >= 0 else -self.settings.saddles.slide) * mean_size(packing)
+        ahead = RigidDroplets.of(packing._trusted(positions=packing.positions + length * mode)).coordinates
+        ahead = ahead - state.coordinates
+        for _ in range(numbers.slides):
+            moved = self._relax(replace(state, coordinates=state.coordinates + ahead))
+            part = np.vdot(moved.coordinates - state.coordinates, ahead) / np.vdot(ahead, ahead)
+            state = moved
+            if part < numbers.moved or not self.at_end(state):
+                break
+        return state
+
+    def _as_droplets(self, end: RigidDroplets, gap: float) -> SearchState:
+        """Droplets relaxed from rigid ones, compressed or decompressed until they lie in the window of onset."""
+        numbers, aim = self.settings.rigid, np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"])
+        self.droplets.session.load(end.packing())
+        state = self._relax_droplets(numbers.droplet_steps)
+        for _ in range(numbers.corrections):
+            if self.droplets.at_end(state) or not state.found.converged or state.energy < numbers.gone:
+                break
+            factor = float(np.clip(aim / np.sqrt(state.energy), 1 / numbers.farthest, numbers.farthest))
+            target, gap = state.phi + gap * (factor - 1), gap * factor
+            self.droplets.session.load(follow(state.packing, target))
+            state = self._relax_droplets(numbers.droplet_steps)
+        return state
+
+    def _relax_at_length(self) -> SearchState:
+        """Droplets by first-order steps as well, where Newton steps alone do not bring them to rest."""
+        numbers = self.settings.rigid
+        effort = replace(
+            self.settings,
+            lbfgs=replace(self.settings.lbfgs, steps=numbers.lbfgs_steps),
+            relaxation=replace(self.settings.relaxation, rounds=1),
+            box_shear=replace(self.settings.box_shear, steps=numbers.box_steps),
+        )
+        session, tolerance = self.droplets.session, self.droplets.tolerance
+        return self.droplets.measure(self.droplets.relax_state(session, tolerance, settings=effort))
+
+    def _relax_droplets(self, steps: int) -> SearchState:
+        """Droplets near a minimum, by a bounded number of Newton steps; so far, where they get there, that contacts
+        are left that stop a slide with hardly any force."""
+        session, tolerance = self.droplets.session, self.droplets.tolerance
+        newton = replace(self.settings.newton, first_shift=self.settings.rigid.droplet_shift)
+        if self._shears:
+            brief = replace(
+                self.settings,
+                newton=replace(newton, near_steps=steps, steps=steps),
+                relaxation=replace(self.settings.relaxation, rounds=0),
+                box_shear=replace(self.settings.box_shear, steps=self.settings.rigid.box_steps),
+            )
+            return self.droplets.measure(self.droplets.relax_state(session, tolerance, near=True, settings=brief))
+        taken = descend_by_newton(session, tolerance, steps, settings=newton)
+        state = session.evaluate()
+        if state.max_force <= tolerance:
+            reached, finest = session.packing(), min(self.settings.saddles.finest, tolerance)
+            taken += descend_by_newton(session, finest, self.settings.rigid.finer_steps, settings=newton)
+            finer = session.evaluate()
+            if finer.max_force <= state.max_force:
+                state = finer
+            else:
+                session.load(reached)
+        return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, taken))
+
+
+def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:
+    """Whether the search over rigid bodies finds onsets of such particles: droplets whose outlines touch, of a tension
+    that does not weaken along short edges, and not far softer than their rims."""
+    if packing.model == "sp" or packing.params["contact"] != "outline" or packing.params["eta"]:
+        return False
+    return stiffness_of_droplets(packing, settings) >= settings.rigid.softest
+
+
+def stiffness_of_droplets(packing: Packing, settings: SolverSettings) -> float:
+    """Stiffness of a droplet against a contact over that of its rim, eps/delta^2, which the contact deforms as well."""
+    params = packing.params
+    return float(settings.rigid.stiffness * params["gamma"] * params["delta"] ** 2 / params["eps"])

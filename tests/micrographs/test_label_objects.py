@@ -1,0 +1,174 @@
+"""Rules for labels of segmenters and hands: what they change comes back as drawn, the truth is in every interval."""
+
+import json
+
+import label_masks
+import numpy as np
+import pytest
+from commands import call
+from label_masks import FAULTS, judge, wrong
+from PIL import Image
+
+import jamlab
+from jamlab.errors import InputError
+from jamlab.micrographs.label_objects import part_mask, sort_objects
+from jamlab.micrographs.labels import looks_labelled, read_labels
+
+pytest.importorskip("skimage")
+RADIUS, SPACING = 14.0, 28.5
+Y, X = np.mgrid[:250, :256] + 0.5
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """Circles of a square lattice whose outermost are cut, 36 of them whole."""
+    column, row = np.floor((X + 10) / SPACING), np.floor((Y + 13) / SPACING)
+    away = np.hypot((X + 10) % SPACING - SPACING / 2, (Y + 13) % SPACING - SPACING / 2)
+    labels = np.where(away < RADIUS, row * 10 + column + 1, 0).astype(int)
+    sizes = np.bincount(labels.ravel())[label_masks.inner(labels)]
+    share = np.pi * (RADIUS / SPACING) ** 2
+    truth = {"count": len(sizes), "area": np.pi * RADIUS**2, "rho": share, "interior_fraction": share, "z": 4.0}
+    return labels, truth, np.sort(sizes)
+
+
+EXACT = ("specks", "holes", "large holes", "two labels each", "wrapped numbers", "labelled ground")
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_no_good_number_is_beyond_its_interval(drawn, fault):
+    labels, truth, sizes = drawn
+    faulty, scale = FAULTS[fault](labels, np.random.default_rng(1)), 4 if fault == "twice the pixels" else 1
+    row = judge(faulty, truth | {"area": truth["area"] * scale})
+    assert wrong(row) == []
+    assert (row["count"][2] == "refused") == fault.startswith("inverted")
+    if fault in EXACT:
+        found = jamlab.micrograph(labels=faulty)
+        np.testing.assert_allclose(np.sort(found.areas), sizes, atol=3)
+        assert found.label_notes
+        assert {found.numbers[name].half_width > 0 for name in truth} == {True}
+
+
+def test_two_in_one_are_in_the_interval_of_the_count(drawn):
+    labels, truth, _ = drawn
+    for count in (1, 4):
+        off, half, _ = judge(label_masks.merged(labels, np.random.default_rng(2), count), truth)["count"]
+        assert -half <= off < 0 and half == 1 - off
+
+
+def test_turned_and_doubled_labels_have_the_same_z(drawn):
+    number = jamlab.micrograph(labels=drawn[0]).numbers["z"]
+    for other in (drawn[0][::-1], drawn[0].T, np.kron(drawn[0], np.ones((2, 2), dtype=int))):
+        low, high = number.interval
+        assert low <= jamlab.micrograph(labels=other).z <= high
+
+
+def test_a_cell_with_walls_has_z_of_droplets_off_them():
+    """Of k x k circles of a square lattice those off the rim touch four, and 2 N_c/N is 4 (k - 1)/k."""
+    k, spacing = 6, 28.0
+    inside = (X > 20) & (X < 20 + k * spacing) & (Y > 20) & (Y < 20 + k * spacing)
+    away = np.hypot((X - 20) % spacing - spacing / 2, (Y - 20) % spacing - spacing / 2)
+    circles = (away < RADIUS) & inside
+    names = np.where(circles, 1 + (X - 20) // spacing + k * ((Y - 20) // spacing), 0).astype(int)
+    found = jamlab.micrograph(labels=names)
+    assert (found.count, found.rim.sum(), found.rattlers.sum()) == (k**2, 4 * (k - 1), 0)
+    assert found.z == 4.0 and found.z_range == (4.0, 4.0) and found.z_all == pytest.approx(4 * (k - 1) / k)
+    assert found.numbers["z"].quality == "doubtful"
+
+
+def disc(x, y, radius):
+    return np.hypot(X - x, Y - y) < radius
+
+
+def numbered(*masks):
+    """Labels of masks, the later ones on top."""
+    labels = np.zeros(X.shape, dtype=np.int64)
+    for number, mask in enumerate(masks, 1):
+        labels[mask] = number
+    return labels
+
+
+def test_what_is_kept():
+    """Each of these is a droplet, though a rule comes near to it."""
+    places = [(20 + 40 * k, 60 + 80 * (k % 2)) for k in range(6)]
+    sizes = numbered(*(disc(x, y, 2.2 * 1.45**k) for k, (x, y) in enumerate(places)))  # small, and no gap
+    objects, notes = sort_objects(sizes)
+    assert objects.max() == 6 and [note.doubt for note in notes] == [2]  # below a quarter of the typical one
+    two = numbered(*(disc(x, y, (8, 18)[k % 2]) for k, (x, y) in enumerate(places)))  # a sixth of the area
+    assert sort_objects(two)[1] == []
+    beside = numbered(disc(80, 80, 20), (abs(X - 102) < 2) & (abs(Y - 80) < 15))
+    assert sort_objects(beside)[0].max() == 2
+
+
+def test_the_ground_need_not_reach_every_side(drawn):
+    labels = drawn[0] + 1
+    labels[:, :3] = labels.max() + 1
+    assert (sort_objects(labels)[0][drawn[0] == 0][20:] == 0).mean() > 0.9
+
+
+def test_a_small_one_in_the_label_of_a_large_one_is_told():
+    circles = [disc(30 + 34 * (k % 6), 30 + 34 * (k // 6), 14) for k in range(36)]
+    plain = jamlab.micrograph(labels=numbered(*circles)).numbers["count"]
+    circles[14] |= disc(30 + 34 * 2 + 14 + 6, 30 + 34 * 2 - 10, 8)
+    assert jamlab.micrograph(labels=numbered(*circles)).numbers["count"].half_width == plain.half_width + 1
+
+
+def test_holes_of_a_mask_are_filled_before_it_is_parted():
+    column, row = np.meshgrid(np.arange(4), np.arange(3))
+    places = np.column_stack([40 + 50 * column.ravel(), 40 + 50 * row.ravel()])
+    mask = np.any([disc(x, y, 25.4) for x, y in places], axis=0)
+    holed = mask & ~np.any([(abs(X - x - 6) < 5) & (abs(Y - y) < 5) for x, y in places], axis=0)
+    assert part_mask(holed)[0].max() and len(np.unique(part_mask(holed)[0])) == len(np.unique(part_mask(mask)[0])) == 13
+
+
+SQUARE = np.array([[10, 10], [30, 10], [30, 30], [10, 30]], dtype=float)
+
+
+def outline_areas(tmp_path, content):
+    (tmp_path / "outlines.json").write_text(json.dumps(content))
+    found = read_labels(tmp_path / "outlines.json", (60, 80))
+    return sorted(found.areas.tolist()), found.notes
+
+
+def test_outlines_that_overlap_share_what_they_both_cover(tmp_path):
+    rings = [(SQUARE + np.array([shift, 0])).tolist() for shift in (0, 14, 40)]
+    areas, notes = outline_areas(tmp_path, rings)
+    shared = 7 * 21  # columns 24 to 30
+    assert areas[2] == 441 and sum(areas[:2]) == 2 * 441 - shared
+    assert abs(areas[0] - (441 - shared / 2)) < 21 and notes[0].area == shared
+    areas, notes = outline_areas(tmp_path, [*rings, (SQUARE + 1).tolist()])
+    assert len(areas) == 3 and notes[0].doubt == 1
+    inner = (0.5 * SQUARE + 10).tolist()  # one that lies in another
+    assert len(outline_areas(tmp_path, [*rings, inner])[0]) == 3
+
+
+def test_polygons_of_geojson(tmp_path):
+    ring = [(SQUARE + np.array([shift, 0])).tolist() for shift in (0, 40)]
+    hole = (0.5 * SQUARE + 10).tolist()
+    part = {"type": "MultiPolygon", "coordinates": [[ring[0], hole], [ring[1]]]}
+    for content in (part, {"features": [{"geometry": part}]}):
+        assert outline_areas(tmp_path, content)[0] == [441, 441]
+    for wrong_one in (
+        [[*ring[0], [np.nan, 2.0]]],
+        [[[1.0, 2.0]]],
+        {"type": "LineString", "coordinates": ring[0]},
+    ):
+        with pytest.raises(InputError):
+            outline_areas(tmp_path, wrong_one)
+
+
+def test_labels_are_not_read_as_a_photograph(tmp_path, drawn):
+    labels = drawn[0]
+    rng = np.random.default_rng(1)
+    colours = rng.integers(20, 256, (labels.max() + 1, 3)).astype(np.uint8)[labels]
+    pictures = {"labels": labels, "floats": 1.0 * labels, "mask": labels > 0, "colours": colours}
+    assert {name: looks_labelled(values) for name, values in pictures.items()} == dict.fromkeys(pictures, True)
+    soft = (200 / (1 + np.exp(np.hypot(X % 30 - 15, Y % 30 - 15) - 13))).astype(np.uint8)
+    noise = rng.integers(0, 9, labels.shape)
+    for values in (soft, X.astype(int), (labels > 0) * 1.0, noise, np.dstack([soft] * 3)):
+        assert not looks_labelled(values)
+    Image.fromarray(labels.astype(np.uint16)).save(tmp_path / "mask.tif")
+    refused = call(tmp_path, "analyze", "mask.tif")
+    assert refused.exit_code == 1 and "--labels" in refused.stderr
+    shown = json.loads(call(tmp_path, "analyze", "--labels", "mask.tif", "--json").stdout)
+    assert shown["contrast"] == "labels" and shown["count"] == [drawn[1]["count"]]
+    assert call(tmp_path, "analyze").exit_code == 1
