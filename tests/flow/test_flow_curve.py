@@ -37,6 +37,12 @@ def test_flow_curve(curve, disks):
     assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
     read = jamlab.read_flow(path)
     assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
+    for z, error, packing in zip(
+        read.z_all, read.z_all_error, read.packings, strict=True
+    ):  # about that of the last state
+        assert abs(z - jamlab.contacts(packing).z_all) < 0.5 and 0 < error < 0.2
+    older = {name: np.zeros(0) for name in ("z_all", "z_all_error", "unsettled")}
+    assert np.isnan(replace(read, **older).z_all).all()
     assert ("steady at every rate" in repr(three)) == bool(three.finished.all())
 
 
