@@ -87,6 +87,7 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
 {
   const auto f = reinterpret_cast<Position *>(atom->nlocal ? atom->f[0] : nullptr);
   Returned *const returned = ghosts.data();
+  const bool parts = vflag_either || eflag_atom || !eflag_global;    // other than the energy of all contacts
   visit_contacts([=](const Contact &contact) {
     const Push push = push_on_vertex(contact);
     const double hx = contact.foot.t * push.fx, hy = contact.foot.t * push.fy;
@@ -98,7 +99,10 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
       sum_x += fx[k];
       sum_y += fy[k];
     }
-    if (TALLY) tally(contact, push, OWN);
+    if (TALLY && !parts)
+      eng_vdwl += push.energy;
+    else if (TALLY)
+      tally(contact, push, OWN);
   });
 }
 

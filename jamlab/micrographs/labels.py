@@ -127,6 +127,8 @@ def _read(path: Path, shape: tuple[int, ...] | None) -> NDArray[Any] | tuple[NDA
             return _fill_outlines(json.loads(path.read_text(encoding="utf-8")), shape)
         if ending in (".zip", ".roi"):
             return _fill_outlines(_read_rois(path), shape)
+    except InputError:
+        raise
     except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, BadZipFile, struct.error) as error:
         lines = str(error).splitlines() or [type(error).__name__]
         raise InputError(

@@ -23,9 +23,20 @@ def run_program(parent: int, line: list[str]) -> int:
         if os.getppid() != parent:
             os._exit(1)
         os.execv(line[0], line)
+    ended: list[bool] = []
+    started: list[subprocess.Popen[bytes]] = []
+
+    def end(*_: object) -> None:
+        ended.append(True)
+        for program in started:
+            program.terminate()
+
+    signal.signal(signal.SIGTERM, end)
+    die_with(parent, signal.SIGTERM)
     with subprocess.Popen(line) as program:
-        signal.signal(signal.SIGTERM, lambda *_: program.terminate())
-        die_with(parent, signal.SIGTERM)
+        started.append(program)
+        if ended:  # while the program was started
+            program.terminate()
         return program.wait()
 
 

@@ -7,6 +7,7 @@ the way; FIRE and Newton steps help where it stalls.
 """
 
 import logging
+from collections.abc import Callable
 from dataclasses import astuple, dataclass, replace
 from typing import Protocol
 
@@ -18,10 +19,13 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import EngineError, InputError
+from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.mechanics.positive_solver import PositiveSolver
+from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.force_laws import disk_law
-from jamlab.protocols.newton import descend_by_newton
+from jamlab.protocols.newton import descend_by_newton, factorise
+from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.versions
@@ -108,7 +112,7 @@ def relax(
             return Relaxed(state, tolerance, True, newton_steps)
     for round_ in range(settings.relaxation.rounds):
         if session.model == "sp" and round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
-            state = _descend_preconditioned(session, tolerance, settings.lbfgs.steps, settings)
+            state = _descend_along_valley(session, tolerance, settings)
         elif session.model == "sp":
             state = _descend_disks(session, tolerance, round_, least_pressure, settings.relaxation)
             if state.pressure < least_pressure:
@@ -212,10 +216,33 @@ def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest
     return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 
+def _descend_along_valley(session: Session, target: float, settings: SolverSettings) -> Evaluation:
+    """SP: the method of `_descend_preconditioned` in Python."""
+    packing, solver = session.packing(), PositiveSolver()
+
+    def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
+        factorise(hessian(packing.with_state(positions=positions)), shift, solver, settings.newton.definite)
+        return solver.solve
+
+    try:
+        positions, _ = descend_by_lbfgs(
+            session.forces_at,
+            packing.positions,
+            preconditioner,
+            tolerance=target,
+            steps=settings.lbfgs.steps,
+            settings=settings.lbfgs,
+        )
+    except (InputError, ConvergenceError):  # two disks in one place: no Hessian there
+        positions = packing.positions
+    session.set_positions(positions)
+    return session.evaluate()
+
+
 def _descend_preconditioned(
     session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
 ) -> Evaluation:
-    """L-BFGS on a shifted Hessian, `jamlab/descend`; back to the start if outlines crossed on the way."""
+    """DP: L-BFGS on a shifted Hessian, `jamlab/descend`; back to the start if outlines crossed on the way."""
     numbers, start, scales = settings.lbfgs, session.positions(), session.scales
     first_shift = session.last_descent.shift if session.last_descent is not None else numbers.least_shift
     found = session.descend(

@@ -27,6 +27,7 @@ def test_means_over_packings(tmp_path):
     packing = jamlab.pack(n=16, pressure=2e-2, seed=1)
     curve = jamlab.flow_curve(packing, [0.5], strain=1.0, discard=0.1, background=1e-2)
     assert row["stress"] == pytest.approx(curve.stress[0], rel=0.05)
+    assert row["z_all"] == pytest.approx(curve.z_all[0], rel=0.05) and row["z_all_error"] > 0
     means = campaign.aggregate(["stress", "flow_pressure"], by=["law", "rate"], table="flow", converged=False)
     contact = table.query("law == 'contact' and rate == 1.0")["stress"]
     found = means.query("law == 'contact' and rate == 1.0").iloc[0]

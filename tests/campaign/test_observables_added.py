@@ -316,6 +316,7 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
     with pytest.warns(UserWarning):
         assert merge(other, [before.folder.path])["copied"] == 3
     assert len(other.finished()) == len(other.earlier()) == 1
+    assert not jamlab.open_campaign(written(tmp_path / "d.toml", "d", **(PRESSED | {"seeds": [5]}))).earlier()
 
 
 class Counted:

@@ -46,12 +46,14 @@ class Future:
 
 class Cluster:
     """SLURM and a Dask client in one, whose clock ticks when it is read: jobs of some lifetime, calls of some length.
-    `faults`: job number -> "refuse", "lose", "requeue", "quiet": its end is seen by its absence alone, or "forget": it
-    ends before what its first call returned is fetched."""
+    `faults`: job number -> "refuse", "lose", "requeue", "quiet": its end is seen by its absence alone, "forget": it
+    ends before what its first call returned is fetched, or "hang": its worker ends, but SLURM lists it as running.
+    `unlisted`: time that a new job is not listed."""
 
-    def __init__(self, monkeypatch, lifetime, faults=None, starts=True):
+    def __init__(self, monkeypatch, lifetime, faults=None, starts=True, unlisted=0):
         self.time, self.lifetime, self.faults, self.starts = 0.0, lifetime, faults or {}, starts
         self.jobs, self.sent, self.ends, self.carried = {}, 0, 0, Counter()
+        self.unlisted, self.cancelled = unlisted, []
         monkeypatch.setattr(slurm, "_run", self.run)
         monkeypatch.setattr(slurm, "_run_script", lambda words, script: self.sbatch(script))
         monkeypatch.setattr(slurm.time, "monotonic", self.tick)
@@ -69,14 +71,17 @@ class Cluster:
                 "age": -3,
                 "call": None,
                 "again": fault == "requeue",
+                "sent": self.time,
             }
         return 0, f"Submitted batch job {self.sent}"
 
     def run(self, words, joined=True):
         if words[0] == "scancel":
             self.jobs = {name: job for name, job in self.jobs.items() if job["id"] not in words}
+            self.cancelled += words[1:]
             return 0, ""
-        return 0, "".join(f"{j['id']} {'PD' if j['age'] < 0 else 'R'}\n" for j in self.jobs.values())
+        listed = [job for job in self.jobs.values() if self.time - job["sent"] >= self.unlisted]
+        return 0, "".join(f"{job['id']} {'PD' if job['age'] < 0 else 'R'}\n" for job in listed)
 
     def tick(self):
         self.time += 1.0
@@ -91,7 +96,7 @@ class Cluster:
                     future.gone = job["fault"] == "forget"
                     future.end(("lost" if future.gone and value % 2 else "finished"), value)
                     job["age"] += self.lifetime * future.gone
-            if job["age"] >= self.lifetime:
+            if job["age"] >= self.lifetime and job["fault"] != "ended":
                 self.end(name, job)
         return self.time
 
@@ -100,13 +105,15 @@ class Cluster:
         future = job["call"][0] if job["call"] else None
         if job["again"]:
             job |= {"again": False, "age": -3, "call": None}
+        elif job["fault"] == "hang":
+            job |= {"fault": "ended", "call": None}
         else:
             del self.jobs[name]
         if future is not None and job["fault"] != "quiet":
             future.end("error", distributed.scheduler.KilledWorker("a", None, 0))
 
     def scheduler_info(self, n_workers):
-        there = [name for name, job in self.jobs.items() if job["age"] >= 0]
+        there = [name for name, job in self.jobs.items() if job["age"] >= 0 and job["fault"] != "ended"]
         return {"workers": {f"tls://{name}": {"name": name} for name in there}}
 
     def submit(self, length, value, *, key, workers, **_):
@@ -134,7 +141,9 @@ def test_calls_are_carried_once_through_ends_refusals_losses_and_requeues(monkey
     """200 calls of up to 0.9 of the lifetime of a job, by five jobs at a time, with a fault in every third."""
     rng = random.Random(seed)
     faults = {
-        k: rng.choice(["refuse", "lose", "requeue", "quiet", "forget"]) for k in range(1, 900) if rng.random() < 0.3
+        k: rng.choice(["refuse", "lose", "requeue", "quiet", "forget", "hang"])
+        for k in range(1, 900)
+        if rng.random() < 0.3
     }
     cluster = Cluster(monkeypatch, 40, faults)
     crew = SlurmCrew(cluster, 5, lambda name: name, "00:01:00")
@@ -151,6 +160,36 @@ def test_a_call_longer_than_a_job_is_given_up_and_others_are_not(monkeypatch):
     found = dict(ignored((crew, [5] * 10 + [41] + [5] * 10)))
     assert found.pop("c10") is None and set(found.values()) == {*range(10), *range(11, 21)}
     assert "00:01:00" in crew.cause and cluster.sent < 15
+
+
+def test_a_requeued_job_is_kept_and_one_that_hangs_is_cancelled(monkeypatch):
+    requeued = Cluster(monkeypatch, 40, {1: "requeue"})
+    assert len(carry_all(SlurmCrew(requeued, 1, lambda name: name, "1"), [30, 30])) == 2
+    assert requeued.sent == 1 and not requeued.cancelled
+    hung = Cluster(monkeypatch, 40, {1: "hang"})
+    assert len(ignored((SlurmCrew(hung, 1, lambda name: name, "1"), [30, 30]))) == 2
+    assert hung.sent == 2 and hung.cancelled == ["1"]
+
+
+def test_a_new_job_may_take_time_to_be_listed(monkeypatch):
+    monkeypatch.setattr(slurm, "_LOOK", 1.0)
+    cluster = Cluster(monkeypatch, 400, unlisted=8, starts=False)
+    crew = SlurmCrew(cluster, 1, lambda name: name, "1")
+    crew.submit("a", (1, 1))
+    while cluster.time < 40:
+        crew._watch()
+    assert cluster.sent == 1
+
+
+def test_a_call_that_a_job_was_not_done_with_goes_to_a_new_one(monkeypatch):
+    crew = SlurmCrew(Cluster(monkeypatch, 1000), 2, lambda name: name, "1")
+    used, new = (slurm._Job(name, name, 0.0, address=name, carried=k) for k, name in ((3, "used"), (0, "new")))
+    crew._jobs, crew._calls = {"used": used, "new": new}, dict.fromkeys("ab", (1, 1))
+    for waiting, tried, wanted in (("ab", "b", ("a", "b")), ("ab", "a", ("b", "a")), ("a", "a", (None, "a"))):
+        used.key = new.key = None
+        crew._waiting, crew._deaths = slurm.deque(waiting), Counter(tried)
+        crew._hand_out()
+        assert (used.key, new.key) == wanted
 
 
 def test_no_more_jobs_than_calls(monkeypatch):

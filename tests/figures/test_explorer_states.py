@@ -248,3 +248,10 @@ def test_a_page_does_not_go_into_a_file_of_another_kind(tmp_path, name):
     with pytest.raises(jamlab.InputError, match=r"\.html"):
         jamlab.write_page(tmp_path / name, jamlab.pack(n=16, pressure=1e-2, seed=1))
     assert not list(tmp_path.iterdir())
+
+
+def test_in_motion_the_curve_is_that_of_all_contacts(sp_jammed):
+    """No rule tells rattlers there: z has gaps where the recursion removes every disk."""
+    moving = jamlab.shear(sp_jammed, 0.1, 0.02, rows=2).packing
+    assert [page.curves(p)[0].name for p in (sp_jammed, moving)] == ["z", "z_all"]
+    assert observe(moving, {}, 0.02)["z_all"] == jamlab.contacts(moving).z_all

@@ -37,6 +37,15 @@ def test_creep_from_the_first_steps_on_has_the_compliance_of_the_frequency_domai
     assert found.compliance[1:] == pytest.approx(compliance(spectrum, found.time[1:]), rel=5e-4)
 
 
+def test_a_row_has_the_stress_of_its_packing(droplets):
+    """Forces of the step's prediction are those of a moment before."""
+    run = jamlab.shear(droplets, 0.1, 0.02, jamlab.StokesDrag(), rows=4, frames=0.005)
+    assert run.stress == pytest.approx(run.elastic_stress + run.viscous_stress, rel=1e-12)
+    states = [jamlab.evaluate(packing) for packing in run.frames]
+    assert run.elastic_stress == pytest.approx([-state.stress[0, 1] for state in states], abs=1e-9)
+    assert run.energy == pytest.approx([state.energy / droplets.area for state in states], rel=1e-7)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("law", [jamlab.StokesDrag(eta_f=0.5), jamlab.ContactDamping(beta=0.3)], ids=str)
 def test_creep_has_the_compliance_of_the_frequency_domain(droplets, law):

@@ -10,7 +10,7 @@ import jamlab
 from jamlab.flow import flow_curve, overdamped_session
 from jamlab.flow.flow_cost import require_time
 from jamlab.flow.flow_curve import steady_point
-from jamlab.flow.overdamped_session import OverdampedSession
+from jamlab.flow.overdamped_session import FlowState, Length, OverdampedSession
 from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 
@@ -37,6 +37,12 @@ def test_flow_curve(curve, disks):
     assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
     read = jamlab.read_flow(path)
     assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
+    for z, error, packing in zip(
+        read.z_all, read.z_all_error, read.packings, strict=True
+    ):  # about that of the last state
+        assert abs(z - jamlab.contacts(packing).z_all) < 0.5 and 0 < error < 0.2
+    older = {name: np.zeros(0) for name in ("z_all", "z_all_error", "unsettled")}
+    assert np.isnan(replace(read, **older).z_all).all()
     assert ("steady at every rate" in repr(three)) == bool(three.finished.all())
 
 
@@ -164,6 +170,14 @@ def test_flow_whose_steps_are_not_known_before_is_given_up_on_the_way(disks, mon
         jamlab.creep(disks, 1e-4, 1e12)  # rests; it might as well have flowed to its largest strain
     assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300  # steps that rows make short are no crawl
     assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced  # long steps
+
+
+@pytest.mark.parametrize(
+    ("strain", "rate", "left"), [(0.9, 0.1, 1.0), (-0.9, -0.1, 1.0), (2.0, 0.1, 0.0), (0.0, 0.0, 9.0)]
+)
+def test_what_is_left_of_a_flow_ends_at_its_largest_strain(strain, rate, left):
+    state = FlowState(**dict.fromkeys(FlowState._fields, 0.0) | {"time": 1.0, "strain": strain, "rate": rate})
+    assert Length(10.0, "", 1.0).left(state) == pytest.approx(left)
 
 
 def test_a_solver_that_fails_says_where(disks):

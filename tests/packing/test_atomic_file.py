@@ -127,6 +127,15 @@ def test_names_that_no_file_system_takes(tmp_path, name):
     assert os.listdir(tmp_path) == []
 
 
+def test_content_is_flushed_before_it_takes_the_name(tmp_path, monkeypatch):
+    """Else a crash of the machine may leave an empty file under the name."""
+    calls, replace = [], os.replace
+    monkeypatch.setattr(os, "fsync", lambda handle: calls.append("fsync"))
+    monkeypatch.setattr(os, "replace", lambda *paths: (calls.append("replace"), replace(*paths)))
+    write(tmp_path / "run.h5", [disks()])
+    assert calls[:2] == ["fsync", "replace"]
+
+
 def test_files_are_read_without_locks(tmp_path):
     """HDF5 locks what it opens, which fails where there are no locks, and where another holds one as here."""
     write(tmp_path / "run.h5", [disks()])

@@ -10,7 +10,7 @@ import pytest
 
 from jamlab.errors import EngineError, InputError
 from jamlab.processes.cores import available_cores, cores_given
-from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.processes.side_by_side import Children, run_side_by_side
 
 CALLS = """
 import os, time
@@ -77,6 +77,14 @@ def test_results_come_in_the_order_of_the_items(calls):
     processes = {process for *_, process in reports}
     assert len(processes) == 2 and os.getpid() not in processes
     assert not any(map(psutil.pid_exists, processes))
+
+
+def test_a_call_may_come_before_those_that_wait(calls):
+    with Children(calls.square, 1) as children:
+        for item, first in ((1, False), (2, False), (3, True)):  # 1 begins at once
+            children.submit(item, item, first=first)
+        order = [key for key, kind, _ in (children.wait() for _ in range(6)) if kind == "result"]
+    assert order == [1, 3, 2]
 
 
 def test_a_child_has_one_core(calls):

@@ -11,7 +11,31 @@ from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
 from jamlab.packing.natural_units import Scales
 from jamlab.protocols.box_shear import relax_with_box_shear
+from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.relaxation import descend_by_fire, force_tolerance, relax, settle, undo_if_folded
+
+
+def valley(x):
+    """Energy and forces of 5 points in stiff and soft parabolas, minimum at (1, -1), 1e4 apart in stiffness."""
+    k = np.array([1e4, 1.0])
+    off = x - np.array([1.0, -1.0])
+    return float(0.5 * np.sum(k * off**2)), -k * off
+
+
+@pytest.mark.parametrize(("inverse", "reach", "most"), [([1e-4, 1.0], 0.04, 3), ([1.0, 1.0], 0.5, 300)])
+def test_descent_in_parabolas(inverse, reach, most):
+    """With the exact inverse in one line; without one, the soft direction is learnt."""
+    calls = []
+
+    def counted(x):
+        calls.append(1)
+        return valley(x)
+
+    start = np.array([1.0, -1.0]) + reach * np.random.default_rng(1).uniform(-1, 1, (5, 2))
+    diagonal = np.tile(inverse, 5)
+    found, met = descend_by_lbfgs(counted, start, lambda x, shift: lambda f: diagonal * f, tolerance=1e-9, steps=300)
+    assert met and len(calls) <= most
+    assert found == pytest.approx(np.tile([1.0, -1.0], (5, 1)), abs=1e-8)
 
 
 def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):

@@ -1,0 +1,132 @@
+"""Minimise an energy by limited-memory BFGS, preconditioned by a factorised Hessian: disks along curved valleys.
+
+Droplets take the same method in compiled code, `jamlab/descend`. Near the minimum the energy has no digits left for a
+line search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the energy.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg.blas import dtrsv
+
+from jamlab.arrays import Array
+from jamlab.protocols.solver_settings import SOLVERS, LbfgsSettings
+
+Forces = Callable[[Array], tuple[float, Array]]
+Solve = Callable[[Array], Array]
+Preconditioner = Callable[[Array, float], Solve]
+
+
+def descend_by_lbfgs(
+    forces_at: Forces,
+    start: Array,
+    preconditioner: Preconditioner,
+    *,
+    tolerance: float,
+    steps: int,
+    settings: LbfgsSettings = SOLVERS.lbfgs,
+) -> tuple[Array, bool]:
+    """Minimise an energy by its forces. `forces_at`: positions (n, 2) -> energy, forces (n, 2); `start`: (n, 2);
+    `preconditioner`: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of the
+    Hessian there, with at least that shift on its diagonal; `tolerance`: on the largest force; `steps`: at most;
+    `settings`: numbers of the method. Returns (n, 2) positions, and whether the tolerance was met."""
+    shape = start.shape
+    x = start.ravel()
+    energy, force = _flat(forces_at, x, shape)
+    age, longest = settings.refresh, settings.reach
+    for _ in range(steps):
+        largest = float(np.sqrt((force[::2] ** 2 + force[1::2] ** 2).max()))
+        if largest <= tolerance:
+            return x.reshape(shape), True
+        if age == settings.refresh:
+            shift = max(settings.shift * largest, settings.least_shift)
+            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape), shift), settings.refresh), 0
+        age += 1
+        step = pairs.inverse_times(force)
+        if step @ force <= 0:
+            pairs.clear()
+            step = pairs.inverse_times(force)
+        found = _search_line(forces_at, x, shape, energy, force, step, longest, settings)
+        if found is None:
+            if age == 1:  # not even a fresh Hessian shows the way down
+                break
+            age = settings.refresh
+            continue
+        moved, new_energy, new_force = found
+        change, bend = moved - x, force - new_force
+        longest = min(settings.reach, settings.longer * float(np.abs(change).max()))
+        curvature = float(change @ bend)
+        if curvature > settings.curved * np.sqrt((change @ change) * (bend @ bend)):
+            pairs.add(change, bend)
+        elif age > 1:
+            age = settings.refresh  # the model is wrong here: factorise anew
+        x, energy, force = moved, new_energy, new_force
+    return x.reshape(shape), False
+
+
+def _flat(forces_at: Forces, x: Array, shape: tuple[int, ...]) -> tuple[float, Array]:
+    energy, forces = forces_at(x.reshape(shape))
+    return energy, forces.ravel()
+
+
+class _Pairs:
+    """Steps s and the changes y of the force along them, which correct an inverse Hessian. The two loops of Nocedal &
+    Wright's algorithm 7.4 as products with whole matrices: with R the upper triangle of S^T Y and D its diagonal, R a =
+    S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c. As y is the force before less the force after,
+    the newest column of R is the change of S^T F, and costs no product of its own."""
+
+    def __init__(self, size: int, solve: Solve, most: int) -> None:
+        self._solve, self._count = solve, 0
+        self._s, self._y = np.empty((most, size)), np.empty((most, size))
+        self._r = np.zeros((most, most), order="F")
+        self._along = np.empty(0)  # S^T F of the last force
+
+    def clear(self) -> None:
+        self._count, self._along = 0, np.empty(0)
+
+    def add(self, change: Array, bend: Array) -> None:
+        k = self._count
+        self._s[k], self._y[k], self._r[k, k] = change, bend, change @ bend
+        self._count = k + 1
+
+    def inverse_times(self, force: Array) -> Array:
+        k = self._count
+        if k == 0:
+            return self._solve(force)
+        s, y, r = self._s[:k], self._y[:k], self._r[:k, :k]
+        along = s @ force
+        if len(self._along) < k:
+            r[:-1, -1] = self._along - along[:-1]
+        self._along = along
+        a = dtrsv(r, along)
+        step = self._solve(force - a @ y)
+        c = dtrsv(r, r.diagonal() * a - y @ step, trans=1)
+        return np.asarray(step + c @ s)
+
+
+def _search_line(
+    forces_at: Forces,
+    x: Array,
+    shape: tuple[int, ...],
+    energy: float,
+    force: Array,
+    step: Array,
+    longest: float,
+    settings: LbfgsSettings,
+) -> tuple[Array, float, Array] | None:
+    """Go along `step`, at most so far, until the energy falls enough; None if it does not."""
+    slope = float(force @ step)
+    length = min(1.0, longest / float(np.abs(step).max()))
+    noise = settings.energy_digits * abs(energy)
+    for _ in range(settings.trials):
+        moved = x + length * step
+        new_energy, new_force = _flat(forces_at, moved, shape)
+        new_slope = float(new_force @ step)
+        fall = energy - new_energy
+        if abs(fall) <= noise:
+            fall = 0.5 * length * (slope + new_slope)
+        if fall > settings.sufficient * length * slope:
+            return moved, new_energy, new_force
+        # secant on the force along the step
+        length *= min(0.5, max(0.1, slope / (slope - new_slope))) if new_slope < slope else 0.5
+    return None
