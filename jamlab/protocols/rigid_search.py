@@ -47,12 +47,13 @@ class RigidSearch(Approach[RigidDroplets]):
             try:
                 end, gap = self.come_down(jammed.phi - step, jammed, float(np.sqrt(self._aim)))
             except ConvergenceError:  # the contact energy jumps over the window
-                low = self._shaken(jammed, falls)
+                low = self._shaken(jammed, falls, falls + 1)
                 continue
             if self.at_end(end):
                 seen.append(end.phi - gap)
-                if sum(abs(seen[-1] - phi) < self.settings.rigid.same for phi in seen) > self.settings.rigid.repeats:
-                    low = self._shaken(end, falls)
+                repeats = sum(abs(seen[-1] - phi) < self.settings.rigid.same for phi in seen)
+                if repeats > self.settings.rigid.repeats:
+                    low = self._shaken(end, falls, repeats - self.settings.rigid.repeats)
                     continue
                 found = self._judge(end, gap, late=falls >= onset.falls)
                 if isinstance(found, SearchState):
@@ -152,10 +153,11 @@ class RigidSearch(Approach[RigidDroplets]):
             step = min(2 * step, self.protocol["step_near"])
         return state
 
-    def _shaken(self, state: RigidDroplets, seed: int) -> RigidDroplets:
-        """A state below one that a search has come back to, moved at random where outlines then do not cross."""
-        loose = self.settle(state, state.phi - self.protocol["step_near"])
-        moves = np.random.default_rng(seed).normal(0.0, self.settings.rigid.shake, loose.coordinates.shape)
+    def _shaken(self, state: RigidDroplets, seed: int, times: int) -> RigidDroplets:
+        """A state below one that a search has come back to, so many times already; moved at random, where outlines then
+        do not cross, and the more the oftener."""
+        loose = self.settle(state, state.phi - times * self.protocol["step_near"])
+        moves = np.random.default_rng(seed).normal(0.0, times * self.settings.rigid.shake, loose.coordinates.shape)
         shaken = self._relax(replace(loose, coordinates=loose.coordinates + moves), shears=False)
         return loose if shaken.crossed else shaken
 
@@ -179,15 +181,15 @@ class RigidSearch(Approach[RigidDroplets]):
                     break
                 unsettled = stuck
             elif (unstable := unstable_direction(state.packing)) is None:
-                return state
+                return _held(state)
             elif (back or attempt + 1 == numbers.judgements) and rests_on_rattlers(session, self.settings):
-                return replace(state, on_rattlers=True)
+                return replace(_held(state), on_rattlers=True)
             else:
                 mode = unstable[0]
                 session.set_positions(slid(session, state.packing, mode, self.settings))
                 stopped = self._relax_droplets(numbers.slide_steps)
                 if self.droplets.at_end(stopped) and unstable_direction(stopped.packing) is None:
-                    return stopped
+                    return _held(stopped)
                 end, back = self._followed(state.packing, mode), True
             if not self.at_end(end):
                 break
@@ -258,6 +260,10 @@ class RigidSearch(Approach[RigidDroplets]):
             else:
                 session.load(reached)
         return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, taken))
+
+
+def _held(state: SearchState) -> SearchState:
+    return replace(state, found=replace(state.found, off_saddles=True))
 
 
 def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:
