@@ -281,17 +281,18 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
   solved.resize(D * size);
   for (int c = 0; c < size; c++) std::copy_n(&r[D * row[c]], D, &solved[D * c]);
   double *const x = gathered.data();
-  const auto visit = [&](const Panel &panel, auto step) {
-    std::copy_n(&solved[D * panel.begin], panel.width(), x);
-    double *below = x + panel.width();
-    const int *const rows = lower.data() + panel.below;
-    for (int n = 0; n < panel.rows; n++) std::copy_n(&solved[D * rows[n]], D, &below[D * n]);
-    step(D, &values[panel.values], panel.width(), panel.height(), panel.stride, x);
-    std::copy_n(x, panel.width(), &solved[D * panel.begin]);
-    for (int n = 0; n < panel.rows; n++) std::copy_n(&below[D * n], D, &solved[D * rows[n]]);
+  const auto gather = [&](const Panel &panel) {
+    for (int n = 0; n < panel.rows; n++) std::copy_n(&solved[D * lower[panel.below + n]], D, x + D * n);
   };
-  for (const Panel &panel : panels) visit(panel, solve_down);
-  for (std::size_t k = panels.size(); k-- > 0;) visit(panels[k], solve_up);
+  for (const Panel &panel : panels) {
+    gather(panel);
+    solve_down(D, &values[panel.values], panel.width(), D * panel.rows, panel.stride, &solved[D * panel.begin], x);
+    for (int n = 0; n < panel.rows; n++) std::copy_n(x + D * n, D, &solved[D * lower[panel.below + n]]);
+  }
+  for (auto panel = panels.rbegin(); panel != panels.rend(); ++panel) {
+    gather(*panel);
+    solve_up(D, &values[panel->values], panel->width(), D * panel->rows, panel->stride, &solved[D * panel->begin], x);
+  }
   for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
 }
 

@@ -90,45 +90,53 @@ FOR_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, i
     }
 }
 
-/* ----------------------------------------------------------------------
-   x: as many numbers as a panel is high; what its columns leave of a right-hand side, and the solution for them
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
-template <int D> static ALWAYS_INLINE void down(const double *panel, int width, int height, int stride, double *__restrict x)
+template <int D>
+static ALWAYS_INLINE void down(const double *panel, int width, int rows, int stride, double *__restrict own,
+                               double *__restrict below)
 {
   for (int c = 0; c < width; c += D, panel += D * stride) {
-    double own[D];
+    double x[D];
     for (int a = 0; a < D; a++) {
-      own[a] = x[c + a];
-      for (int b = 0; b < a; b++) own[a] -= panel[b * stride + c + a] * own[b];
-      x[c + a] = own[a] *= panel[a * stride + c + a];
+      x[a] = own[c + a];
+      for (int b = 0; b < a; b++) x[a] -= panel[b * stride + c + a] * x[b];
+      own[c + a] = x[a] *= panel[a * stride + c + a];
     }
-    for (int r = c + D; r < height; r++)
-      for (int b = 0; b < D; b++) x[r] -= own[b] * panel[b * stride + r];
+    for (int r = c + D; r < width; r++)
+      for (int b = 0; b < D; b++) own[r] -= x[b] * panel[b * stride + r];
+    for (int r = 0; r < rows; r++)
+      for (int b = 0; b < D; b++) below[r] -= x[b] * panel[b * stride + width + r];
   }
 }
 
-template <int D> static ALWAYS_INLINE void up(const double *panel, int width, int height, int stride, double *__restrict x)
+template <int D>
+static ALWAYS_INLINE void up(const double *panel, int width, int rows, int stride, double *__restrict own,
+                             const double *__restrict below)
 {
   for (int c = width - D; c >= 0; c -= D) {
-    const double *const own = panel + static_cast<std::ptrdiff_t>(c) * stride;
+    const double *const column = panel + static_cast<std::ptrdiff_t>(c) * stride;
     double sums[D] = {};
 #pragma omp simd reduction(+ : sums[:D])
-    for (int r = c + D; r < height; r++)
-      for (int b = 0; b < D; b++) sums[b] += own[b * stride + r] * x[r];
+    for (int r = 0; r < rows; r++)
+      for (int b = 0; b < D; b++) sums[b] += column[b * stride + width + r] * below[r];
+    for (int r = c + D; r < width; r++)
+      for (int b = 0; b < D; b++) sums[b] += column[b * stride + r] * own[r];
     for (int b = D - 1; b >= 0; b--) {
-      for (int a = b + 1; a < D; a++) sums[b] += own[b * stride + c + a] * x[c + a];
-      x[c + b] = (x[c + b] - sums[b]) * own[b * stride + c + b];
+      for (int a = b + 1; a < D; a++) sums[b] += column[b * stride + c + a] * own[c + a];
+      own[c + b] = (own[c + b] - sums[b]) * column[b * stride + c + b];
     }
   }
 }
 
-FOR_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int height, int stride, double *x)
+FOR_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int rows, int stride, double *own,
+                                            double *below)
 {
-  block == 2 ? down<2>(panel, width, height, stride, x) : down<3>(panel, width, height, stride, x);
+  block == 2 ? down<2>(panel, width, rows, stride, own, below) : down<3>(panel, width, rows, stride, own, below);
 }
 
-FOR_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int height, int stride, double *x)
+FOR_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int rows, int stride, double *own,
+                                          const double *below)
 {
-  block == 2 ? up<2>(panel, width, height, stride, x) : up<3>(panel, width, height, stride, x);
+  block == 2 ? up<2>(panel, width, rows, stride, own, below) : up<3>(panel, width, rows, stride, own, below);
 }

@@ -19,9 +19,10 @@ bool factorise_panel(double *panel, int width, int height, int stride);    // fa
 // lower triangle of rows rows^T, for `height` rows of a panel: column by column, `apart` from each other
 void multiply_panel(const double *rows, int width, int height, int stride, double *product, int apart);
 
-// one step of solving with the factors and with their transpose, in blocks of 2 or 3 columns: x has `height` numbers
-void solve_down(int block, const double *panel, int width, int height, int stride, double *x);
-void solve_up(int block, const double *panel, int width, int height, int stride, double *x);
+// one step of solving with the factors and with their transpose, in blocks of 2 or 3 columns: own, `width` numbers,
+// belong to the columns, below to the rows that follow
+void solve_down(int block, const double *panel, int width, int rows, int stride, double *own, double *below);
+void solve_up(int block, const double *panel, int width, int rows, int stride, double *own, const double *below);
 
 }    // namespace LAMMPS_NS
 

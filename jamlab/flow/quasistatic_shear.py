@@ -260,6 +260,7 @@ class Walk:
         self._minima += 1
         packing = self._session.packing(ensemble="fixed-box")
         reached = found.evaluation
+        recorded = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
         state = Minimum(
             strain=strain,
             stress=-float(reached.stress[0, 1]),
@@ -267,10 +268,10 @@ class Walk:
             normal_stress_difference=float(reached.stress[1, 1] - reached.stress[0, 0]),
             energy=reached.energy / packing.area,
             contacts=float(count_pressing(packing)),
-            converged=found.converged,
+            converged=recorded.converged,
             max_force=reached.max_force,
         )
-        return state, record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
+        return state, recorded
 
 
 def _flipped(packing: Packing) -> Packing:

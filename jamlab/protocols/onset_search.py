@@ -112,7 +112,7 @@ class OnsetSearch(Approach[SearchState]):
         found = leave_saddles(self.session, state.found, lambda: self._relax(near=True), self.settings)
         if late and found.evaluation.max_force <= found.tolerance and not found.converged:
             held = rests_on_rattlers(self.session, self.settings)
-            return replace(self.measure(replace(found, converged=held)), on_rattlers=held)
+            return replace(self.measure(replace(found, converged=held, off_saddles=held)), on_rattlers=held)
         return self.measure(found)
 
     def settle(self, start: SearchState, phi: float) -> SearchState:

@@ -43,6 +43,7 @@ class Relaxed:
     tolerance: float  # asked for, on the largest force
     converged: bool  # whether the largest force is below the tolerance
     newton_steps: int  # accepted Newton steps
+    off_saddles: bool = False  # whether it is known to be no saddle, or to be held by what its Hessian leaves out
 
 
 class Minimizer(Protocol):

@@ -47,12 +47,13 @@ class RigidSearch(Approach[RigidDroplets]):
             try:
                 end, gap = self.come_down(jammed.phi - step, jammed, float(np.sqrt(self._aim)))
             except ConvergenceError:  # the contact energy jumps over the window
-                low = self._shaken(jammed, falls)
+                low = self._relax(jammed, jammed.phi + self.protocol["step_near"])
                 continue
             if self.at_end(end):
                 seen.append(end.phi - gap)
-                if sum(abs(seen[-1] - phi) < self.settings.rigid.same for phi in seen) > self.settings.rigid.repeats:
-                    low = self._shaken(end, falls)
+                repeats = sum(abs(seen[-1] - phi) < self.settings.rigid.same for phi in seen)
+                if repeats > self.settings.rigid.repeats:  # it came back: from ever denser ones
+                    low = self._relax(end, end.phi + (repeats - 1) * self.protocol["step_near"])
                     continue
                 found = self._judge(end, gap, late=falls >= onset.falls)
                 if isinstance(found, SearchState):
@@ -152,22 +153,16 @@ class RigidSearch(Approach[RigidDroplets]):
             step = min(2 * step, self.protocol["step_near"])
         return state
 
-    def _shaken(self, state: RigidDroplets, seed: int) -> RigidDroplets:
-        """A state below one that a search has come back to, moved at random where outlines then do not cross."""
-        loose = self.settle(state, state.phi - self.protocol["step_near"])
-        moves = np.random.default_rng(seed).normal(0.0, self.settings.rigid.shake, loose.coordinates.shape)
-        shaken = self._relax(replace(loose, coordinates=loose.coordinates + moves), shears=False)
-        return loose if shaken.crossed else shaken
-
     def _judge(self, end: RigidDroplets, gap: float, late: bool) -> SearchState | RigidDroplets:
         """Onset of droplets beside rigid ones that barely touch; or, where it is none, the rigid state to go on from.
 
-        A droplet that slides or rolls is followed along its mode. What comes back from there, and what still gives way
-        after some tries, counts as held if rattlers push it back either way.
+        A droplet that slides or rolls is followed along its mode. What still gives way from where it comes to counts as
+        held if rattlers push it back either way; in a box that shears only after many states came loose, since there
+        nearly all others are minima.
         """
         numbers, session, back = self.settings.rigid, self.droplets.session, late
         unsettled = False  # droplets did not come to rest, and as rigid bodies are where they were
-        for attempt in range(numbers.judgements):
+        for _ in range(numbers.judgements):
             state = self._as_droplets(end, gap)
             if unsettled and not self.droplets.at_end(state):
                 state = self._relax_at_length()
@@ -179,15 +174,15 @@ class RigidSearch(Approach[RigidDroplets]):
                     break
                 unsettled = stuck
             elif (unstable := unstable_direction(state.packing)) is None:
-                return state
-            elif (back or attempt + 1 == numbers.judgements) and rests_on_rattlers(session, self.settings):
-                return replace(state, on_rattlers=True)
+                return _held(state)
+            elif (late or (back and not self._shears)) and rests_on_rattlers(session, self.settings):
+                return replace(_held(state), on_rattlers=True)
             else:
                 mode = unstable[0]
                 session.set_positions(slid(session, state.packing, mode, self.settings))
                 stopped = self._relax_droplets(numbers.slide_steps)
                 if self.droplets.at_end(stopped) and unstable_direction(stopped.packing) is None:
-                    return stopped
+                    return _held(stopped)
                 end, back = self._followed(state.packing, mode), True
             if not self.at_end(end):
                 break
@@ -258,6 +253,10 @@ class RigidSearch(Approach[RigidDroplets]):
             else:
                 session.load(reached)
         return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, taken))
+
+
+def _held(state: SearchState) -> SearchState:
+    return replace(state, found=replace(state.found, off_saddles=True))
 
 
 def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:

@@ -41,8 +41,10 @@ def leave_saddles(
     `relax_again`: of what lies near a minimum."""
     for _ in range(settings.saddles.slides):
         packing = session.packing()
-        if packing.model == "sp" or not found.converged or (unstable := unstable_direction(packing)) is None:
+        if packing.model == "sp" or not found.converged:
             return found
+        if (unstable := unstable_direction(packing)) is None:
+            return replace(found, off_saddles=True)
         session.set_positions(slid(session, packing, unstable[0], settings))
         descend_by_newton(session, min(settings.saddles.finest, found.tolerance), settings=settings.newton)
         found = relax_again()

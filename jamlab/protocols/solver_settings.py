@@ -197,11 +197,10 @@ class RigidSettings:
     highest: float = 15.0
     slides: int = 20  # along modes that give way, one after the other, at most
     moved: float = 0.2  # part of a slide that remains where nothing stops it
-    # same, repeats: how near in phi a state is the one before, how often it is judged again; then coordinates are
-    # shaken, by this normal deviate, l
+    # same, repeats: how near in phi a state is the one before, and how often it is judged before the search goes on
+    # from denser ones
     same: float = 1e-6
     repeats: int = 2
-    shake: float = 0.02
     # tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
     judgements: int = 8
     corrections: int = 4

@@ -1,7 +1,5 @@
 """Estimate which share of the work is done from the packing fractions that a search or a sweep reaches."""
 
-import time
-
 import numpy as np
 
 from jamlab.processes.progress import Progress, no_progress
@@ -13,12 +11,12 @@ _MET = 0.9999  # of the way to the end, which a sweep meets to its tolerance
 
 class OnsetWork:
     """Reports how far a search for jamming onset is. The share of the work that is done is known on the way up, and
-    rises; near onset nobody knows it, and the try and the time so far are told instead. `model`: "sp" or "dp";
+    rises; near onset nobody knows it, and the try is told instead. `model`: "sp" or "dp";
     `progress`: where to report to."""
 
     def __init__(self, model: str, progress: Progress | None) -> None:
         self._model, self._tell = model, progress or no_progress
-        self._highest, self._near, self._began = 0.0, False, time.perf_counter()
+        self._highest, self._near = 0.0, False
         self.attempt = 1  # to come down to onset
 
     def reached(self, phi: float) -> None:
@@ -26,8 +24,7 @@ class OnsetWork:
         self._near = self._near or phi <= self._highest
         self._highest = max(self._highest, phi)
         if self._near:
-            seconds = time.perf_counter() - self._began
-            self._tell(float("nan"), f"near onset, {phi:.4f}, try {self.attempt}, {seconds:.0f} s")
+            self._tell(float("nan"), f"near onset, {phi:.4f}, try {self.attempt}")
         else:
             self._tell(float(np.interp(phi, *_WAY[self._model])), f"onset {phi:.4f}")
 

@@ -37,6 +37,14 @@ def test_creep_from_the_first_steps_on_has_the_compliance_of_the_frequency_domai
     assert found.compliance[1:] == pytest.approx(compliance(spectrum, found.time[1:]), rel=5e-4)
 
 
+def test_outlines_that_cross_do_not_flow(droplets):
+    a, b, c = droplets.offsets[:3]
+    placed = droplets.positions.copy()
+    placed[a:b] += placed[b:c].mean(axis=0) - placed[a:b].mean(axis=0) + [0.5, 0.0]
+    with pytest.raises(jamlab.InputError):
+        jamlab.shear(droplets.with_state(positions=placed), 0.1, 0.01, jamlab.StokesDrag(), rows=1)
+
+
 def test_a_row_has_the_stress_of_its_packing(droplets):
     """Forces of the step's prediction are those of a moment before."""
     run = jamlab.shear(droplets, 0.1, 0.02, jamlab.StokesDrag(), rows=4, frames=0.005)

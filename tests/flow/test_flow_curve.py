@@ -52,6 +52,8 @@ def test_plastic_events_are_counted_per_strain_of_the_average(disks):
     stress = np.arange(41) - 5.0 * np.sum(np.arange(41)[:, None] >= [11, 26, 36], axis=1)
     found = steady_point(replace(run, elastic_stress=stress), discard=0.1)
     assert found["plastic_events"] == pytest.approx(2 / 0.1)
+    lost = np.diff(run.dissipated[run.strain > 0.0999][[0, -1]]) / 0.1  # in a time of 0.1, without start-up
+    assert found["dissipation"] == pytest.approx(lost.item()) != pytest.approx(run.dissipated[-1] / 0.2, rel=1e-3)
 
 
 @pytest.mark.slow
