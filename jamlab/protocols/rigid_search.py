@@ -161,7 +161,7 @@ class RigidSearch(Approach[RigidDroplets]):
         nearly all others are minima.
         """
         numbers, session, back = self.settings.rigid, self.droplets.session, late
-        unsettled = False  # droplets did not come to rest, and as rigid bodies are where they were
+        unsettled, curvature = False, np.nan  # whether droplets did not come to rest; of the last mode that gave way
         for _ in range(numbers.judgements):
             state = self._as_droplets(end, gap)
             if unsettled and not self.droplets.at_end(state):
@@ -177,8 +177,10 @@ class RigidSearch(Approach[RigidDroplets]):
                 return _held(state)
             elif (late or (back and not self._shears)) and rests_on_rattlers(session, self.settings):
                 return replace(_held(state), on_rattlers=True)
+            elif abs(unstable[1] - curvature) <= numbers.alike * abs(curvature):
+                break  # it came back to where it was, and nothing holds it
             else:
-                mode = unstable[0]
+                mode, curvature = unstable
                 session.set_positions(slid(session, state.packing, mode, self.settings))
                 stopped = self._relax_droplets(numbers.slide_steps)
                 if self.droplets.at_end(stopped) and unstable_direction(stopped.packing) is None:

@@ -1,8 +1,8 @@
-"""Leave the saddles that droplets end on, where small forces alone look like a minimum.
+"""Leave the saddles that packings end on, where small forces alone look like a minimum.
 
 A droplet between two opposite flats slides along them at next to no cost, with a curvature of -1e-13 beside 300 at
 onset; one that is balanced on a vertex tips over, with -1e-3 in dense packings. Forces hide either below any tolerance,
-the Hessian shows it. Disks are left alone: none of 484 states of `pack` and `compress` was on one.
+the Hessian shows it. Compressed disks stay on saddles by symmetry: of 8 to 16 disks 5 of about 80 states did.
 """
 
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def leave_saddles(
     `relax_again`: of what lies near a minimum."""
     for _ in range(settings.saddles.slides):
         packing = session.packing()
-        if packing.model == "sp" or not found.converged:
+        if not found.converged:
             return found
         if (unstable := unstable_direction(packing)) is None:
             return replace(found, off_saddles=True)

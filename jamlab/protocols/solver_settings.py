@@ -205,6 +205,7 @@ class RigidSettings:
     judgements: int = 8
     corrections: int = 4
     farthest: float = 100.0  # change of the distance to onset at most, in one of them
+    alike: float = 0.01  # relative difference of two curvatures along the mode of one state
     gone: float = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
     # Newton steps of droplets at most: from rigid ones, from there to the smallest forces, and after a slide
     droplet_steps: int = 60
