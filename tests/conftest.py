@@ -30,7 +30,7 @@ DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "c
 def pytest_collection_modifyitems(items):
     """Tests of evidence have a selection of their own."""
     for item in items:
-        if "studies" in item.path.parts:
+        if "studies" in item.path.parts and not {"slow", "benchmark"} & {mark.name for mark in item.iter_markers()}:
             item.add_marker("studies")
 
 

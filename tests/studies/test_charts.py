@@ -214,7 +214,7 @@ def test_charts_from_shipped_data_and_their_command(tmp_path):
     assert "data:image/png" in page and "http" not in page and "paper-pairs" in page
     assert (tmp_path / "c" / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
     table = pd.read_csv(tmp_path / "c" / "speed-accuracy.csv")
-    assert (table["chart"] == "packing-fraction").sum() == len(error) + 9
+    assert (table["topic"] == "packing-fraction").sum() == len(error) + 9
     done = call_studies(tmp_path, "draw", "weather", "--out", "d")
     assert done.exit_code == 1 and "weather" in done.stderr and "spectrum" in done.stderr
     assert not (tmp_path / "d").exists()
@@ -244,7 +244,8 @@ def test_measuring_goes_on_where_it_stopped(tmp_path):
     def tell(share, text):
         told.append((round(share, 2), text))
 
-    found = chart.average(draw_tables(tmp_path, {"spectrum": chart}, PAGE, measure=True, progress=tell)["spectrum"])
+    chart.run(tmp_path, tell)
+    found = chart.average(draw_tables(tmp_path, {"spectrum": chart}, PAGE, source=tmp_path, progress=tell)["spectrum"])
     assert told == [(0.0, "spectrum: packing 1 of 3"), (0.67, "spectrum: packing 3 of 3"), (0.0, "spectrum")]
     assert done[2:] == [1, 1, 3]
     assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]

@@ -371,6 +371,6 @@ def test_a_page_of_shipped_maps(tmp_path):
     found = draw_tables(tmp_path, moved, PAGE)
     assert counts(moved, found)[0][:3] == ["moved", "144", "864"]
     page = (tmp_path / "stability.html").read_text()
-    assert "data:image/png" in page and "shipped with jamlab" in page and (tmp_path / "moved.png").exists()
+    assert "data:image/png" in page and "data of the studies" in page and (tmp_path / "moved.png").exists()
     assert pd.read_csv(tmp_path / "stability.csv")["map"].unique().tolist() == ["moved"]
     assert MAPS["moved"].plan(tmp_path).left == 12

@@ -108,7 +108,7 @@ def test_more_rows_than_recorded(tmp_path):
     text = path.read_text(encoding="utf-8")
     last = text.splitlines(keepends=True)[-1]
     path.write_text(text + last, encoding="utf-8")
-    with pytest.raises(jamlab.StorageError, match=r"t\.csv holds 3 rows of task 'seed 2', 2 expected: .*study run"):
+    with pytest.raises(jamlab.StorageError, match=r"t\.csv holds 3 rows of task 'seed 2', 2 expected: .*studies run"):
         read_table(path)
     done = []
     assert measure_table(path, COLUMNS, tasks(1, 2, done=done), {}).rows["seed"].tolist() == [1, 1, 2, 2]
