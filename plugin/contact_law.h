@@ -10,12 +10,12 @@
 
 namespace LAMMPS_NS {
 
-/* The contact forms: who meets whom. This list is the only one in C++. The
-   numbers stand in restart files: append only. */
+/* The contact forms: who meets whom. This list is the only one in C++, and in the
+   order of CONTACT_FORMS of Python, whose numbers stand in data files: append only. */
 
-enum ContactForm { SEGMENT, OUTLINE, SEGMENT_SMOOTH };
+enum ContactForm { OUTLINE, SEGMENT, SEGMENT_SMOOTH };
 
-inline constexpr const char *CONTACT_FORMS[] = {"segment", "outline", "segment/smooth"};
+inline constexpr const char *CONTACT_FORMS[] = {"outline", "segment", "segment/smooth"};
 inline constexpr int NUMBER_OF_CONTACT_FORMS = sizeof(CONTACT_FORMS) / sizeof(CONTACT_FORMS[0]);
 static_assert(NUMBER_OF_CONTACT_FORMS == SEGMENT_SMOOTH + 1, "one name for each ContactForm");
 

@@ -10,10 +10,16 @@
 #include "error.h"
 #include "utils.h"
 
+#include <algorithm>
+#include <iterator>
+
 using namespace LAMMPS_NS;
 
 // stands where files of version 0.1.0 have delta, which is positive
 static constexpr double LAYOUT = -2.0;
+
+// number of each form in restart files, whose list began with segment
+static constexpr int STORED[NUMBER_OF_CONTACT_FORMS] = {1, 0, 2};
 
 /* ---------------------------------------------------------------------- */
 
@@ -27,7 +33,7 @@ void PairCirculoline::write_restart(FILE *fp)
       if (!setflag[i][j]) continue;
       const double values[2] = {laws.eps[i][j], i == j ? laws.width[i][j] : given_width[i][j]};
       fwrite(values, sizeof(double), 2, fp);
-      fwrite(&laws.form[i][j], sizeof(int), 1, fp);
+      fwrite(&STORED[laws.form[i][j]], sizeof(int), 1, fp);
     }
   }
 }
@@ -54,8 +60,9 @@ void PairCirculoline::read_restart(FILE *fp)
       if (!setflag[i][j]) continue;
       double values[2] = {0.0, -1.0};
       read_everywhere(fp, values, old_restart ? 1 : 2);
-      if (!old_restart) read_everywhere(fp, &laws.form[i][j], 1);
-      set(i, j, values[0], values[1], checked_form(laws.form[i][j]));
+      int number = STORED[form];
+      if (!old_restart) read_everywhere(fp, &number, 1);
+      set(i, j, values[0], values[1], checked_form(number));
     }
   }
 }
@@ -65,9 +72,8 @@ void PairCirculoline::read_restart(FILE *fp)
 void PairCirculoline::write_restart_settings(FILE *fp)
 {
   const double values[3] = {LAYOUT, delta, laws.longest_edge};
-  const int number = form;
   fwrite(values, sizeof(double), 3, fp);
-  fwrite(&number, sizeof(int), 1, fp);
+  fwrite(&STORED[form], sizeof(int), 1, fp);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -82,7 +88,7 @@ void PairCirculoline::read_restart_settings(FILE *fp)
     read_everywhere(fp, &delta, 1);
   }
   read_everywhere(fp, &laws.longest_edge, 1);
-  int number = OUTLINE;
+  int number = 0;
   read_everywhere(fp, &number, 1);
   form = checked_form(number);
 }
@@ -91,9 +97,10 @@ void PairCirculoline::read_restart_settings(FILE *fp)
 
 ContactForm PairCirculoline::checked_form(int number) const
 {
-  if (number < 0 || number >= NUMBER_OF_CONTACT_FORMS)
+  const int *found = std::find(std::begin(STORED), std::end(STORED), number);
+  if (found == std::end(STORED))
     error->all(FLERR, "Pair style circuloline: contact form {} in the restart file is unknown to this plugin", number);
-  return static_cast<ContactForm>(number);
+  return static_cast<ContactForm>(found - STORED);
 }
 
 /* ---------------------------------------------------------------------- */

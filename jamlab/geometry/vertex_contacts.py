@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
 from jamlab.packing.outlines import crossing_error, refuse_crossings
 from jamlab.packing.packing import Packing
@@ -39,7 +40,6 @@ def touching_disks(packing: Packing) -> Pairs:
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)
 _meetings = kernel("vertex_meetings", INTEGER, INTEGERS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, *_OUT)
-_FORMS = {"segment/smooth": 0, "outline": 1, "segment": 2}  # ContactForm of vertex_meetings.cpp
 _OUTLINES_CROSS = -3
 
 
@@ -76,7 +76,7 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
         vertex, tail, place = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
         separation, shift = np.empty((room, 2)), np.empty((room, 2))
         count = _meetings(
-            packing.n, offsets, packing.positions, packing.box, delta, _FORMS[form], MOST_IMAGES, room,
+            packing.n, offsets, packing.positions, packing.box, delta, CONTACT_FORMS.index(form), MOST_IMAGES, room,
             vertex, tail, place, separation, shift, crossing, search,
         )  # fmt: skip
         if count == _OUTLINES_CROSS:

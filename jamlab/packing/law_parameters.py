@@ -47,7 +47,7 @@ MODELS = ("sp", "dp")
 UNITS = ("eps", "k")
 ENSEMBLES = ("fixed-box", "shear-stabilized")
 NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble='shear-stabilized' lets it"
-CONTACT_FORMS = ("outline", "segment", "segment/smooth")
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # in the order of ContactForm of plugin/contact_law.h
 LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
 FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "eps"): ("eps",),

@@ -1,5 +1,6 @@
 // Meetings of vertices with edges of other polygons, and of other images of their own, in every contact form.
 
+#include "../contact_law.h"
 #include "kernel.h"
 #include "periodic_grid.h"
 
@@ -174,12 +175,10 @@ std::vector<Named> name_edge_pairs(const Polygons &polygons, const std::vector<M
 
 }  // namespace
 
-enum ContactForm : int64_t { EVERY_MEETING, CLOSEST_OF_POLYGON, CLOSEST_OF_EDGE_PAIR };
-
 constexpr int64_t OUTLINES_CROSS = -3;
 
 // Meetings nearer than reach in one of the contact forms; sorted by what each form counts once.
-//   offsets (particles + 1), x (vertices, 2), box (2, 2); vertex, tail, place (room), separation, shift (room, 2) out:
+//   offsets (particles + 1), x (vertices, 2), box (2, 2), form: a ContactForm; vertex, tail, place (room), separation, shift (room, 2) out:
 //   see VertexContacts; crossing (2) out: polygons that cross; search (5) out: see periodic_neighbors.
 // Returns the number of meetings, of which the first `room` are written, or why there are none.
 JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const double *x, const double *box,
@@ -191,10 +190,10 @@ JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const d
   std::vector<Meeting> all;
   const int64_t refusal = find_all(polygons, Lattice(box), reach, most_copies, search, all);
   if (refusal < 0) return refusal;
-  const bool segments = form == CLOSEST_OF_EDGE_PAIR;
+  const bool segments = form == LAMMPS_NS::SEGMENT;    // one meeting for each pair of edges; of segment/smooth all
   if (find_crossing(polygons, all, false, crossing) || (segments && find_crossing(polygons, all, true, crossing)))
     return OUTLINES_CROSS;
-  if (form == CLOSEST_OF_POLYGON) all = keep_closest(polygons.n, name_polygons(polygons, all));
+  if (form == LAMMPS_NS::OUTLINE) all = keep_closest(polygons.n, name_polygons(polygons, all));
   if (segments) all = keep_closest(polygons.n, name_edge_pairs(polygons, all));
   const int64_t count = static_cast<int64_t>(all.size());
   for (int64_t k = 0; k < std::min(count, room); ++k) {
