@@ -184,7 +184,7 @@ def write(folder: Path) -> None:
     for path in [*(ROOT / "lammps_inputs" / "examples").iterdir(), ROOT / "lammps_inputs" / "polygon12.mol"]:
         name = f"log.22Jul2025.{path.suffix[1:]}.g++.1" if path.name.startswith("log.") else path.name
         (examples / name).write_text(american(path.read_text().replace("../polygon12.mol", "polygon12.mol")))
-    sys.path.append(str(ROOT / "tests" / "support"))
+    sys.path += [str(ROOT / "tests" / "support"), str(ROOT)]
     from force_styles import Mixture, write_all
 
     write_all(tests, [Mixture()])

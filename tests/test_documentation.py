@@ -13,7 +13,7 @@ from studies.micrograph_errors import read_errors
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
 TEMPLATES = [page for page in PAGES if "template" in str(page.relative_to(ROOT)).lower()]
-FOLDERS = ("docs", "jamlab", "lammps_inputs", "plugin", "tests", ".github")
+FOLDERS = ("docs", "jamlab", "lammps_inputs", "plugin", "studies", "tests", ".github")
 SECTIONS = ["Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default"]
 MADE = ("gallery/", "reference/python/", "reference/commands.rst")  # by the build, which checks links to them
 

@@ -53,16 +53,17 @@ def searches(packing):
 def test_measure(calls, packing):
     """Contacts; edges, corners and rays for voids. Terms with and without rattlers. 13 and 6 in release 0.1.0."""
     jamlab.measure(packing)
-    print(dict(calls))
     assert 1 <= calls["search"] <= 4 and 1 <= calls["build"] <= 2
 
 
 @pytest.mark.parametrize("law", [jamlab.ContactDamping(), jamlab.StokesDrag()], ids=["contact", "stokes"])
 @pytest.mark.parametrize("method", ["dense", "direct", "reduced"])
 def test_complex_modulus(calls, packing, law, method):
-    """6 and 3 in release 0.1.0."""
+    """The fluid deforms droplets that rattle, each by itself."""
+    alone = jamlab.contacts(packing).rattlers.sum() if packing.model == "dp" and not law.at_contacts else 0
+    calls.clear()
     jamlab.complex_modulus(packing, np.array([1e-2, 1.0]), law, method=method)
-    assert calls["build"] == 1 and calls["search"] == searches(packing)
+    assert calls["build"] == 1 + alone and calls["search"] == searches(packing)
 
 
 @pytest.mark.parametrize("name", ["elastic_tensor", "hessian", "displacement_correlation", "dynamical_matrices"])

@@ -4,7 +4,6 @@ import csv
 import json
 import shutil
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -59,12 +58,13 @@ def test_its_packings_serve_a_task_that_measures_more(campaign, monkeypatch):
     assert len(changed.table("spectra")) == len(campaign.table("spectra", earlier=True)) / 2
 
 
+CAMPAIGNS = Path(__file__).parents[2] / "studies" / "campaigns"
 NAMES = json.loads(Path(__file__).with_name("task_names.json").read_text())  # of file, sweep, n, seed
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_of_stored_tasks_stay(name):
-    campaign = read_campaign_file(Path(str(files("jamlab.campaign"))) / f"{name}.toml")
+    campaign = read_campaign_file(CAMPAIGNS / f"{name}.toml")
     before = [replace(b, parameters=replace(b.parameters, protocol={}, definitions={})) for b in batches(campaign)]
     found = {(b.sweep, b.parameters.model, b.parameters.n): b for b in before}
     named = [[*key, seed, found[tuple(key)].name_of(seed)] for *key, seed, _ in NAMES[name]]

@@ -1,6 +1,6 @@
 """Pictures of README.md beside what the data that ship would draw today. After a change that is meant:
 
-pytest tests/figures/test_readme_pictures.py --mpl-generate-path=.github
+pytest tests/studies/test_readme_pictures.py --mpl-generate-path=.github
 """
 
 from pathlib import Path
