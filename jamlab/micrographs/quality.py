@@ -118,7 +118,7 @@ def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
     for name, word in words.items():
         mean, limit = means[name], LIMITS["shape" if name == "shape_rim" else name]
         if mean.half_width > limit:
-            known = f"±{mean.half_width:.2g} over {mean.count} droplets (95 %)"
+            known = f"within {mean.half_width:.2g} over {mean.count} droplets (95 %)"
             found.append(Doubt(f"{word} is known to {known}, needs {limit:g}: show more", frozenset((name,))))
     return found
 
@@ -190,7 +190,7 @@ def doubt_known(values: Mapping[str, float], errors: Mapping[str, float]) -> lis
         "shape_rim": ("A", LIMITS["shape"] + LABEL_ODD_SHAPE * LABEL_DOUBT),
     }
     return [
-        Doubt(f"{words[name][0]} is known to ±{error:.2g}, needs {words[name][1]:.2g}", frozenset((name,)))
+        Doubt(f"{words[name][0]} is known to within {error:.2g}, needs {words[name][1]:.2g}", frozenset((name,)))
         for name, error in errors.items()
         if name in words and not error <= words[name][1]  # nan, too
     ]

@@ -83,7 +83,7 @@ def test_enough_droplets_that_differ_too_much_are_doubted():
     assert tight.half_width < 1e-12 and wide.half_width == pytest.approx(0.54, abs=0.01)
     assert doubt_few(30, {"rho": tight, "z": tight, "shape_rim": tight}) == []
     (doubt,) = doubt_few(30, {"rho": tight, "z": wide, "shape_rim": tight})
-    assert doubt.text.startswith("z is known to ±0.54 over 30 droplets")
+    assert doubt.text.startswith("z is known to within 0.54 over 30 droplets")
     assert mean_of(np.empty(0)).text(".2f") == "none" and mean_of(np.ones(1)).text(".1f") == "1.0"
 
 
