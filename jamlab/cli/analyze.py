@@ -216,7 +216,8 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     if small := int((~found.measurable).sum()):
         print_note(f"{small} droplets are below the limit of detection, where others are missed")
     known = {
-        name: f"{number.value:.4g} within {number.half_width:.2g}{marks[name]}" for name, number in found.numbers.items()
+        name: f"{number.value:.4g} within {number.half_width:.2g}{marks[name]}"
+        for name, number in found.numbers.items()
     }
     if found.contrast == "labels":
         print_note(
