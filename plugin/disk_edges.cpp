@@ -266,14 +266,7 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
     const std::vector<Slip> answer = edge_slips(answers[a], rate_answers[a]);
     for (std::size_t b = 0; b < m; b++) matrix[b * m + a] = answer[rubs[b]].approach;
     const Slip &own = answer[rubs[a]];
-    if (!std::isfinite(own.approach + own.slide)) {    // a disk that nothing keeps from turning
-      answers[a].assign(nlocal + nghost, Motion());
-      rate_answers[a] = 0.0;
-      for (std::size_t b = 0; b < m; b++) matrix[b * m + a] = 0.0;
-      free[a] = true;
-    } else {
-      free[a] = fabs(own.approach) <= ANSWERS * fabs(own.slide);
-    }
+    free[a] = fabs(own.approach) <= ANSWERS * fabs(own.slide);
   }
   for (std::size_t a = 0; a < m; a++) {
     if (!free[a]) continue;

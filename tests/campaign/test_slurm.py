@@ -1,15 +1,13 @@
 """Jobs of SLURM that end, are refused, lost and requeued: every call is carried to its end once, or given up."""
 
 import json
-import os
 import random
-import subprocess
-import sys
 from collections import Counter
 
 import pytest
+from campaigns import on_slurm
 from commands import call
-from fake_slurm import install, sent
+from fake_slurm import sent
 
 import jamlab
 from jamlab.campaign import slurm
@@ -252,12 +250,7 @@ def test_dry_run_prints_the_script_and_runs_nothing(tmp_path):
 def test_a_campaign_runs_through_walltime_ends(tmp_path):
     """The second job is refused, the third is lost, the fourth is requeued; all are killed after 40 s."""
     pytest.importorskip("cryptography")
-    (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 16"))
-    (tmp_path / "slow.py").write_text("import time\n\ndef slow(packing):\n    time.sleep(6)\n    return 1.0\n")
-    path = install(tmp_path / "slurm", walltime=40, refuse=[2], lose=[3], requeue=[4])
-    environment = os.environ | {"PATH": f"{path}:{os.environ['PATH']}", "PYTHONPATH": os.pathsep.join(sys.path)}
-    line = [sys.executable, "-m", "jamlab.cli.main", "campaign", "run", "c.toml", "--slurm", "--workers", "2", "--json"]
-    done = subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+    done = on_slurm(tmp_path, 16, 6.0, 2, walltime=40, refuse=[2], lose=[3], requeue=[4])
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["finished"] == 16
     states = jamlab.open_campaign(tmp_path / "c.toml").table("states")

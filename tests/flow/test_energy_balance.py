@@ -75,7 +75,7 @@ def test_a_picture_of_two_runs_warns_of_the_worse(disks):
     ("rate", "tolerance", "strain", "law"),
     [
         (0.1, 1e-2, 0.4, None),  # beyond 0.36 an edge has shrunk to a point: 17 tolerances where it keeps its tension
-        pytest.param(0.1, 1e-3, 0.4, None, marks=pytest.mark.slow),
+        (0.1, 1e-3, 0.1, None),  # 0.6 tolerances where no step is taken again
         pytest.param(0.01, 1e-3, 0.4, None, marks=pytest.mark.slow),
         pytest.param(1e-3, 1e-3, 0.4, None, marks=pytest.mark.slow),
         pytest.param(0.1, 1e-3, 0.4, jamlab.StokesDrag(eta_f=0.0), marks=pytest.mark.slow),
