@@ -12,19 +12,19 @@ from droplet_flows import droplet_commands
 import jamlab
 
 FIX = {
-    "sp": "rate 1 tolerance 0.1 solver 1e-10 longest 0.01",
-    "dp": "rate 0.1 tolerance 0.1 solver 1e-11 longest 0.02 drag 1 1 1 background 5",
+    "sp": "tolerance 0.1 solver 1e-10 longest 0.01",
+    "dp": "tolerance 0.1 solver 1e-11 longest 0.02 drag 1 1 1 background 5",
 }
 PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
 
 
-def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more=""):
+def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more="", drive="rate 1"):
     """Numbers of the fix at the end of a run, by name."""
     jamlab.write_data(folder / "flow.data", packing)
     start = commands if packing.model == "sp" else droplet_commands
     lines = [
         *start(packing, "flow.data", newton=newton, grid=grid),
-        f"fix flow all overdamped {FIX[packing.model]} {more}",
+        f"fix flow all overdamped {drive} {FIX[packing.model]} {more}",
     ]
     (folder / "in.flow").write_text("\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n")
     programs = Path(sys.executable).parent
@@ -69,20 +69,21 @@ def droplets():
 
 
 @pytest.mark.parametrize(
-    ("ranks", "newton", "steps"),
+    ("ranks", "newton", "steps", "drive"),
     [
-        (2, "off", 2),
-        pytest.param(2, "off", 45, marks=pytest.mark.slow),
-        pytest.param(2, "on", 45, marks=pytest.mark.slow),
-        pytest.param(1, "off", 45, marks=pytest.mark.slow),
-        pytest.param(4, "on", 6, marks=pytest.mark.slow),
-        pytest.param(4, "off", 6, marks=pytest.mark.slow),
+        (2, "off", 2, "rate 0.1"),
+        (2, "off", 2, "stress 0.01"),
+        pytest.param(2, "off", 45, "rate 0.1", marks=pytest.mark.slow),
+        pytest.param(2, "on", 45, "rate 0.1", marks=pytest.mark.slow),
+        pytest.param(1, "off", 45, "rate 0.1", marks=pytest.mark.slow),
+        pytest.param(4, "on", 6, "rate 0.1", marks=pytest.mark.slow),
+        pytest.param(4, "off", 6, "rate 0.1", marks=pytest.mark.slow),
     ],
 )
-def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps):
+def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps, drive):
     """Though every rank has factors of its own part of the drag."""
-    alone = flow(tmp_path, droplets, 1, "on", steps)
-    found = flow(tmp_path, droplets, ranks, newton, steps)
+    alone = flow(tmp_path, droplets, 1, "on", steps, drive=drive)
+    found = flow(tmp_path, droplets, ranks, newton, steps, drive=drive)
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert found[name] == pytest.approx(alone[name], rel=1e-6), name
 
