@@ -76,14 +76,14 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
 def looks_labelled(values: NDArray[Any]) -> bool:
     """Whether a picture looks like a mask or like labels: flat, with few regions to a level. `values`: (h, w) or (h, w,
     colours)."""
-    values = values if values.dtype.kind in "bui" else np.where(values == np.rint(values), values, np.nan)
+    values = values if values.dtype.kind in "iub" else np.where(values == np.rint(values), values, np.nan)
     if values.ndim == 3 and values.dtype.kind == "u":
         values = values[..., :3].astype(np.int64) @ np.array([1, 1 << 16, 1 << 32])[: min(values.shape[2], 3)]
     if values.ndim != 2 or not values.size or np.isnan(values.astype(np.float64)).any():
         return False
     levels, levelled = np.unique(values, return_inverse=True)
     if levels.size == 2:  # of floats a drawn picture of black and white
-        return values.dtype.kind in "bui"
+        return values.dtype.kind in "iub"
     alike = (values[1:, 1:] == values[:-1, 1:]) & (values[1:, 1:] == values[1:, :-1])
     if alike.mean() < FLAT:
         return False
