@@ -89,7 +89,7 @@ def checked_class(cls: type[T]) -> type[T]:
 
 
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
-    given = f"{reprlib.repr(value)} ({type(value).__name__})"
+    given = f"{' '.join(reprlib.repr(value).split())} ({type(value).__name__})"
     where = function.__qualname__.removesuffix(".__init__")
     remedy = (
         "; write a number beyond 64 bits with an exponent, as 1e30" if _is_whole(value) and not _is_real(value) else ""

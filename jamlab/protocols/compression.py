@@ -153,7 +153,7 @@ def compress(
     for state, target in zip_longest(after, targets[: len(after)]):
         if target is None or (reason := _unlike(state, packing, by, target, error, force)):
             raise InputError(f"after: its states are not of this sweep, which goes to {to:g}: {reason}")
-    if after:
+    if len(after):
         packing, targets = after[-1], targets[len(after) :]
     if not len(targets):
         return iter(())

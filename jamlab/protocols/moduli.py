@@ -81,7 +81,7 @@ def shear_modulus(
     except (TypeError, ValueError):
         asked = np.array(np.nan)
     if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
-        raise InputError(f"angle = {angle!r}: give one direction in radian or a row of them")
+        raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give one direction in radian or a row of them")
     first = _first_strain(packing, strain)
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     if method == "finite-strain":

@@ -8,6 +8,7 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 """
 
 import time
+from dataclasses import replace
 from inspect import signature
 from typing import Any
 
@@ -17,6 +18,7 @@ from jamlab.checks import check_bidisperse, check_choice, check_number, checked,
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
+from jamlab.packing.force_laws import disk_law
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
@@ -76,7 +78,8 @@ def jam(
         start: DP: "carried": disks carry the droplets to `phi_carried` or until the disks jam, which costs less and
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
         tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
-            `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets.
+            `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets; less for disks that stiffen, whose forces
+            at onset are less.
         ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
@@ -120,7 +123,7 @@ def jam(
     placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
     scales = unit_scales(placed)
     loose = _without_last_digits(scales.to_natural(placed))
-    force = force_tolerance(model) if tolerance is None else tolerance
+    force = _force_at_onset(loose, protocol) if tolerance is None else tolerance
     if model == "dp":
         check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
@@ -172,6 +175,15 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         )
     if model == "sp":
         disk_params("eps", **parameters)
+
+
+def _force_at_onset(packing: Packing, protocol: dict[str, float]) -> float:
+    """Largest force at onset by default: of disks as small beside their contact forces as that of springs."""
+    force = force_tolerance(packing.model)
+    if packing.model == "dp":
+        return force
+    law, energy = disk_law(packing), protocol["u_contact"]
+    return force * law.force_at(energy) / replace(law, exponent=2.0).force_at(energy)
 
 
 def _without_last_digits(packing: Packing) -> Packing:

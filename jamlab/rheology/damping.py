@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, is_number
+from jamlab.checks import check_choice, checked_class, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
@@ -69,6 +69,7 @@ class DragLaw:
         return {"law": type(self).__name__, **asdict(self)}  # type: ignore[call-overload]
 
 
+@checked_class
 @dataclass(frozen=True)
 class ContactDamping(DragLaw):
     """Drag on the relative velocity at every contact, Baumgarten & Tighe eqs 5 and 6.
@@ -184,6 +185,7 @@ class ContactDamping(DragLaw):
         return f" drag {self.tau:.17g} {self.beta:.17g} {self.alpha:.17g}"
 
 
+@checked_class
 @dataclass(frozen=True)
 class StokesDrag(DragLaw):
     """Drag against the affine flow on every particle, Baumgarten & Tighe eqs 7 and 8.

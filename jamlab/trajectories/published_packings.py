@@ -148,7 +148,10 @@ def read_xyz(path: FilePath) -> Iterator[Sites]:
                 continue
             n = int(line)
             comment = next(file, "")
-            keys = {name: quoted or plain for name, quoted, plain in _KEYS.findall(comment)}
+            entries = _KEYS.findall(comment)
+            keys = {name: quoted or plain for name, quoted, plain in entries}
+            if len(keys) < len(entries):
+                raise InputError(f"the second line of a frame gives one key twice: {comment.strip():.200}")
             rest = _KEYS.sub(" ", comment).strip()
             rows = [row.split() for row in islice(file, n)]
             if len(rows) != n:

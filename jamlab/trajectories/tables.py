@@ -15,6 +15,7 @@ from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat, radius_of, 
 _SHORT = {"r": "radius", "rad": "radius", "d": "diameter", "diam": "diameter", "t": "time", "species": "type"}
 _FRAMES = ("frame", "step", "time")  # columns that number the states of one table
 _KNOWN = {"x", "y", "z", "type", "id", "", *SIZE_NAMES, *_FRAMES}
+_NO_ROWS = "it has no rows of numbers"
 _UNIT = re.compile(r"\s*[\[(/].*")  # behind the name of a column
 
 
@@ -31,7 +32,8 @@ def read_csv(path: FilePath) -> Iterator[Sites]:
         rows = [[word.strip().strip('"') for word in line.split(separator)] for line in lines[1:]]
         if separator != ",":
             rows = [[word.replace(",", ".") for word in row] for row in rows]
-        equal_rows(rows, len(names))
+        if not equal_rows(rows, len(names)):
+            raise ValueError(_NO_ROWS)
         columns = {name: numbers(rows, k) for k, name in enumerate(names) if name in _KNOWN - {"type", "id", ""}}
         words = {name: [row[k] for row in rows] for k, name in enumerate(names)}
         error = max(rounding(words[name], columns[name]) for name in ("x", "y"))
@@ -70,6 +72,8 @@ def read_npy(path: FilePath) -> Iterator[Sites]:
             return
         if values.ndim not in (2, 3) or values.shape[-1] not in (2, 3) or values.dtype.kind not in "fiu":
             raise InputError(f"an array of {values.dtype} {values.shape}: rows of x, y or x, y, radius expected")
+        if not values.size:
+            raise ValueError(_NO_ROWS)
         for state in values.reshape(-1, *values.shape[-2:]):
             names = ["x", "y", "radius"][: state.shape[1]]
             columns = {name: _real(state[:, k]) for k, name in enumerate(names)}
@@ -89,7 +93,7 @@ def _states(
     """States of a table, one for each value of the column that numbers them."""
     count = len(columns["x"])
     if not count:
-        raise ValueError("it has no rows of numbers")
+        raise ValueError(_NO_ROWS)
     clock = next((columns[name] for name in _FRAMES if name in columns), np.zeros(count))
     radius, positions = radius_of(columns), np.column_stack([columns["x"], columns["y"]])
     for value in dict.fromkeys(clock.tolist()):

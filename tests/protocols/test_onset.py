@@ -185,6 +185,13 @@ def test_six_disks_that_left_a_saddle_are_held(seed):
     assert jamlab.elastic_tensor(packing).relaxed[0, 1, 0, 1] > 0
 
 
+def test_soft_contacts_at_onset_balance_as_springs_do():
+    """Energies of a minimum are those of springs, forces of disks that stiffen 300 times smaller at exponent 3."""
+    packing = jamlab.jam(n=8, seed=1, exponent=3.0)
+    found = jamlab.evaluate(packing)
+    assert packing.converged and np.abs(found.forces).max() < 1e-4 * found.pressure
+
+
 @pytest.mark.parametrize("name, meant", [("modle", "model"), ("ensembel", "ensemble"), ("tolerence", "tolerance")])
 @pytest.mark.parametrize("model", ["sp", "dp"])
 def test_a_mistyped_argument_is_told_from_a_parameter_of_the_law(model, name, meant):

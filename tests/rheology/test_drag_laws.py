@@ -101,6 +101,13 @@ def test_odd_loops_hold_gears():
     assert jamlab.ContactDamping().gears(bare, jamlab.contacts(bare).meetings) == []
 
 
+@pytest.mark.parametrize("name", ["beta", "tau", "alpha", "arms"])
+def test_an_array_is_refused_in_one_line(name):
+    with pytest.raises(jamlab.InputError) as error:
+        ContactDamping(**{name: np.ones((2, 1))})
+    assert name in str(error.value) and "\n" not in str(error.value)
+
+
 LAW = ContactDamping(beta=50.0, arms="contact")
 
 

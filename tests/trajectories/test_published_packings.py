@@ -219,6 +219,7 @@ def test_three_dimensions_or_an_open_box_are_no_packing(tmp_path):
         {"comment": 'pbc="F F F"'},
         {"comment": "units=eps k=1"},
         {"comment": "k=1 eps=1"},
+        {"comment": "k=1 k=2"},
         {"comment": "", "rows": wrong, "properties": "species:S:1:pos:R:3:radius:R:1:diameter:R:1"},
     ):
         with pytest.raises(jamlab.InputError):
