@@ -75,11 +75,12 @@ def test_contact_forms_by_type(tmp_path, ranks):
 
 
 def test_eps_and_width_change_during_a_run(lmp, tmp_path):
-    """Of one type, and what is mixed with it, and of a pair: against numpy with the values of the end."""
+    """Of one type and what is mixed with it, of a pair, given or mixed: against numpy with the values of the end."""
     state = outlines.scene(24)
-    ramps = {"v": "1.7,2.9", "w": "0.25,0.21", "u": "0.8,0.72"}
+    ramps = {"v": "1.7,2.9", "w": "0.25,0.21", "u": "0.8,0.72", "z": f"{0.5 * (WIDTH[RING] + WIDTH[WALL]):g},0.2"}
     ramps = "".join(f"variable {name} equal ramp({ends})\n" for name, ends in ramps.items())
     change = "pair circuloline eps 1 1 v_v pair circuloline delta 1 1 v_w pair circuloline delta 1 3 v_u"
+    change += " pair circuloline delta 1 2 v_z"
     more = f"pair_coeff 1 3 0.4 0.8\n{ramps}fix change all adapt 1 {change}\nrun 10\n"
     outlines.start(lmp, tmp_path, state, more)
     eps, width = EPS | {RING: 2.9}, WIDTH | {RING: 0.21}
@@ -87,6 +88,8 @@ def test_eps_and_width_change_during_a_run(lmp, tmp_path):
     def law(i, j):
         if {i, j} == {RING, DISK}:
             return 0.4, 0.72
+        if {i, j} == {RING, WALL}:
+            return np.sqrt(eps[i] * eps[j]), 0.2
         return np.sqrt(eps[i] * eps[j]), (width[i] + width[j]) / 2
 
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, law), rel=1e-12)

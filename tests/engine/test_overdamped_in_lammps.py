@@ -3,6 +3,7 @@
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 from disk_flows import Flow, commands
 from droplet_flows import CONTACT, STOKES, DropletFlow
@@ -153,6 +154,16 @@ def test_flow_of_droplets_that_cannot_go_on(tmp_path, droplets, fix, drag, messa
         with pytest.raises(Exception, match=message):
             for _ in range(20):
                 flow.run()
+
+
+def test_a_contact_without_direction_has_no_flow(tmp_path, droplets):
+    positions, end = droplets.positions.copy(), droplets.offsets[1]
+    apart = np.linalg.norm(positions[:end, None] - positions[end:], axis=2)
+    i, j = np.unravel_index(apart.argmin(), apart.shape)
+    positions[i] = positions[end + j]
+    with pytest.raises(Exception, match=r"\[flow-crosses\]"):
+        with DropletFlow(tmp_path, droplets.with_state(positions=positions), "rate 0.1", STOKES) as flow:
+            flow.run(0)
 
 
 def test_fast_flow_without_sliding_drag_survives(tmp_path, disks):

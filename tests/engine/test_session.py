@@ -4,8 +4,10 @@ import contact_paths
 import numpy as np
 import pytest
 import reference
+import shapely
 
 import jamlab
+from jamlab.engine.session import Session
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import CONTACT_FORMS
@@ -385,3 +387,27 @@ def test_only_segment_smooth_has_continuous_forces_everywhere():
     found = {(form, shape, path): s.name for form, shape, path, s in contact_paths.table(FORMS)}
     rough = {("segment", "convex", "sliding"), ("segment", "convex", "rolling"), ("outline", "dented", "sliding")}
     assert found == {key: "C0" if key in rough else "C1" for key in found}
+
+
+def squares(form, shift):
+    """Corners of two squares, and the energy of their contacts in LAMMPS; their width is 0.1."""
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": form, "a0": [1.0, 1.0]}
+    square = np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]])
+    corners = np.stack([square, square + np.array(shift)])
+    packing = jamlab.Packing("dp", 5 * np.eye(2), corners.reshape(-1, 2), law, offsets=np.array([0, 4, 8]))
+    with Session(packing) as session:
+        return corners, session.evaluate().contact_energy
+
+
+def test_edges_that_cross_have_no_distance():
+    """Of form segment, where a contact is a pair of edges: each pair that crosses has the energy of contact at 0."""
+    corners, energy = squares("segment", (0.55, 0.45))
+    first, second = shapely.linestrings(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2))
+    distances = shapely.distance(first[:, None], second)
+    assert np.sum(distances == 0) == 2
+    assert energy == pytest.approx(0.5 * np.sum(np.maximum(0.0, 1 - distances / 0.1) ** 2), rel=1e-12)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_contacts_end_where_rims_part(form):
+    assert squares(form, (1.1 - 1e-6, 0.4))[1] > 0 == squares(form, (1.1 + 1e-6, 0.4))[1]
