@@ -68,6 +68,23 @@ def test_pressure_and_normal_stress_are_those_of_plain_sums(tmp_path, packing):
     assert mean["normal_stress_difference"] == pytest.approx(tension[0, 0] - tension[1, 1], abs=1e-3 * size)
 
 
+class SecondType(DropletFlow):
+    """All bonds are of a second type; the first has another tension."""
+
+    def lines(self, data, drag, newton):
+        lines = [line.replace("nocoeff", "nocoeff extra/bond/types 1") for line in super().lines(data, drag, newton)]
+        return [*lines, "bond_coeff 1 9.0 0.5", "set group all bond 2"]
+
+
+def test_every_bond_has_the_tension_of_its_type(tmp_path, packing):
+    rows = []
+    for kind in (DropletFlow, SecondType):
+        with kind(tmp_path, packing, "rate 0.1 tolerance 1e-2 solver 1e-8", STOKES) as flow:
+            row = flow.run(20)
+        rows.append({name: value for name, value in row.items() if not name.endswith("iterations")})
+    assert rows[1] == pytest.approx(rows[0], rel=1e-6)
+
+
 def test_energy_and_stress_of_a_flow_are_those_of_its_state(tmp_path, packing):
     """Steps look ahead: both follow the velocities that they find, to the order of the step squared."""
     fix = "rate 0.1 tolerance 1e-2 solver 1e-8"
