@@ -26,6 +26,7 @@ from jamlab.micrographs.segmentation import PAIR, find_droplets
 GAP = 1.5  # ratio of successive radii, in order of size, above which specks end
 SPECK = 0.25  # of the typical radius: larger objects are no specks
 UNRESOLVED = 4.0  # pixels, radius: nor are those that show a shape
+DEBRIS = 2.0  # pixels, radius: specks from here on may be droplets of a small size class
 CLASS_GAP, CLASS_SHARE = 2.0, 0.1  # ratio of radii between size classes; of the area that a class of droplets covers
 ODD_PIECE, ROUNDER = 0.72, 1.05  # roundness of one of two pieces, at most; of both together over that of the rounder
 LINE = 2  # pixels without a label between two pieces, at most
@@ -132,7 +133,9 @@ def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
         return objects
     specks = order[: last[-1] + 1]
     low, high = (round(np.pi * radii[specks[k]] ** 2) for k in (0, -1))
-    notes.append(Note(f"{len(specks)} specks of {low} to {high} pixels are set aside"))
+    doubt = int((radii[specks] >= DEBRIS).sum())
+    may_be = f"; {doubt} of them may be droplets" if doubt else ""
+    notes.append(Note(f"{len(specks)} specks of {low} to {high} pixels are set aside{may_be}", doubt))
     return np.where(np.isin(objects, specks), 0, objects)
 
 

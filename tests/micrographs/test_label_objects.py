@@ -173,3 +173,17 @@ def test_labels_are_not_read_as_a_photograph(tmp_path, drawn):
     shown = json.loads(call(tmp_path, "analyze", "--labels", "mask.tif", "--json").stdout)
     assert shown["contrast"] == "labels" and shown["count"] == [drawn[1]["count"]]
     assert call(tmp_path, "analyze").exit_code == 1
+
+
+@pytest.mark.parametrize("radius", [2.5, 3.3])
+def test_a_class_of_small_droplets_leaves_no_good_number(radius):
+    """Large droplets in rows with a small one in every gap: too small to be told from debris."""
+    y, x = np.mgrid[:330, :330]
+    labels = np.zeros((330, 330), dtype=int)
+    for k, (row, column) in enumerate((row, column) for row in range(7) for column in range(7)):
+        labels[np.hypot(x - 28 - 45 * column, y - 28 - 45 * row) <= 20] = 1 + 2 * k
+        labels[np.hypot(x - 50.5 - 45 * column, y - 50.5 - 45 * row) <= radius] = 2 + 2 * k
+    numbers = jamlab.micrograph(labels=labels).numbers
+    for name, truth in (("count", 98), ("area", (labels > 0).sum() / 98)):
+        assert numbers[name].reasons or abs(numbers[name].value - truth) <= numbers[name].half_width
+    assert abs(numbers["count"].value - 98) <= numbers["count"].half_width
