@@ -68,8 +68,9 @@ class Parameters:
         if self.phi is not None:
             return [*names, "quench"]
         particles = "disks" if self.model == "sp" else "droplets"
-        made = ["onset", *(["compression"] if self.compress is not None else [])]
-        return [*names, *(f"{protocol} of {particles}" for protocol in made)]
+        stiffening = "stiffening " if self.model == "sp" and self.force_law.get("exponent", 2.0) != 2 else ""
+        made = [f"onset of {stiffening}{particles}"]
+        return [*names, *made, *([f"compression of {particles}"] if self.compress is not None else [])]
 
     def definition_names(self, table: str) -> tuple[str, ...]:
         """Definitions that a table depends on, as `versions.py` names them."""

@@ -21,6 +21,7 @@ FIRST = 1  # version of what was stored before versions were
 _VERSIONS: dict[str, Callable[[], int]] = {
     # protocols
     "onset of disks": lambda: onset.ONSET_PROTOCOL["sp"],
+    "onset of stiffening disks": lambda: onset.ONSET_PROTOCOL["stiffening"],
     "onset of droplets": lambda: onset.ONSET_PROTOCOL["dp"],
     "compression of disks": lambda: compression.COMPRESSION_PROTOCOL["sp"],
     "compression of droplets": lambda: compression.COMPRESSION_PROTOCOL["dp"],

@@ -18,7 +18,7 @@ from jamlab.checks import check_bidisperse, check_choice, check_number, checked,
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.packing.force_laws import disk_law
+from jamlab.packing.force_laws import disk_law, has_springs
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
@@ -38,8 +38,8 @@ from jamlab.storage.verified_file import versions
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
 # versions, see jamlab.campaign.versions; droplets: 3 searches over rigid bodies, 2 ends at a minimum, 1 ended at some
-# saddles
-ONSET_PROTOCOL = {"sp": 1, "dp": 3}
+# saddles; stiffening disks, whose exponent is not 2: 1 left forces beside those of their contacts
+ONSET_PROTOCOL = {"sp": 1, "dp": 3, "stiffening": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
@@ -138,7 +138,7 @@ def jam(
         method = "rigid" if rigid else first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
-        "protocol_version": ONSET_PROTOCOL[model],
+        "protocol_version": ONSET_PROTOCOL[model if has_springs(placed) else "stiffening"],
         "search": search,
         "start": start,
         "seed": seed,

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
-from campaigns import run_here, written
+from campaigns import read_campaign_file, run_here, written
 
 import jamlab
 from jamlab.campaign import driver, observables
@@ -328,3 +328,10 @@ class Counted:
     def __call__(self, *words, **how):
         self.calls.append(words)
         return self.function(*words, **how)
+
+
+@pytest.mark.parametrize(("exponent", "name"), [(2.0, "onset of disks"), (2.5, "onset of stiffening disks")])
+def test_onsets_of_disks_that_stiffen_have_a_version_of_their_own(tmp_path, exponent, name):
+    file = written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True, force_law={"exponent": exponent})
+    (batch,) = batches(read_campaign_file(file))
+    assert name in batch.parameters.protocol_names
