@@ -20,6 +20,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.contact_network import count_pressing
 from jamlab.packing.natural_units import unit_scales
+from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -114,6 +115,8 @@ class OverdampedSession:
         check_flowing(damping, tolerance, background)
         if length is not None:
             _refuse_endless(packing, damping, background, length)
+        if packing.model == "dp":
+            refuse_crossings(packing)
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
