@@ -21,6 +21,7 @@ FLOPPY = 16 * np.finfo(float).eps
 HIDDEN = 1e-6
 _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
 _NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for
+_PATIENT, _BLURRED = 500, 1e-6  # restarts of the iteration at most; tolerance where six modes are not told apart
 _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
 
 
@@ -90,7 +91,17 @@ def _instability(matrix: sparse.csc_array) -> UnstableError:
         count = factors.negative
         start = np.random.default_rng(0).standard_normal(matrix.shape[0])
         wanted = max(1, min(_NAMED, count))
-        values, vectors = linalg.eigsh(matrix, k=wanted, sigma=0.0, which="SA", OPinv=inverse, v0=start)
+        for some, blur in ((wanted, 0.0), (1, _BLURRED)):
+            how = {"k": some, "tol": blur, "maxiter": _PATIENT}
+            try:
+                values, vectors = linalg.eigsh(matrix, sigma=0.0, which="SA", OPinv=inverse, v0=start, **how)
+                break
+            except linalg.ArpackNoConvergence as error:  # modes almost alike
+                values, vectors = error.eigenvalues, error.eigenvectors
+                if (values < 0).any():
+                    break
+        else:
+            raise ConvergenceError(f"none of {count} negative modes of a Hessian was found in {_PATIENT} iterations")
     lowest = int(values.argmin())
     return UnstableError(
         f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {values[lowest]:.3g}",

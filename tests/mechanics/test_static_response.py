@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 import jamlab
+from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.static_response import FLOPPY, HIDDEN, UnstableError, static_response
@@ -232,3 +233,17 @@ def test_averaging_angles_average(c, start):
     many = np.linspace(0, np.pi, 360, endpoint=False)
     few = modulus_along(c, AVERAGING_ANGLES + start).mean()
     np.testing.assert_allclose(few, modulus_along(c, many).mean(), rtol=1e-9)
+
+
+@pytest.mark.parametrize("patience", [1, 500])
+def test_negative_modes_that_are_nearly_alike_end_in_an_error_of_ours(monkeypatch, patience):
+    """Of 500 coordinates 40 have curvatures that differ in the seventh digit: one of them is named, or none."""
+    monkeypatch.setattr("jamlab.mechanics.static_response._PATIENT", patience)
+    values = np.concatenate([-1e-3 * (1 + 1e-7 * np.arange(40)), np.linspace(0.1, 1.0, 460)])
+    with pytest.raises(ConvergenceError) as caught:
+        static_response(sparse.csc_array(sparse.diags_array(values)), np.ones((500, 1)))
+    if isinstance(caught.value, UnstableError):
+        mode = caught.value.mode
+        assert mode @ (values * mode) / (mode @ mode) == pytest.approx(-1e-3, rel=1e-4)
+    else:
+        assert patience == 1
