@@ -107,7 +107,7 @@ from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .rheology.reduced_model import KrylovSettings as KrylovSettings
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
-from .statistics.published_numbers import read_points as read_points
+from .statistics.read_points import read_points as read_points
 from .trajectories.droplets_from_outlines import from_outlines as from_outlines
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all

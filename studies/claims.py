@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.statistics.bootstrap import Interval
-from jamlab.statistics.published_numbers import Published
+from studies.published_numbers import Published
 
 SUMMARY = "summary.txt"  # beside the figures, and beside the reference data
 _OF_NO_PAPER = ("dynamics-", "beyond-")  # figures whose numbers neither paper has
@@ -47,7 +47,7 @@ class Claim:
     value: float
     low: float
     high: float
-    # paper, margin, relation: see `jamlab.statistics.published_numbers.Published`
+    # paper, margin, relation: see `studies.published_numbers.Published`
     paper: float
     margin: float = 0.0
     relation: str = "="

@@ -27,7 +27,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import NonlinearModulus, nonlinear_modulus
-from jamlab.statistics.published_numbers import MODELS_PART
+from studies.published_numbers import MODELS_PART
 from studies.table import measure_table
 
 LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence

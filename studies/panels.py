@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.bootstrap import Interval
-from jamlab.statistics.published_numbers import Published
 from studies.claims import Claim, as_interval, claim, write_interval
+from studies.published_numbers import Published
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"

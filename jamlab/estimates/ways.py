@@ -32,8 +32,8 @@ from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import LARGEST_TOLERANCE, jam
 from jamlab.protocols.size_distributions import Sizes, shown_sizes
 from jamlab.statistics.confidence import bend, between, neighbours
-from jamlab.statistics.published_numbers import MODELS_PART
 
+HANDOVER = 0.88  # rho from which disks and droplets part (Boromand et al., fig 5)
 STEP = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
 OFF_TARGET = 1e-3  # of rho: a packing that jumps farther from the packing fraction asked for is left out
 ONSET = "rho-J"  # true packing fraction at jamming onset, of packings that have no rho
@@ -107,15 +107,15 @@ def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
     """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
-    or at 0.88 where the models part, and go on from there."""
+    or at `HANDOVER`, and go on from there."""
 
     def compressed(packing: Packing, rho: float) -> Packing:
         return _compress_to(packing, rho, step, way.tolerance)
 
     if packing.model == "dp" or way.nv is None:
         return compressed(packing, rho)
-    if rho > MODELS_PART.value:
-        return compressed(hand_over(way, compressed(packing, MODELS_PART.value)), rho)
+    if rho > HANDOVER:
+        return compressed(hand_over(way, compressed(packing, HANDOVER)), rho)
     return hand_over(way, compressed(packing, rho))
 
 

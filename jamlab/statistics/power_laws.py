@@ -162,36 +162,6 @@ def _merged(powers: Array, x: Array, y: Array, unit: Array) -> bool:
     return bool(near.any() and np.median(largest / np.abs(y)) > _CANCEL)
 
 
-@checked
-def widest_window(
-    x: ArrayLike,
-    y: ArrayLike,
-    exponents: Sequence[float | None] = (None,),
-    *,
-    tolerance: float = 0.05,
-    least: int = 5,
-    low: float = 0.0,
-    high: float = np.inf,
-) -> PowerLaw:
-    """Fit the widest run of at least so many points, in ln x, whose relative residuals all lie within a tolerance."""
-    x, y = _finite_points(x, y)
-    if not tolerance > 0:
-        raise InputError(f"tolerance = {tolerance}: must be positive")
-    kept = (x >= low) & (x <= high) & (x > 0) & (y > 0)
-    order = np.argsort(x[kept])
-    x, y = x[kept][order], y[kept][order]
-    if len(x) < least:
-        raise InputError(f"{len(x)} points between {low:g} and {high:g}, needs {least}: widen the window")
-    runs = [(i, j) for i in range(len(x)) for j in range(i + least - 1, len(x))]
-    for i, j in sorted(runs, key=lambda run: x[run[0]] / x[run[1]]):
-        fit = power_law(x[i : j + 1], y[i : j + 1], exponents)
-        if fit.worst <= tolerance:
-            return fit
-    raise ConvergenceError(
-        f"no {least} points in a row lie within {tolerance:g} of a power law: raise the tolerance or add packings"
-    )
-
-
 @dataclass(frozen=True)
 class FiniteSize:
     """y(N) = limit + amplitude N^-exponent."""
@@ -277,12 +247,6 @@ def _same_length(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     if a.ndim != 1 or a.shape != b.shape:
         raise InputError(f"x and y have shapes {a.shape} and {b.shape}: need two rows of the same length")
     return a, b
-
-
-def _finite_points(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
-    a, b = _same_length(x, y)
-    kept = np.isfinite(a) & np.isfinite(b)
-    return a[kept], b[kept]
 
 
 def fit_exponent(x: Array, y: Array) -> float:

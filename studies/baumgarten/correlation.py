@@ -9,9 +9,9 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
+from studies import published_numbers as published
 from studies.baumgarten.spectral_groups import format_power, select_largest, select_law
 from studies.claims import Kind, write_by, write_list
 from studies.ensemble_tables import EnsembleTables

@@ -7,8 +7,8 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
+from studies import published_numbers as published
 from studies.baumgarten.spectral_groups import Group
 from studies.claims import write_interval
 from studies.ensembles import bootstrap, part_of, unmeasured, vary_bootstrap

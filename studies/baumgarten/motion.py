@@ -9,10 +9,10 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import ScalingExponents, fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
+from studies import published_numbers as published
 from studies.baumgarten.spectral_groups import (
     FIXED,
     LARGE,

@@ -11,9 +11,9 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, collapse
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
+from studies import published_numbers as published
 from studies.baumgarten.crossovers import claim_crossovers
 from studies.baumgarten.spectral_groups import (
     LARGE,

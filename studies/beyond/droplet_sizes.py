@@ -8,7 +8,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
-from jamlab.statistics import published_numbers as published
+from studies import published_numbers as published
 from studies.conventions import NEAR, onset_law
 from studies.ensemble_tables import EnsembleTables, droplets_with, values_of
 from studies.ensembles import (

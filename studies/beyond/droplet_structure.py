@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
+from studies import published_numbers as published
 from studies.claims import write_interval
 from studies.ensemble_tables import LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size, usual_law
 from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings, sampled_sizes

@@ -24,8 +24,8 @@ from jamlab.plotting.palette import BLACK
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import fit_exponent
+from studies import published_numbers as published
 from studies.claims import write_list
 from studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings, vary_bootstrap
 from studies.panels import FIT, drawing, label, scale, sequence, style

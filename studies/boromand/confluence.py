@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import fit_exponent, power_law
+from studies import published_numbers as published
 from studies.claims import Kind, halves, write_by, write_list
 from studies.conventions import FRACTIONS, SIZES, select_below_confluence
 from studies.ensemble_tables import EnsembleTables

@@ -8,10 +8,10 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.plotting.palette import GREEN, MODEL_STYLE
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import fit_exponent
 from studies import conventions
+from studies import published_numbers as published
 from studies.claims import Kind, halves, write_by, write_interval, write_list
 from studies.conventions import FRACTIONS, NEAR, SERIES, at
 from studies.ensemble_tables import EnsembleTables

@@ -11,8 +11,9 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.palette import GREEN
-from jamlab.statistics import published_numbers as published
-from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
+from jamlab.statistics.power_laws import PowerLaw, power_law
+from studies import published_numbers as published
+from studies.boromand.widest_window import widest_window
 from studies.claims import Kind, halves
 from studies.conventions import (
     DISTANCES,

@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.special import kolmogorov
 
 from jamlab.arrays import Array
-from jamlab.statistics import published_numbers as published
+from studies import published_numbers as published
 from studies.claims import write_by, write_interval, write_list
 from studies.conventions import SIZES, onset_law
 from studies.ensemble_tables import EnsembleTables

@@ -10,9 +10,9 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from studies import conventions
+from studies import published_numbers as published
 from studies.claims import Kind, Verdict, write_by, write_interval, write_list
 from studies.conventions import SERIES, SUBTRACTED, even_curve, fit_coefficients
 from studies.ensemble_tables import PACKING, EnsembleTables, at_onset_by_law, counts_at_onset, usual_law

@@ -9,8 +9,8 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
-from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
+from studies import published_numbers as published
 from studies.claims import Kind, write_interval, write_list
 from studies.ensemble_tables import EnsembleTables, at_onset_by_law, of_usual_size
 from studies.ensembles import SHARE, Varied, bootstrap, has, nearest_size, part_of, unmeasured, vary_bootstrap

@@ -9,15 +9,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK
 from jamlab.statistics.bootstrap import Interval
-from jamlab.statistics.data_collapse import CriticalCollapse, collapse_through
-from jamlab.statistics.published_numbers import (
-    FLOW_AT_ONSET,
-    JAMMING_IN_SHEAR,
-    STRESS_AT_ONSET,
-    VISCOSITY_EXPONENT,
-    YIELD_EXPONENT,
-    Published,
-)
+from studies.dynamics.critical_collapse import CriticalCollapse, collapse_through
 from studies.dynamics.flow_curves import (
     HIGHEST,
     JAMMED,
@@ -30,6 +22,14 @@ from studies.dynamics.flow_curves import (
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import average, bootstrap, mean_over_packings, nearest, of_packings
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
+from studies.published_numbers import (
+    FLOW_AT_ONSET,
+    JAMMING_IN_SHEAR,
+    STRESS_AT_ONSET,
+    VISCOSITY_EXPONENT,
+    YIELD_EXPONENT,
+    Published,
+)
 
 WINDOW = (0.82, 0.86)  # packing fractions of the fit
 SHIFT = 0.003  # of onset, to see how much hangs on it

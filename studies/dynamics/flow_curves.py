@@ -13,7 +13,6 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PIN
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.power_laws import fit_exponent
-from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR, SOFTENING_EXPONENT
 from studies.claims import write_interval
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import (
@@ -29,6 +28,7 @@ from studies.ensembles import (
     vary_bootstrap,
 )
 from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style
+from studies.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR, SOFTENING_EXPONENT
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 STRESS = r"shear stress $\sigma$  [k]"

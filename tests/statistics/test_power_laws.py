@@ -5,7 +5,7 @@ import pytest
 
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
-from jamlab.statistics.power_laws import finite_size, power_law, widest_window
+from jamlab.statistics.power_laws import finite_size, power_law
 
 X = np.geomspace(1e-4, 0.3, 25)
 
@@ -65,22 +65,6 @@ def test_points_outside_the_window_and_nan_take_no_part():
     assert 1e-3 <= fit.low < fit.high <= 0.1
 
 
-def test_the_widest_window_ends_where_the_law_changes():
-    cross = 1e-2
-    y = np.where(X < cross, X**1.5, X**2.5 / cross)
-    fit = widest_window(X, y, tolerance=0.02)
-    assert fit.exponents == pytest.approx([1.5], abs=0.02)
-    assert fit.low == X[0] and 0.5 * cross < fit.high < 1.3 * cross
-    upper = widest_window(X, y, tolerance=0.02, low=cross)
-    assert upper.exponents == pytest.approx([2.5], abs=0.02)
-
-
-def test_no_window_is_found_in_noise():
-    y = np.exp(np.random.default_rng(1).normal(size=len(X)))
-    with pytest.raises(ConvergenceError, match="power law"):
-        widest_window(X, y, tolerance=0.01)
-
-
 @pytest.mark.parametrize(
     ("fit", "y", "options", "message"),
     [
@@ -88,8 +72,6 @@ def test_no_window_is_found_in_noise():
         (power_law, X, {"exponents": ()}, "exponent"),
         (power_law, X, {"low": 0.29}, "widen"),
         (power_law, -X, {}, "widen"),
-        (widest_window, X, {"tolerance": 0.0}, "tolerance"),
-        (lambda x, y: widest_window(x[:3], y[:3]), X, {}, "needs 5"),
     ],
 )
 def test_impossible_fits_are_refused(fit, y, options, message):
@@ -161,14 +143,6 @@ def test_the_spread_is_the_root_mean_square_of_the_residuals():
     fit, weighted = power_law(X, y, (0.5,)), power_law(X, y, (0.5,), error=0.1 * X)
     assert fit.spread == pytest.approx(np.sqrt(np.mean(((fit(X) - y) / y) ** 2)), rel=1e-9)
     assert weighted.spread == pytest.approx(np.sqrt(np.mean(((weighted(X) - y) / (0.1 * X)) ** 2)), rel=1e-9)
-
-
-def test_the_widest_window_spans_decades_not_points():
-    """Twelve points in a third of a decade obey one law, six in two decades another."""
-    low, high = np.geomspace(1.0, 2.0, 12), np.geomspace(4.0, 400.0, 6)
-    y = np.concatenate([low**1.5, 0.1 * high**0.5])
-    fit = widest_window(np.concatenate([low, high]), y, tolerance=0.01)
-    assert fit.exponents == pytest.approx([0.5]) and (fit.low, fit.high) == pytest.approx((4.0, 400.0))
 
 
 RATES = np.geomspace(1e-4, 1.0, 9)

@@ -6,7 +6,6 @@ import pytest
 from campaigns import read_campaign_file
 
 import jamlab
-from jamlab.statistics.published_numbers import table_contacts, table_modulus
 from studies.droplet_calibration import (
     CONFLUENCE,
     DISTANCES,
@@ -18,6 +17,7 @@ from studies.droplet_calibration import (
     observables,
     sensitivity,
 )
+from studies.published_numbers import table_contacts, table_modulus
 
 CENTRE = {"gamma": 0.2, "ka": 100.0, "delta": 0.3}
 BEST = {"gamma": 0.3, "ka": 150.0, "delta": 0.25}

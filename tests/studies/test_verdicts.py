@@ -15,13 +15,13 @@ from scipy.stats import ks_2samp
 from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import fit_exponent
-from jamlab.statistics.published_numbers import Published
 from studies import conventions, gallery
 from studies.baumgarten.crossovers import _ends
 from studies.boromand.onset import _same_distribution
 from studies.claims import SUMMARY, Claim, Verdict, claim, halves
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, vary_bootstrap
+from studies.published_numbers import Published
 
 CLAIMS = Path("docs", "explanation", "claims_of_the_papers.csv")
 REFERENCE = Path(str(resources.files("studies"))) / "reference"

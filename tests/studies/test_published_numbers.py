@@ -1,16 +1,14 @@
-"""Numbers of the papers: fits of their tables, margins from the digits printed, points read from CSV."""
+"""Numbers of the papers: fits of their tables, margins from the digits printed."""
 
 import numpy as np
 import pytest
 
-from jamlab.errors import StorageError
-from jamlab.statistics import published_numbers
-from jamlab.statistics.published_numbers import (
+from studies import published_numbers
+from studies.published_numbers import (
     TABLE_1,
     TABLE_2,
     Published,
     printed,
-    read_points,
     table_contacts,
     table_entry,
     table_law,
@@ -62,26 +60,3 @@ def test_every_number_of_the_papers_has_its_margin_by_the_rule():
 def test_margins_are_half_a_unit_of_the_last_digit(value, margin):
     found = table_entry(value)
     assert (found.value, found.margin, found.relation) == (value, pytest.approx(margin), "=")
-
-
-def test_published_points(tmp_path):
-    path = tmp_path / "points.csv"
-    path.write_text("# read off by eye\nrho, z\n0.84,4.0\n\n0.9,\n")
-    points = read_points(path, ("rho", "z"))
-    np.testing.assert_array_equal(points["rho"], [0.84, 0.9])
-    np.testing.assert_array_equal(points["z"], [4.0, np.nan])
-
-
-def test_bad_points_are_named(tmp_path):
-    path = tmp_path / "points.csv"
-    with pytest.raises(StorageError, match=r"points\.csv cannot be read"):
-        read_points(path)
-    for text, message in {
-        "": "is empty",
-        "rho,a\n1,2": "has columns rho, a: needs rho, z",
-        "rho,z\n1,2,3": "line 2: 3 fields, needs 2",
-        "rho,z\n0.8,4\n0.9,four": "line 3: 'four' in column z",
-    }.items():
-        path.write_text(text)
-        with pytest.raises(StorageError, match=message):
-            read_points(path, ("rho", "z"))

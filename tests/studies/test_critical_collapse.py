@@ -1,0 +1,41 @@
+"""Collapses through a critical point recover exponents and scaling function."""
+
+import numpy as np
+import pytest
+
+from jamlab.errors import InputError
+from studies.dynamics.critical_collapse import collapse_through
+
+SHAPE = (-0.02, 0.1, 0.4, 0.3)  # of ln f, highest power first
+X, S = (part.ravel() for part in np.meshgrid(np.linspace(0.80, 0.88, 9), np.geomspace(1e-4, 1e-2, 5)))
+
+
+def data(q, w, critical=0.84):
+    z = (X - critical) / S**w
+    return S**q * np.exp(np.polyval(SHAPE, z))
+
+
+@pytest.mark.parametrize(("q", "w"), [(0.4, 0.3), (0.7, 0.25)])
+def test_exponents_and_the_scaling_function_are_recovered(q, w):
+    found = collapse_through(X, S, data(q, w), (0.835, q + 0.1, w + 0.05), order=3)
+    assert [found.critical, found.q, found.w] == pytest.approx([0.84, q, w], abs=1e-5)
+    z = np.linspace(-0.2, 0.3, 5)
+    assert found.function(z) == pytest.approx(np.exp(np.polyval(SHAPE, z)), rel=1e-4)
+    left = np.log(data(q, w)) - np.polyval(np.polyfit(X, np.log(data(q, w)), 3), X)  # one curve for all s
+    assert found.spread < 1e-6 and found.before == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
+
+
+def test_limits_on_both_sides_follow_from_the_exponents():
+    """Far above, y no longer depends on s if f ~ z^(q/w); far below, y/s does not if f ~ |z|^-(1 - q)/w."""
+    found = collapse_through(X, S, data(0.4, 0.3), (0.84, 0.45, 0.35), critical=0.84, order=3)
+    s, distance = np.array([1e-6, 1e-4]), 0.01
+    above = s**found.q * (distance / s**found.w) ** found.above
+    below = s**found.q * (distance / s**found.w) ** -found.below / s
+    assert above[0] == pytest.approx(above[1], rel=1e-9) and below[0] == pytest.approx(below[1], rel=1e-9)
+
+
+def test_impossible_collapses_are_refused():
+    with pytest.raises(InputError):
+        collapse_through(X[:8], S[:8], S[:8], (0.84, 0.4, 0.3))
+    with pytest.raises(InputError):
+        collapse_through(X, S, -S, (0.84, 0.4, 0.3))
