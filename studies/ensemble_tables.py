@@ -16,7 +16,7 @@ COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motio
 LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
 PACKING = ["model", "n", "seed", *LAW]
 DAMPING = ["law", "beta", "eta_f"]
-SHARED, OBSERVABLE = "shared_fraction", "jamlab.geometry.packing_fraction:shared_fraction"
+SHARED, OBSERVABLE = "shared_fraction", "observables:shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
 SCANNED = 0.90  # packing fraction at which line tension is varied
 DRAGS = {"contact": "contact drag", "stokes": "Stokes drag"}
@@ -108,7 +108,7 @@ def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
     rows = onset[onset["model"] == "dp"]
     if not set(COUNTS) <= set(rows.columns) or rows[list(COUNTS)].dropna().empty:
         raise InputError(
-            "the table onset has no counts of contacts: add 'jamlab.mechanics.held_motions:count_motions' to the "
+            "the table onset has no counts of contacts: add 'observables:count_motions' to the "
             "observables of the campaign, or use the reference data"
         )
     rows = rows.dropna(subset=list(COUNTS))

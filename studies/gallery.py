@@ -12,7 +12,7 @@ from jamlab.campaign.campaign import Campaign, open_campaign
 from jamlab.checks import name_meant
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets
-from jamlab.figures.html_page import Section, write_csv
+from jamlab.figures.html_page import Section
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file
 from studies import micrograph_errors, study
@@ -26,7 +26,7 @@ from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
 from studies.reference_data import reference_tables
-from studies.study import CampaignStudy, Failure, Page, Plan, Shown, write_page
+from studies.study import CampaignStudy, Failure, Page, Plan, Shown, write_csv, write_page
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": pictures.figure_1,

@@ -14,13 +14,19 @@ from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.figures.html_page import Section, TextTable, save_picture, write_csv, write_report
+from jamlab.figures.html_page import Section, TextTable, save_picture, write_report
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
-from jamlab.storage.atomic_file import make_folder
+from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
 from studies.claims import Claim
 from studies.table import MeasuredTable, Task, done_tasks, measure_table, read_table, shipped_table
+
+
+def write_csv(path: Path, table: pd.DataFrame) -> None:
+    """Write a table as CSV with 8 significant digits; missing values are empty."""
+    with atomic_file(path) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.8g")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib
 from jinja2 import Environment, PackageLoader, select_autoescape
@@ -18,9 +18,6 @@ from PIL import Image
 
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.file_endings import FORMATS, check_ending
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 PICTURES = FORMATS["picture"].endings
 _DPI = 130  # figures of two or more panels are wider than the page, and stay sharp when it scales them down
@@ -136,12 +133,6 @@ class Section:
     def marks(self) -> Counter[str]:
         """How often each mark stands in the tables of the section."""
         return Counter(mark for table in self.tables for mark in table.marks)
-
-
-def write_csv(path: Path, table: "pd.DataFrame") -> None:
-    """Write a table as CSV with 8 significant digits; missing values are empty."""
-    with atomic_file(path) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.8g")
 
 
 def write_report(

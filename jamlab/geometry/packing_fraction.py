@@ -1,4 +1,4 @@
-"""Packing fraction: the area that particles cover over that of the cell, exact or in approximations of the papers."""
+"""Packing fraction: the area that particles cover over that of the cell, exact or approximately."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import cut_disks, cuts_overlap, disk_cells, nested, radical_height
-from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import BoundedVoids, Voids, bound_voids
 from jamlab.packing.neighbors import Pairs
@@ -33,11 +32,6 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
             * "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
               Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
               compression.
-            * "triples" (SP): eq 12 with the coefficient 1 that inclusion and exclusion asks for: adds what three disks
-              share. Exact where no point lies in four disks, else too high.
-            * "paper-pairs" (SP): eq 9 with eq 10 as printed, without its two arccos terms.
-            * "paper-triples" (SP): eq 12 as printed, with what three disks share counted twice, but with the true lens.
-              It passes 1 near phi = 1.24, where Boromand et al. report confluence; the exact rho is 0.998 there.
             * "nominal": phi, undeformed particles with every overlap counted twice.
 
     Raises:
@@ -53,25 +47,6 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
         choices = ", ".join(METHODS[packing.model])
         raise InputError(f"unknown packing fraction {method!r} for model {packing.model}: use one of {choices}")
     return METHODS[packing.model][method](packing)
-
-
-@checked
-def shared_fraction(packing: Packing) -> float:
-    """Area that particles share over the area of the cell: their own areas, each taken whole, less that of their union.
-
-    SP: phi - rho. DP: phi - rho is less, or even negative, since phi is that of free droplets: pressed against others
-    they have longer outlines, and so more rim.
-
-    Args:
-        packing: SP or DP; what two particles share counts once, what three share twice.
-
-    Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> bool(np.isclose(jamlab.geometry.packing_fraction.shared_fraction(p), p.phi - jamlab.packing_fraction(p)))
-        True
-    """
-    own = packing.phi if packing.model == "sp" else float(rims(packing).area.sum() / packing.area)
-    return own - packing_fraction(packing)
 
 
 @checked
@@ -118,26 +93,11 @@ def _subtract_pairs(packing: Packing) -> float:
     return float((packing.phi * packing.area - _lenses(touching_disks(packing), _radii(packing)).sum()) / packing.area)
 
 
-def _subtract_printed_pairs(packing: Packing) -> float:
-    """Boromand et al. eq 9 with eq 10 as printed."""
-    return packing.phi - _printed_lens(touching_disks(packing), _radii(packing)) / packing.area
-
-
-def _add_triples(packing: Packing, times: int) -> float:
-    """Boromand et al. eq 12, with what three disks share counted so many times."""
-    touching, radius = touching_disks(packing), _radii(packing)
-    covered = packing.phi * packing.area - _lenses(touching, radius).sum()
-    return float((covered + times * _shared_by_triples(touching, radius)) / packing.area)
-
-
 METHODS: dict[str, dict[str, Callable[[Packing], float]]] = {
     "sp": {
         "exact": lambda packing: cover_by_disks(packing, touching_disks(packing))[0],
         "pairs": _subtract_pairs,
-        "triples": lambda packing: _add_triples(packing, 1),
         "cells": lambda packing: float(disk_cells(packing).area.sum() / packing.area),
-        "paper-pairs": _subtract_printed_pairs,
-        "paper-triples": lambda packing: _add_triples(packing, 2),
         "nominal": lambda packing: packing.phi,
     },
     "dp": {
@@ -155,8 +115,7 @@ def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:
 
         R_i^2 arccos(h_i/R_i) + R_j^2 arccos(h_j/R_j) - (1/2) sqrt((s-r)(r+d)(r-d)(r+s)),
 
-    s = R_i + R_j, d = R_i - R_j. Boromand et al. eq 10 prints the square root alone, without the two arccos terms and
-    without the minus sign. Zero if the circles are apart, the smaller disk if one lies inside the other.
+    s = R_i + R_j, d = R_i - R_j. Zero if the circles are apart, the smaller disk if one lies inside the other.
 
     Args:
         distance: (m,) r >= 0.
@@ -180,42 +139,3 @@ def _radii(packing: Packing) -> Array:
 
 def _lenses(near: Pairs, radius: Array) -> Array:
     return lens_area(np.hypot(*near.r.T), radius[near.i], radius[near.j])
-
-
-def _printed_lens(near: Pairs, radius: Array) -> float:
-    """Sum of (1/2) sqrt((s-r)(r-d)(r+d)(r+s)), which eq 10 prints for the lens; zero for nested disks."""
-    r, s, d = np.hypot(*near.r.T), radius[near.i] + radius[near.j], radius[near.i] - radius[near.j]
-    return float(0.5 * np.sqrt(np.maximum((s - r) * (r - d) * (r + d) * (r + s), 0.0)).sum())
-
-
-def _shared_by_triples(near: Pairs, radius: Array) -> float:
-    """Sum over triples of disks, in all images, of the area that the three share.
-
-    Three disks alone share |A| + |B| + |C| less than their union counts, plus their three lenses; the union comes from
-    the power cells of the three, so that disks inside others need no case of their own. A triple is found from its
-    disk of lowest index, as often as that disk has images in it.
-    """
-    i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
-    r = np.concatenate([near.r, -near.r])
-    order = np.argsort(i, kind="stable")
-    i, j, r = i[order], j[order], r[order]
-    kept = i <= j
-    i, j, r = i[kept], j[kept], r[kept]
-    rows = np.arange(len(i))
-    later = np.searchsorted(i, i, side="right") - rows - 1
-    a = np.repeat(rows, later)
-    b = a + 1 + np.arange(len(a)) - np.repeat(np.cumsum(later) - later, later)
-    apart = r[b] - r[a]
-    meet = np.hypot(*apart.T) < radius[j[a]] + radius[j[b]]
-    a, b, apart = a[meet], b[meet], apart[meet]
-
-    times = 1 + (j[a] == i[a]).astype(int) + (j[b] == i[a])
-    three = np.column_stack([radius[i[a]], radius[j[a]], radius[j[b]]])
-    disk = 3 * np.arange(len(a))[:, None] + np.arange(3)
-    first, second = disk[:, [0, 0, 1]].ravel(), disk[:, [1, 2, 2]].ravel()
-    sides = np.stack([r[a], r[b], apart], axis=1).reshape(-1, 2)
-    triples = Pairs(first, second, sides, np.zeros((len(first), 2), dtype=np.int64))
-    union = cut_disks(triples, three.ravel()).area.reshape(-1, 3).sum(axis=1)
-    lenses = _lenses(triples, three.ravel()).reshape(-1, 3).sum(axis=1)
-    shared = np.maximum(union - np.pi * (three**2).sum(axis=1) + lenses, 0.0)
-    return float((shared / times).sum())

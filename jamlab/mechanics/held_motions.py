@@ -14,7 +14,7 @@ packing carry load: a ring of droplets flat on flat has one of couples, which go
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -95,12 +95,6 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing, meetings)
     rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
     return rows, int((~rattlers).sum()), int(bearing.sum())
-
-
-def count_motions(packing: Packing) -> dict[str, float]:
-    """`held_motions` as an observable of a campaign: columns of "states"."""
-    names = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")
-    return dict(zip(names, map(float, astuple(held_motions(packing))), strict=True))
 
 
 def _disk_conditions(packing: Packing, meetings: Pairs) -> Array:

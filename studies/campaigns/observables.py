@@ -1,14 +1,21 @@
 """Observables of the campaigns beside this file: numbers as one of the papers defines them, which jamlab has not."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import astuple, replace
 
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.packing_fraction import lens_area, packing_fraction
+from jamlab.geometry.power_cells import cut_disks
+from jamlab.geometry.rims import rims
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.measure import measure
 from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.held_motions import held_motions
 from jamlab.packing.natural_units import mean_size
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
 from jamlab.rheology.damping import ContactDamping
@@ -21,9 +28,92 @@ from jamlab.statistics.power_laws import fit_exponent
 SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of the motion are compared
 
 
+def add_triples(packing: Packing, times: int = 1) -> float:
+    """Packing fraction of disks by [B] eq 12: lenses of pairs subtracted, what three disks share added so many times.
+    Once is what inclusion and exclusion asks for, exact where no point lies in four disks; else it is too high."""
+    touching, radius = touching_disks(packing), _radii(packing)
+    return packing_fraction(packing, "pairs") + times * _shared_by_triples(touching, radius) / packing.area
+
+
 def rho_printed(packing: Packing) -> float:
-    """Packing fraction of disks by [B] eq 12 as printed, which counts what three disks share twice; it passes 1."""
-    return packing_fraction(packing, "paper-triples")
+    """Packing fraction of disks by [B] eq 12 as printed, which counts what three disks share twice; it passes 1 near
+    phi = 1.24, where the exact rho is 0.998."""
+    return add_triples(packing, 2)
+
+
+def rho_without_arcs(packing: Packing) -> float:
+    """Packing fraction of disks by [B] eq 9 with the lens of eq 10 as printed: (1/2) sqrt((s-r)(r-d)(r+d)(r+s)),
+    without its two arccos terms; zero for nested disks."""
+    near, radius = touching_disks(packing), _radii(packing)
+    r, s, d = np.hypot(*near.r.T), radius[near.i] + radius[near.j], radius[near.i] - radius[near.j]
+    lenses = 0.5 * np.sqrt(np.maximum((s - r) * (r - d) * (r + d) * (r + s), 0.0)).sum()
+    return packing.phi - float(lenses / packing.area)
+
+
+APPROXIMATE: dict[str, Callable[[Packing], float]] = {
+    "triples": add_triples,
+    "paper-pairs": rho_without_arcs,
+    "paper-triples": rho_printed,
+}
+
+
+def _radii(packing: Packing) -> Array:
+    assert packing.diameters is not None
+    return 0.5 * packing.diameters
+
+
+def _lenses(near: Pairs, radius: Array) -> Array:
+    return lens_area(np.hypot(*near.r.T), radius[near.i], radius[near.j])
+
+
+def _shared_by_triples(near: Pairs, radius: Array) -> float:
+    """Sum over triples of disks, in all images, of the area that the three share.
+
+    Three disks alone share |A| + |B| + |C| less than their union counts, plus their three lenses; the union comes from
+    the power cells of the three, so that disks inside others need no case of their own. A triple is found from its
+    disk of lowest index, as often as that disk has images in it.
+    """
+    i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
+    r = np.concatenate([near.r, -near.r])
+    order = np.argsort(i, kind="stable")
+    i, j, r = i[order], j[order], r[order]
+    kept = i <= j
+    i, j, r = i[kept], j[kept], r[kept]
+    rows = np.arange(len(i))
+    later = np.searchsorted(i, i, side="right") - rows - 1
+    a = np.repeat(rows, later)
+    b = a + 1 + np.arange(len(a)) - np.repeat(np.cumsum(later) - later, later)
+    apart = r[b] - r[a]
+    meet = np.hypot(*apart.T) < radius[j[a]] + radius[j[b]]
+    a, b, apart = a[meet], b[meet], apart[meet]
+
+    times = 1 + (j[a] == i[a]).astype(int) + (j[b] == i[a])
+    three = np.column_stack([radius[i[a]], radius[j[a]], radius[j[b]]])
+    disk = 3 * np.arange(len(a))[:, None] + np.arange(3)
+    first, second = disk[:, [0, 0, 1]].ravel(), disk[:, [1, 2, 2]].ravel()
+    sides = np.stack([r[a], r[b], apart], axis=1).reshape(-1, 2)
+    triples = Pairs(first, second, sides, np.zeros((len(first), 2), dtype=np.int64))
+    union = cut_disks(triples, three.ravel()).area.reshape(-1, 3).sum(axis=1)
+    lenses = _lenses(triples, three.ravel()).reshape(-1, 3).sum(axis=1)
+    shared = np.maximum(union - np.pi * (three**2).sum(axis=1) + lenses, 0.0)
+    return float((shared / times).sum())
+
+
+def shared_fraction(packing: Packing) -> float:
+    """Area that particles share over the area of the cell: their own areas, each taken whole, less that of their union;
+    what two share counts once, what three share twice.
+
+    SP: phi - rho. DP: phi - rho is less, or even negative, since phi is that of free droplets: pressed against others
+    they have longer outlines, and so more rim.
+    """
+    own = packing.phi if packing.model == "sp" else float(rims(packing).area.sum() / packing.area)
+    return own - packing_fraction(packing)
+
+
+def count_motions(packing: Packing) -> dict[str, float]:
+    """`held_motions` as columns of the table "states"."""
+    names = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")
+    return dict(zip(names, map(float, astuple(held_motions(packing))), strict=True))
 
 
 def slopes_without_rotations(packing: Packing) -> dict[str, float]:

@@ -17,7 +17,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
-from jamlab.figures.html_page import TextTable, write_csv
+from jamlab.figures.html_page import TextTable
 from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.orientational_order import orientational_order
 from jamlab.measure import measure
@@ -38,7 +38,7 @@ from studies.other_codes.peers import (
     mean_diameters,
     plain_point,
 )
-from studies.study import Page, Shown, TableStudy, write_page
+from studies.study import Page, Shown, TableStudy, write_csv, write_page
 from studies.table import MeasuredTable, Task, one_core, shortest
 
 _FASTER = (

@@ -1,5 +1,6 @@
 """Figures beyond the papers from tables in which known laws hold, and what becomes of a campaign's tables for them."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import beyond_tables
@@ -11,7 +12,6 @@ from drawn_figures import drawn
 
 from jamlab.campaign.observable import load_function
 from jamlab.errors import InputError
-from jamlab.geometry.packing_fraction import shared_fraction
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from studies import gallery
 from studies.baumgarten.crossovers import claim_crossovers
@@ -19,6 +19,7 @@ from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
 from studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
 from studies.beyond.stiffening_disks import EXPECTED, NAMES, exponent_of, read_states, stiffening_disks
+from studies.campaigns import observables
 from studies.ensemble_tables import (
     COUNTS,
     FRACTIONS,
@@ -165,13 +166,13 @@ def test_modes_are_binned_without_loss():
 
 
 def test_the_campaign_measures_what_voids_are_drawn_over():
-    assert load_function(OBSERVABLE, ["."]) is shared_fraction and OBSERVABLE.endswith(f":{SHARED}")
+    assert load_function(OBSERVABLE, [str(Path(observables.__file__).parent)]).__name__ == SHARED
 
 
 def test_voids_and_states_of_several_laws():
     voids = pd.DataFrame({"task": "t", "state": [0, 0, 0, 1], "sides": [3, 3, 4, 4], "shape": [2.0, 4.0, 9.0, 9.0]})
     table = states([0.85, 0.87])
-    with pytest.raises(InputError, match=r"no shared_fraction: add 'jamlab\.geometry.*:shared_fraction'"):
+    with pytest.raises(InputError, match="shared_fraction"):
         voids_by_state(table, voids)
     found = voids_by_state(table.assign(shared_fraction=0.003), voids).set_index("state")
     assert found["three"].tolist() == [2, 0] and found["shape_of_three"].tolist() == [6.0, 0.0]
@@ -196,7 +197,7 @@ def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for
     joined = EnsembleTables({"onset": bare, "states": states}.get).onset
     assert joined["pairs"].tolist() == [64] * len(bare)
     few = EnsembleTables({"onset": bare, "states": states.drop(columns="pairs")}.get)
-    with pytest.raises(InputError, match=r"add 'jamlab\.mechanics\.held_motions:count_motions' to the observables"):
+    with pytest.raises(InputError, match="count_motions"):
         gallery.draw("beyond-droplet-contacts", few)
 
 

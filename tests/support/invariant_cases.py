@@ -277,7 +277,7 @@ def _droplets(view):
 
 
 def _fractions(view):
-    methods = ("exact", "nominal") if view.packing.model == "dp" else ("exact", "pairs", "triples", "nominal")
+    methods = ("exact", "nominal") if view.packing.model == "dp" else ("exact", "pairs", "nominal")
     return {method: (jamlab.packing_fraction(view.packing, method), NUMBER) for method in methods}
 
 
