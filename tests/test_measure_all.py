@@ -81,7 +81,7 @@ def test_a_packing_names_the_function_that_measures_what_it_does_not_hold(sweep)
         _ = sweep[0].z
     with pytest.raises(AttributeError, match=r"no attribute 'zz'$"):
         _ = sweep[0].zz
-    assert not hasattr(sweep[0], "_repr_png_")
+    assert not hasattr(sweep[0], "_repr_svg_")
 
 
 def test_every_quantity_is_that_of_its_function(sweep):

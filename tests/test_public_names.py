@@ -6,7 +6,6 @@ import pydoc
 import subprocess
 import sys
 import typing
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -116,18 +115,9 @@ def test_reprs_are_short_and_say_what_is_there(model, sp_jammed, dp_dense):
     assert "omega=(5,) float64" in repr(thing) and f"g0={thing.g0:.6g}" in repr(thing)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.3, -0.2])
-def test_notebook_picture_shows_every_particle_inside_its_cell(random_disks, random_polygons, tilt):
-    for packing, tag in ((random_disks(tilt), "circle"), (random_polygons(tilt), "polygon")):
-        html = packing._repr_html_()
-        assert len(html) < 60_000
-        svg = ET.fromstring(html[html.index("<svg") : html.index("</svg>") + 6])
-        shapes = svg.find("{*}g").findall("{*}" + tag)
-        assert len(shapes) >= packing.n  # particles across the border are drawn on both sides
-        if tag == "circle":
-            scale = 280 / packing.box[0, 0]
-            drawn = {float(shape.get("r")) for shape in shapes}
-            assert drawn == {round(0.5 * scale * d, 1) for d in packing.diameters}
+def test_notebooks_show_a_picture(random_polygons):
+    png = random_polygons(0.3)._repr_png_()
+    assert png.startswith(b"\x89PNG") and 5_000 < len(png) < 200_000
 
 
 def test_laws_read_as_words():

@@ -24,13 +24,12 @@ from jamlab.packing.packing_plot import (
     draw_particles,
     move_home,
     particle_shapes,
-    periodic_moves,
     size_colours,
 )
 from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
 from jamlab.plotting.drawable import label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE, OUTLINE, PARTICLE, RATTLER, ordered_colours
-from jamlab.plotting.periodic_cell import fill_everywhere, frame_cell, line_everywhere
+from jamlab.plotting.periodic_cell import fill_everywhere, frame_cell, lattice_moves, line_everywhere
 from jamlab.rheology.mean_spectrum import Spectra
 
 
@@ -110,7 +109,7 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
     divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined."""
     fills, lines = (move_home(packing, shapes) for shapes in particle_shapes(packing))
     shapes = shapely.polygons([shapely.linearrings(fill) for fill in fills])
-    moves = periodic_moves(packing)
+    moves = lattice_moves(packing.box)
     moved = [shapely.transform(shapes, lambda x, move=move: x + move) for move in moves]
     tree = shapely.STRtree(np.concatenate(moved))
     i, j = tree.query(shapes, predicate="intersects")

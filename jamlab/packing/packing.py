@@ -162,12 +162,10 @@ class Packing:
         facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
         return f"Packing({', '.join(facts)}, converged={self.converged})"
 
-    def _repr_html_(self) -> str:
-        from html import escape
+    def _repr_png_(self) -> bytes | None:
+        from jamlab.packing.packing_plot import draw_png
 
-        from jamlab.packing.packing_plot import draw_svg
-
-        return f"<div><code>{escape(repr(self))}</code><br>{draw_svg(self)}</div>"
+        return draw_png(self)
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

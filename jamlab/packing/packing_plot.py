@@ -1,10 +1,10 @@
-"""Draw the particles of a packing in their periodic cell, and as a small SVG picture for notebooks."""
+"""Draw the particles of a packing in their periodic cell."""
 
 from __future__ import annotations
 
-from itertools import product
+from io import BytesIO
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
-from zlib import crc32
 
 import matplotlib
 import numpy as np
@@ -12,80 +12,31 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize, to_hex
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.packing.neighbors import moves_home
 from jamlab.plotting.axes import merged
 from jamlab.plotting.palette import LARGE, OUTLINE, PARTICLE, SMALL
-from jamlab.plotting.periodic_cell import circles, fill_everywhere, lattice_moves, line_everywhere
+from jamlab.plotting.periodic_cell import circles, fill_everywhere, line_everywhere
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
-_WIDTH = 280  # pixels of the cell
-_MOST = 4000  # particles: beyond, a picture this small shows grey and makes a notebook heavy
+_MOST = 4000  # particles: beyond, a picture this small shows grey
+_INCHES, _DPI = 4.0, 80  # of a picture for notebooks
 
 
-def draw_svg(packing: Packing) -> str:
-    """SVG of one periodic cell: small particles pink, large ones blue; polygons with their rims, drawn as strokes.
-    Returns an `<svg>` element, or "" for more particles than such a picture can show."""
+def draw_png(packing: Packing) -> bytes | None:
+    """Picture of the packing for notebooks, with its facts above it; None for more particles than it can show."""
     if packing.n > _MOST:
-        return ""
-    scale = _WIDTH / packing.box[0, 0]
-    width, height = packing.box[0, 0] + abs(packing.box[1, 0]), packing.box[1, 1]
-    left = min(0.0, packing.box[1, 0])
-    colours = size_colours(packing)
-    shapes = [_shape(packing, m, move, colours[m], scale, left, height) for m, move in _copies(packing)]
-    corners = np.array([[0, 0], packing.box[0], packing.box.sum(axis=0), packing.box[1]])
-    cell = _points(corners, scale, left, height)
-    name = f"cell{crc32(packing.positions.tobytes())}"  # a notebook holds several pictures, and names must differ
-    size = f'width="{scale * width:.0f}" height="{scale * height:.0f}"'
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size}><clipPath id="{name}"><polygon points="{cell}"/></clipPath>'
-        f'<g clip-path="url(#{name})" opacity="0.6" stroke="#333" stroke-width="0.5">{"".join(shapes)}</g>'
-        f'<polygon points="{cell}" fill="none" stroke="black"/></svg>'
-    )
-
-
-def _copies(packing: Packing) -> list[tuple[int, np.ndarray]]:
-    """Particles with the translations at which they, or an image of them, reach into the cell."""
-    home = home_moves(packing)
-    reach = _reach(packing)
-    inverse = np.linalg.inv(packing.box)
-    margin = reach[:, None] * np.hypot(*inverse)  # of lattice coordinates
-    copies = []
-    for image in product((-1, 0, 1), repeat=2):
-        place = (packing.centroids + home) @ inverse + image
-        inside = np.all((place > -margin) & (place < 1 + margin), axis=1)
-        copies += [(int(m), home[m] + np.array(image) @ packing.box) for m in np.flatnonzero(inside)]
-    return copies
-
-
-def _reach(packing: Packing) -> np.ndarray:
-    """(n,) radius around the centroid that holds the particle with its rim."""
-    if packing.diameters is not None:
-        return np.asarray(0.5 * packing.diameters)
-    assert packing.offsets is not None
-    from_centre = packing.positions - packing.centroids[packing.particle]
-    rim = 0.5 * packing.params["delta"]
-    return np.asarray(np.maximum.reduceat(np.hypot(*from_centre.T), packing.offsets[:-1]) + rim)
-
-
-def _shape(packing: Packing, m: int, move: np.ndarray, colour: str, scale: float, left: float, height: float) -> str:
-    fill = f'fill="{colour}"'
-    if packing.diameters is not None:
-        x, y = packing.positions[m] + move
-        place = f'cx="{scale * (x - left):.1f}" cy="{scale * (height - y):.1f}"'
-        return f'<circle {place} r="{0.5 * scale * packing.diameters[m]:.1f}" {fill}/>'
-    assert packing.offsets is not None
-    ring = packing.positions[packing.offsets[m] : packing.offsets[m + 1]] + move
-    rim = f'stroke="{colour}" stroke-width="{scale * packing.params["delta"]:.1f}" stroke-linejoin="round"'
-    return f'<polygon points="{_points(ring, scale, left, height)}" {fill} {rim}/>'
-
-
-def _points(ring: np.ndarray, scale: float, left: float, height: float) -> str:
-    return " ".join(f"{scale * (x - left):.1f},{scale * (height - y):.1f}" for x, y in ring)
+        return None
+    figure, buffer = Figure(figsize=(_INCHES, _INCHES), layout="constrained"), BytesIO()
+    axes = packing.plot(figure.subplots())
+    axes.set_title(fill(repr(packing), 60), fontsize=7)
+    figure.savefig(buffer, format="png", dpi=_DPI)
+    return buffer.getvalue()
 
 
 _QUARTER_ARC = 16  # steps of a right angle around the corners of a rim
@@ -170,11 +121,6 @@ def move_home(packing: Packing, shapes: list[Array]) -> list[Array]:
 def home_moves(packing: Packing) -> Array:
     """(n, 2) translations that bring the centre of each particle into the cell."""
     return moves_home(packing.centroids, packing.box)
-
-
-def periodic_moves(packing: Packing) -> Array:
-    """(m, 2) translations of the cell to itself, in the middle, and to the images that reach into a picture."""
-    return lattice_moves(packing.box)
 
 
 def draw_coloured(axes: Axes, packing: Packing, values: Array, scale: Normalize, label: str, /, **style: Any) -> None:
