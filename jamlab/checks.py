@@ -91,9 +91,9 @@ def checked_class(cls: type[T]) -> type[T]:
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
     given = f"{' '.join(reprlib.repr(value).split())} ({type(value).__name__})"
     where = function.__qualname__.removesuffix(".__init__")
-    remedy = (
-        "; write a number beyond 64 bits with an exponent, as 1e30" if _is_whole(value) and not _is_real(value) else ""
-    )
+    remedy = "; fill masked entries, or leave them out" if np.ma.is_masked(value) else ""
+    if _is_whole(value) and not _is_real(value):
+        remedy = "; write a number beyond 64 bits with an exponent, as 1e30"
     return InputError(f"{where}: {name} = {given}: must be {kind.text}{remedy}")
 
 
@@ -185,7 +185,7 @@ def _array(kind: str) -> _Kind:
 
     def holds(value: Any) -> bool:
         try:
-            return np.asarray(value).dtype.kind in allowed
+            return np.asarray(value).dtype.kind in allowed and not np.ma.is_masked(value)
         except Exception:  # whatever the conversion of a stranger's object raises, it is no array
             return False
 

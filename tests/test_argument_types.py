@@ -48,6 +48,19 @@ def test_every_public_function_is_checked():
     assert not [name for name in FUNCTIONS if not hasattr(getattr(jamlab, name), "__wrapped__")]
 
 
+def test_masked_entries_are_refused_wherever_an_array_is_one(random_disks):
+    half = np.ma.masked_array(np.ones((20, 20)), np.eye(20))
+    for call in (
+        lambda: jamlab.micrograph(half),
+        lambda: jamlab.micrograph(labels=np.ma.masked_array(np.eye(20, dtype=int), np.eye(20))),
+        lambda: jamlab.from_outlines([half], half[:2, :2]),
+        lambda: random_disks().with_state(positions=half[:, :2]),
+        lambda: jamlab.complex_modulus(random_disks(), half[0]),
+    ):
+        with pytest.raises(jamlab.InputError, match="mask"):
+            call()
+
+
 @pytest.mark.filterwarnings("ignore:mass of choose_flow:DeprecationWarning")
 @pytest.mark.filterwarnings("ignore:bright=:FutureWarning")
 @pytest.mark.parametrize("name", FUNCTIONS + CLASSES)

@@ -20,6 +20,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.packing.lammps_files import STATE, described
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
+from jamlab.packing.neighbors import shortest_images
 from jamlab.storage.system_errors import system_said
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.sites import (
@@ -35,6 +36,7 @@ from jamlab.trajectories.sites import (
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
 _CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that somebody chose
 _SAMPLE = 500  # coordinates that are looked at
+_SAME_PLACE = 1e-12  # of the box: coordinates of one atom in two columns
 
 
 COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
@@ -367,20 +369,34 @@ def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
 
 
 def _positions(rows: list[list[str]], columns: dict[str, int], low: Array, box: Array) -> tuple[Array, bool, float]:
+    """(n, 2) positions, whether they are wrapped, and their rounding; all columns of coordinates must agree."""
     known = [entry for entry in _COORDINATES if entry[0] in columns and entry[1] in columns]
     if not known:
         raise InputError("a dump without coordinates: it needs the columns x y, xu yu, xs ys or xsu ysu")
-    x, y, scaled, wrapped = known[0]
-    read = np.column_stack([numbers(rows, columns[x]), numbers(rows, columns[y])])
-    error = rounding([row[columns[name]] for row in rows for name in (x, y)], read)
-    if scaled:
-        read, error = read @ box, error * float(np.abs(box).sum(axis=0).max())
-    else:
-        read = read - low
+    read, error = _coordinates(rows, columns, known[0], low, box)
+    for other in known[1:]:
+        too, its_error = _coordinates(rows, columns, other, low, box)
+        apart = too - read
+        apart = np.abs(apart - shortest_images(apart, box) @ box).max(axis=1)
+        if apart[k := int(apart.argmax())] > 2 * (error + its_error) + _SAME_PLACE * np.abs(box).sum():
+            raise InputError(f"columns {known[0][0]} and {other[0]} put atom {rows[k][columns['id']]} in two places")
+    wrapped = known[0][3]
     if wrapped and "ix" in columns and "iy" in columns:
         read = read + np.column_stack([numbers(rows, columns["ix"]), numbers(rows, columns["iy"])]) @ box
         wrapped = False
     return read, wrapped, error
+
+
+def _coordinates(
+    rows: list[list[str]], columns: dict[str, int], entry: tuple[str, str, bool, bool], low: Array, box: Array
+) -> tuple[Array, float]:
+    """(n, 2) places of one pair of columns, an entry of `_COORDINATES`, and their rounding."""
+    x, y, scaled, _ = entry
+    read = np.column_stack([numbers(rows, columns[x]), numbers(rows, columns[y])])
+    error = rounding([row[columns[name]] for row in rows for name in (x, y)], read)
+    if scaled:
+        return read @ box, error * float(np.abs(box).sum(axis=0).max())
+    return read - low, error
 
 
 def _heights(rows: list[list[str]], columns: dict[str, int], box: Array) -> tuple[Array, float]:

@@ -167,6 +167,19 @@ def test_coordinates_of_dumps(tmp_path, names, tilt):
     assert (found.provenance["step"], found.rounding) == (5, 0.0)
 
 
+def test_coordinates_of_two_kinds_must_agree(tmp_path):
+    """Up to their digits and to lattice vectors."""
+    fields = {"step": 0, "columns": "id x y xs ys", "tilt": "", "xy": "", "zero": ""}
+    for fraction, agrees in (("0.111111", True), ("1.111111", True), ("0.1234", False)):
+        rows = f"1 2.5 0.0 {fraction} 0.25\n2 4.25 1 0.5 0.5\n3 6.5 2 0 0.75"
+        (tmp_path / "p.dump").write_text(DUMP.format(rows=rows, **fields))
+        if agrees:
+            assert jamlab.read(tmp_path / "p.dump", radii=0.5).positions[0].tolist() == [0.5, 1.0]
+            continue
+        with pytest.raises(InputError, match="atom 1"):
+            jamlab.read(tmp_path / "p.dump", radii=0.5)
+
+
 def test_few_digits_are_noticed(tmp_path):
     rows = "1 1 3.12346 0.25\n2 1 5 2.75\n3 1 5.43219 1.1"
     (tmp_path / "p.dump").write_text(DUMP.format(step=0, columns="id type x y", rows=rows, tilt="", xy="", zero=""))
