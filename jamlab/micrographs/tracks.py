@@ -1,8 +1,9 @@
 """Droplets followed through pictures: tracks, neighbours gained and lost, T1 events, local strain and D2min.
 
 Droplets of two pictures are matched so that squared displacements sum up to least; none goes further than half the
-spacing. Neighbours are those of the Delaunay triangulation of centres, without edges longer than `LONGEST` spacings.
-In a T1 event a pair parts and the two that stood beside both of them meet.
+spacing. With a memory, one that is missed keeps its number and is sought where it was seen last. Neighbours are those
+of the Delaunay triangulation of centres, without edges longer than `LONGEST` spacings. In a T1 event a pair parts and
+the two that stood beside both of them meet.
 
 The strain at a droplet is the symmetric part of F - 1, with F the linear map that takes vectors to its neighbours from
 one picture to the next with the least squares; what is left, per neighbour, is D2min.
@@ -21,8 +22,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial import Delaunay, QhullError
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+from scipy.spatial import Delaunay, KDTree, QhullError
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
@@ -116,17 +118,18 @@ class Tracks:
 
 
 @checked
-def follow(source: Any, **how: Any) -> Tracks:
+def follow(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
     """Follow droplets through pictures, or take tracks of another program.
 
     Args:
         source: pictures in order, as `jamlab.micrograph` takes them; a folder of them, in the order of the numbers in
             their names; a TIFF of several pages; or a track table, a CSV file or a DataFrame with trackpy's columns
             frame, particle, x and y.
+        memory: pictures in a row in which a droplet may be missed and keep its number.
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
 
     Raises:
-        InputError: fewer than two pictures, names without a clear order, a table without a column or with another
+        InputError: fewer than two pictures, a memory below 0, names without a clear order, a table without a column or with another
             strain of its own, or what `jamlab.micrograph` raises.
 
     Example:
@@ -139,6 +142,8 @@ def follow(source: Any, **how: Any) -> Tracks:
     """
     import pandas as pd
 
+    if memory < 0:
+        raise InputError(f"memory is {memory}: must be a number of pictures, 0 or more")
     if isinstance(source, pd.DataFrame):
         return _analyse(_checked_table(source))
     if isinstance(source, str | Path):
@@ -162,7 +167,7 @@ def follow(source: Any, **how: Any) -> Tracks:
         raise InputError(
             f"{len(source)} pictures: droplets are followed through two or more; give {', '.join(PICTURES)}"
         )
-    return _analyse(_link([micrograph(picture, **how).table() for picture in source]))
+    return _analyse(_link([micrograph(picture, **how).table() for picture in source], memory))
 
 
 def _checked_table(table: Any) -> Any:
@@ -180,25 +185,36 @@ def _checked_table(table: Any) -> Any:
     return table.sort_values(["frame", "particle"]).reset_index(drop=True)
 
 
-def _link(tables: list[Any]) -> Any:
-    """One table of all pictures, with `particle` the same for the same droplet."""
+def _link(tables: list[Any], memory: int = 0) -> Any:
+    """One table of all pictures, with `particle` the same for the same droplet, also if it was missed `memory` times."""
     import pandas as pd
 
-    names, count = np.arange(len(tables[0])), len(tables[0])
-    tables[0] = tables[0].assign(frame=0, particle=names)
-    for k, (before, now) in enumerate(pairwise(tables)):
-        old, new = (part[["x", "y"]].to_numpy() for part in (tables[k], now))
-        reach = FARTHEST * float(np.sqrt((before["cell"]).median()))
-        squared = ((old[:, None] - new) ** 2).sum(axis=2)
-        rows, columns = linear_sum_assignment(np.minimum(squared, reach**2))
-        near = squared[rows, columns] < reach**2
-        own = np.full(len(new), -1)
-        own[columns[near]] = names[rows[near]]
-        fresh = own < 0
-        own[fresh] = count + np.arange(fresh.sum())
+    lost = pd.DataFrame()  # droplets seen before, with their last place
+    count, linked = 0, []
+    for frame, now in enumerate(tables):
+        names = np.full(len(now), -1)
+        if len(lost):
+            reach = FARTHEST * float(np.sqrt(lost.loc[lost["frame"] == frame - 1, "cell"].median()))
+            rows, columns = _match(lost[["x", "y"]].to_numpy(), now[["x", "y"]].to_numpy(), reach)
+            names[columns] = lost["particle"].to_numpy()[rows]
+        fresh = names < 0
+        names[fresh] = count + np.arange(fresh.sum())
         count += int(fresh.sum())
-        names, tables[k + 1] = own, now.assign(frame=k + 1, particle=own)
-    return pd.concat(tables, ignore_index=True)
+        linked.append(now.assign(frame=frame, particle=names))
+        lost = pd.concat([lost, linked[-1]]).drop_duplicates("particle", keep="last")
+        lost = lost[lost["frame"] >= frame - memory]
+    return pd.concat(linked, ignore_index=True)
+
+
+def _match(old: Array, new: Array, reach: float) -> tuple[Indices, Indices]:
+    """Rows of points (n, 2) and of points (m, 2) that belong together: pairs nearer than `reach`, whose squared
+    distances and `reach` squared for each of the n left over sum up to least."""
+    near = KDTree(old).sparse_distance_matrix(KDTree(new), reach, output_type="ndarray")
+    alone, n, m = np.arange(len(old)), len(old), len(new)
+    cost = np.concatenate([near["v"] ** 2, np.full(n, reach**2)]) + reach**2  # none is 0, which would be no pair
+    ends = np.concatenate([near["i"], alone]), np.concatenate([near["j"], m + alone])
+    rows, columns = min_weight_full_bipartite_matching(coo_array((cost, ends), (n, n + m)).tocsr())
+    return rows[columns < m], columns[columns < m]
 
 
 def neighbours(points: ArrayLike) -> tuple[Indices, float]:
@@ -261,8 +277,11 @@ def _strain(before: Any, now: Any, edges: Indices) -> Array:
     old, new = before[["x", "y"]].to_numpy(), now[["x", "y"]].to_numpy()
     target = np.array([place.get(name, -1) for name in before["particle"]])
     found = np.full((len(now), 4), np.nan)
+    both = np.concatenate([edges, edges[:, ::-1]])
+    both = both[np.argsort(both[:, 0], kind="stable")]
+    ends = np.searchsorted(both[:, 0], np.arange(len(old) + 1))
     for row, own in enumerate(target):
-        beside = np.concatenate([edges[edges[:, 0] == row, 1], edges[edges[:, 1] == row, 0]])
+        beside = both[ends[row] : ends[row + 1], 1]
         beside = beside[target[beside] >= 0]
         if own < 0 or len(beside) < LEAST_NEIGHBOURS:
             continue

@@ -5,11 +5,12 @@ import pandas as pd
 import pytest
 from commands import call
 from PIL import Image
+from scipy.optimize import linear_sum_assignment
 
 import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.picture_files import in_order
-from jamlab.micrographs.tracks import _link, _swap
+from jamlab.micrographs.tracks import _link, _match, _swap
 
 pytest.importorskip("skimage")
 
@@ -61,6 +62,28 @@ def test_d2min_of_one_that_moves_alone_is_its_displacement_squared():
 def test_no_droplet_goes_further_than_half_the_spacing(moved, droplets):
     tables = [pd.DataFrame({"x": [x], "y": [0.0], "cell": [100.0]}) for x in (0.0, moved)]
     assert _link(tables)["particle"].nunique() == droplets
+
+
+def test_a_droplet_that_is_missed_keeps_its_number_as_long_as_it_is_remembered():
+    places = [[0.0, 20.0, 40.0], [0.0, 40.5], [0.5, 41.0], [0.5, 21.0, 41.0]]  # the second is missed twice
+    tables = [pd.DataFrame({"x": x, "y": 0.0, "cell": 100.0}) for x in places]
+    for memory, last in ((1, [0, 3, 2]), (2, [0, 1, 2])):
+        linked = _link(tables, memory)
+        assert linked.loc[linked["frame"] == 3, "particle"].tolist() == last
+
+
+def test_matching_is_that_of_all_distances_and_takes_no_square_of_memory():
+    rng = np.random.default_rng(4)
+    for n, m in ((30, 30), (40, 20), (15, 40)):
+        old, new = 10 * rng.random((n, 2)), 10 * rng.random((m, 2))
+        squared = np.minimum(((old[:, None] - new) ** 2).sum(axis=2), 1.0)
+        expected = squared[linear_sum_assignment(squared)].sum()
+        rows, columns = _match(old, new, 1.0)
+        assert len(set(rows)) == len(set(columns)) == len(rows) > 3
+        assert squared[rows, columns].sum() + min(n, m) - len(rows) == pytest.approx(expected, rel=1e-12)
+    many = 100 * rng.random((8_000, 2))  # all distances would be 0.5 GB
+    rows, columns = _match(many, many + 0.01, 0.5)
+    assert len(rows) == len(many) and (rows == columns).mean() > 0.99
 
 
 def test_a_t1_needs_both_pairs_of_sides_before_and_after():
