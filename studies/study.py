@@ -13,6 +13,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
+from jamlab.campaign.plan import total_time
 from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.figures.html_page import Section, TextTable, save_picture, write_report
 from jamlab.processes.progress import Progress, no_progress
@@ -163,7 +164,7 @@ class CampaignStudy(Study):
     def plan(self, folder: Path) -> Plan:
         """Count the tasks of the campaign that a folder of results does not hold."""
         lines = self.campaign(folder).plan()
-        return Plan(self.name, sum(line.left for line in lines), sum(line.seconds for line in lines))
+        return Plan(self.name, sum(line.left for line in lines), total_time(lines)[1])
 
     def run(self, folder: Path, progress: Progress = no_progress, *, workers: int | None = None) -> None:
         """Run what is left of the campaign, by default on all cores; `jamlab campaign` has more choices."""

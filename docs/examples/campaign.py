@@ -50,7 +50,8 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
     path.write_text(CAMPAIGN.format(seeds=seeds), encoding="utf-8")
     campaign = jamlab.open_campaign(path)
 
-    # what it will take, before anything runs
+    # what it will take, by one task of each kind
+    campaign.run(workers, pilot=True)
     for line in campaign.plan():
         print(f"{line.sweep:12s} n = {line.n:3d}: {line.left} of {line.tasks} tasks left, {line.seconds:.0f} s")
 

@@ -3,7 +3,6 @@
 A campaign file (`file.py`) lists sweeps; each becomes tasks (`tasks.py`), one packing each; `driver.py` hands them to
 workers (`workers.py`). A worker makes the states of a task or takes those of another task (`states.py`), measures
 them (`observables.py`, `flow_observables.py`) and writes one HDF5 file into the folder of the campaign (`folder.py`).
-`plan.py` says before what it takes, and on the way how far it is and how well means are known; `tables.py` collects and
-averages. `campaign.py` ties this together for Python; `reference.toml` is the campaign behind
-the reference data.
+`plan.py` says what is left and what that takes, how far it is and how well means are known; `tables.py` collects and
+averages. `campaign.py` ties this together for Python.
 """

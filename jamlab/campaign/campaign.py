@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike
 from jamlab.campaign.driver import CampaignRun, Outcome, drive_rounds
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, CampaignFolder, damage
-from jamlab.campaign.observable import check_function, load_function
+from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import Estimate, Status, count_tasks, longest_first, plan, wanted_batches
+from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, wanted_batches
 from jamlab.campaign.slurm import job_script
 from jamlab.campaign.states import StoredStates, earlier_tasks
 from jamlab.campaign.tables import aggregate, draw_means, states_at, table
@@ -86,21 +86,18 @@ class Campaign:
         return count_tasks(batches(self.content), self.folder, verify)
 
     @checked
-    def plan(self, only: Iterable[str] | None = None) -> list[Estimate]:
-        """Estimate time on one core and disk space of each sweep, model and n, without running anything.
+    def plan(self, only: Iterable[str] | None = None) -> list[SweepPlan]:
+        """Count the tasks of each sweep, model and n, without running anything.
 
-        Observables of your own are looked for in the source of their modules, which are not imported.
+        Time and disk space follow from the finished tasks of the same kind; `run` with `pilot` does one of each.
 
         Args:
             only: names of sweeps; by default all.
 
         Raises:
-            InputError: the campaign has no sweep of a name in `only`, or an observable of your own cannot be imported.
+            InputError: the campaign has no sweep of a name in `only`.
         """
-        chosen = batches(self.content, only)
-        lines = plan(chosen, self.folder, batches(self.content))
-        self._check_functions([batch for batch, line in zip(chosen, lines, strict=True) if line.left], check_function)
-        return lines
+        return plan(batches(self.content, only), self.folder, batches(self.content))
 
     @checked
     def run(
@@ -111,6 +108,7 @@ class Campaign:
         slurm: bool = False,
         only: Iterable[str] | None = None,
         retry_failed: bool = False,
+        pilot: bool = False,
         verify: bool = True,
         progress: Progress | None = None,
         done: Callable[[Outcome], None] | None = None,
@@ -124,6 +122,7 @@ class Campaign:
             slurm: run on SLURM, with the options of the table `slurm` of the campaign file.
             only: names of sweeps; by default all.
             retry_failed: run tasks again that failed before.
+            pilot: run one task of each sweep, model and n of which none is finished, so that `plan` knows its time.
             verify: first read the finished files; damaged ones are moved aside and their tasks run again.
             progress: called after each task with the share of all tasks that are done, and a line on this one.
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
@@ -134,6 +133,9 @@ class Campaign:
             EngineError: the workers are lost. Run again to go on.
         """
         chosen = longest_first(batches(self.content, only))
+        if pilot:
+            known = self.folder.finished()
+            chosen = [batch.first(1) for batch in chosen if known.isdisjoint(batch.names())]
         where = Workers(workers, scheduler, slurm, self.content.slurm, name=self.name, folder=self.folder.path)
         self.folder.prepare()
         with self.folder.lock():
@@ -151,7 +153,8 @@ class Campaign:
             skip = self.folder.finished() | self.folder.failed()
             if task_names(wanted_batches(chosen, self.folder)) <= skip:
                 return CampaignRun(0, 0, repaired)
-            self._check_functions(chosen, load_function)
+            for function in sorted({name for batch in chosen for name in batch.parameters.own}):
+                load_function(function, self._modules())  # what cannot be imported is named before any work begins
             ran = self._drive(chosen, where, self._teller(chosen, progress, done))
         return replace(ran, repaired=repaired)
 
@@ -196,11 +199,6 @@ class Campaign:
                 more = drive_rounds(crew, self.folder, part, tell=tell, stored=stored, modules=self._modules())
             ran = replace(ran, finished=ran.finished + more.finished, failed=ran.failed + more.failed)
         return ran
-
-    def _check_functions(self, chosen: list[Batch], check: Callable[[str, list[str]], object]) -> None:
-        """Check the observables of the user's own before any work begins: look for them, or import them."""
-        for name in sorted({name for batch in chosen for name in batch.parameters.own}):
-            check(name, self._modules())
 
     def _modules(self) -> list[str]:
         place = self.file.parent.resolve()

@@ -10,16 +10,16 @@
     compress = { to = 0.95, step = 0.01, nearest = 1e-4 }
 
 `starter.toml` and `reference.toml` show more keys; `Sweep` lists those of every sweep, and the classes of
-`observables.py` those of what is measured. Each wrong key is one line of the error, with its value and a remedy.
+`observables.py` those of what is measured. Each wrong key is one line of the error: its place, its value, and what
+pydantic says about it.
 """
 
-import math
 import os
 import re
 import stat
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -55,21 +55,6 @@ STATES = "states"  # the observable of every task: what `jamlab.measure` says of
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 _OTHERS = {"sp": "disks", "dp": "droplets"}
-_LINES = "must be a list of lines of text"
-_TEXT = (r".+", "must be text in quotes")
-_SIZE = (r"[0-9.]+ ?[kKMGTP]?i?B", 'must be a size such as "2 GB"')
-_TIME = (  # of sbatch: minutes, hours:minutes:seconds, days-hours, ...
-    r"\d+(:\d+){0,2}|\d+-\d+(:\d+){0,2}",
-    'must be "hours:minutes:seconds" such as "04:00:00", or "days-hours"',
-)
-SLURM_KEYS = {  # of `dask_jobqueue.SLURMCluster` that a file may set -> what its value must be
-    **dict.fromkeys(("queue", "account", "project", "interface", "python", "shebang", "job_name"), _TEXT),
-    **dict.fromkeys(("local_directory", "log_directory", "host", "job_mem", "worker_command"), _TEXT),
-    **dict.fromkeys(("job_extra_directives", "job_script_prologue", "job_directives_skip"), (r".*", _LINES)),
-    **dict.fromkeys(("env_extra", "job_extra", "header_skip", "extra", "worker_extra_args"), (r".*", _LINES)),
-    **{"memory": _SIZE, "walltime": _TIME},
-}
-_SET_BY_JAMLAB = ("cores", "processes", "job_cpu", "nanny", "protocol", "security", "death_timeout", "n_workers")
 _SHOWN = 120  # characters of a wrong value in its message
 
 
@@ -93,15 +78,6 @@ class Compression(FileTable):
     nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
     per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
     confluence: Annotated[float, Field(ge=1e-9, le=1)] | None = None
-
-    @property
-    def halvings(self) -> int:
-        """Number of states that the bisection of confluence adds."""
-        return 0 if self.confluence is None else max(0, math.ceil(math.log2(self.step / self.confluence)))
-
-    def record(self) -> dict[str, Any]:
-        """Keys and values that enter the names of tasks: those younger than stored tasks only where they are given."""
-        return self.model_dump(exclude={"confluence"} if self.confluence is None else None)
 
     @model_validator(mode="after")
     def _check_steps(self) -> "Compression":
@@ -314,27 +290,10 @@ class CampaignTable(FileTable):
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the campaign, and of its folder
     sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]  # one or more sweeps
-    # arguments of `dask_jobqueue.SLURMCluster` for `--slurm`: queue, account, walltime ("24:00:00"), memory ("2 GB"),
-    # job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many cores as its sweep has
-    # `ranks`.
+    # arguments of `dask_jobqueue.SLURMCluster` for `--slurm`, which checks them: queue, account, walltime ("24:00:00"),
+    # memory ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many cores
+    # as its sweep has `ranks`.
     slurm: dict[str, Any] = Field(default={})
-
-    @field_validator("slurm")
-    @classmethod
-    def _check_slurm(cls, value: dict[str, Any]) -> dict[str, Any]:
-        for key, given in value.items():
-            if key in _SET_BY_JAMLAB:
-                raise ValueError(
-                    f"{key} = {_show(given)}: leave it out, jamlab sets it; `ranks` of a sweep books cores"
-                )
-            if key not in SLURM_KEYS:
-                hint = name_meant(key, SLURM_KEYS, otherwise=f"use {', '.join(sorted(SLURM_KEYS))}")
-                raise ValueError(f"{key} = {_show(given)}: unknown key, {hint}")
-            pattern, remedy = SLURM_KEYS[key]
-            lines = given if remedy is _LINES and isinstance(given, list) else [given]
-            if not all(isinstance(line, str) and re.fullmatch(pattern, line) for line in lines):
-                raise ValueError(f"{key} = {_show(given)}: {remedy}")
-        return value
 
     @field_validator("sweep")
     @classmethod
@@ -360,8 +319,7 @@ def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
     try:
         return CampaignTable.model_validate(content)
     except ValidationError as error:
-        problems = [problem for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `list | range`
-        lines = [_explain(content, problem) for problem in problems]
+        lines = [_explain(problem) for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `range`
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
 
 
@@ -382,55 +340,24 @@ def read_text(path: str | os.PathLike[str]) -> str:
         raise InputError(f"{path} is not TOML: {error}; correct that line") from error
 
 
-def _known_keys(place: list[Any]) -> list[str]:
-    """List the keys of the table that contains the last part of a place."""
-    table: type[FileTable] = CampaignTable
-    for part in place[:-1]:
-        if part == "sweep":
-            table = SweepTable
-        elif part == "seeds":
-            table = SeedRange
-        elif part in table.model_fields:
-            inner = _tables_in(table.model_fields[part].annotation)
-            table = inner[0] if inner else LogGrid  # a list of numbers may be given as a grid
-    return list(table.model_fields)
+_KEYS = {key for table in (CampaignTable, SweepTable, Compression, SeedRange, LogGrid) for key in table.model_fields}
 
 
-def _tables_in(kind: Any) -> list[type[FileTable]]:
-    """Tables among the kinds of value that a key takes."""
-    if isinstance(kind, type) and issubclass(kind, FileTable):
-        return [kind]
-    return [table for part in get_args(kind) for table in _tables_in(part)]
-
-
-def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
-    """State key, value and remedy of one problem that pydantic found with the content of a file."""
-    place = [part for part in problem["loc"] if not (isinstance(part, str) and part.startswith(("list[", "range")))]
-    key, value = "", content
-    for part in place:
+def _explain(problem: "ErrorDetails") -> str:
+    """Place, value and message of one problem that pydantic found."""
+    place = ""
+    for part in problem["loc"]:
         if isinstance(part, int):
-            key += f"[{part + 1}]"
-        else:
-            word = part if part.isidentifier() else _show(part)
-            key += f".{word}" if key else word
-        if isinstance(value, list) and isinstance(part, int) and part < len(value):
-            value = value[part]
-            if isinstance(value, dict) and "name" in value:
-                key += f" ({value['name']})"
-        elif isinstance(value, dict):
-            value = value.get(str(part), problem["input"])
-    kind, context = problem["type"], problem.get("ctx", {})
-    if kind == "missing":
-        return f"{key} is missing: add it"
-    if kind == "extra_forbidden":
-        known = _known_keys(place)
-        hint = name_meant(str(place[-1]), known, otherwise=f"use {', '.join(known)}")
-        return f"{key} = {_show(problem['input'])}: unknown key, {hint}"
-    if kind == "value_error":
-        text = str(context["error"])
-        return f"{key}: {text}" if isinstance(value, dict) else f"{key} = {_show(value)}: {text}"
-    remedy = _REMEDIES[kind].format(**context) if kind in _REMEDIES else problem["msg"].lower()
-    return f"{key} = {_show(problem['input'])}: {remedy}"
+            place += f"[{part + 1}]"
+        elif not part.startswith(("list[", "range")):  # kinds of value that a key may have
+            place += f".{part}" if place else part
+    said = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "missing":
+        return f"{place}: {said}"
+    if problem["type"] == "extra_forbidden":
+        said = f"unknown key, {name_meant(str(problem['loc'][-1]), _KEYS, otherwise='leave it out')}"
+    value = "" if isinstance(problem["input"], dict) else f" = {_show(problem['input'])}"
+    return f"{place}{value}: {said}"
 
 
 def _show(value: Any) -> str:
@@ -440,22 +367,3 @@ def _show(value: Any) -> str:
     except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
         return f"a {type(value).__name__} too long to print"
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-
-
-_REMEDIES = {
-    "greater_than": "must be above {gt}",
-    "greater_than_equal": "must be {ge} or more",
-    "less_than_equal": "must be {le} or less",
-    "literal_error": "use one of {expected}",
-    "int_type": "must be a whole number",
-    "float_type": "must be a number",
-    "bool_type": "must be true or false",
-    "string_type": "must be text in quotes",
-    "list_type": "must be a list in square brackets",
-    "dict_type": "must be a table",
-    "model_type": "must be a table",
-    "finite_number": "must be a finite number",
-    "too_long": "the list is too long: give at most {max_length}",
-    "too_short": "the list is empty: give at least one",
-    "string_pattern_mismatch": "use letters, digits, '_', '.' and '-' only",
-}

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from jamlab.campaign.file_values import FileTable, Frequencies, Rates, Tolerances
-from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, Size, floats
+from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, floats
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep import LARGEST_STRESS, LONGEST, check_creeping, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
@@ -31,13 +31,6 @@ from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, shear
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import nonlinear_modulus
-
-_GROWTH = 1.2  # exponent of n of the time of a run
-_N = 256  # disks of which times of runs were measured
-_MINIMUM_SECONDS = 0.12  # after a step of quasi-static shear
-_SHEAR_SECONDS = (0.7, 1.1e-3)  # per unit of strain: at high rates, and over the rate at low ones
-_CYCLE_SECONDS = (0.3, 1.5e-3)  # at high frequencies, and over the frequency at low ones
-_CREEP_SECONDS = 4e-4  # per unit of time
 
 Alpha = Annotated[float, Field(ge=LEAST_ALPHA, le=1)]
 Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
@@ -144,15 +137,7 @@ class _Run(Driven):
     def constants(self) -> Row:
         how = self.how
         background = np.nan if how.background is None else how.background
-        return {"background": background, "tolerance": how.tolerance, "unsettled": np.nan}  # a file of version 0.2.0
-
-    @abstractmethod
-    def run_seconds(self) -> float:
-        """Time of all runs of one state by one law, of disks as many as `_N`."""
-
-    def seconds(self, size: Size) -> float:
-        states = 1 if getattr(self.how, "last", False) else size.states
-        return float(self.damping.count * states * self.run_seconds() * (size.n / _N) ** _GROWTH)
+        return {"background": background, "tolerance": how.tolerance}
 
 
 class SteadyFlow(_Run):
@@ -174,9 +159,6 @@ class SteadyFlow(_Run):
     }
 
     flow: Flow
-
-    def constants(self) -> Row:
-        return super().constants() | dict.fromkeys(("z_all", "z_all_error"), np.nan)  # a file of version 0.2.0
 
     def points(self) -> list[dict[str, float]]:
         return [{"rate": rate} for rate in self.flow.rates]
@@ -200,11 +182,6 @@ class SteadyFlow(_Run):
             "unsettled": run.unsettled,
             "converged": run.steady(discard=how.discard).steady,
         }
-
-    def run_seconds(self) -> float:
-        how, (fast, slow) = self.flow, _SHEAR_SECONDS
-        each = [fast + slow / rate**how.alpha if rate else _MINIMUM_SECONDS / how.step for rate in how.rates]
-        return sum(each) * (how.strain + how.discard)
 
 
 class Oscillation(_Run):
@@ -239,11 +216,6 @@ class Oscillation(_Run):
             return dict.fromkeys(self._EQUIVALENT, np.nan)
         return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))
 
-    def run_seconds(self) -> float:
-        how, (fast, slow) = self.oscillation, _CYCLE_SECONDS
-        drag = [omega**how.alpha * a ** (how.alpha - 1) for omega in how.omega for a in how.amplitudes]
-        return float(sum(fast + slow / d for d in drag) * how.cycles)
-
 
 class Creep(_Run):
     """Strain under each stress beside the residual one: where it ends, and whether the packing rests or flows."""
@@ -276,6 +248,3 @@ class Creep(_Run):
             **{"flows": run.state == "flows", "rests": run.state == "rests"},
             **{"unsettled": run.unsettled, "converged": True},
         }
-
-    def run_seconds(self) -> float:
-        return _CREEP_SECONDS * self.creep.duration * len(self.creep.stresses)

@@ -10,16 +10,16 @@
 
 A task has an HDF5 file: frames and observables as in `jamlab.packing.hdf5`, and tables.
 
-Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema adds
+Beside the layout of `jamlab.packing.hdf5`, version 2 of the campaign schema adds
 
 | name                      | type           | content                                                               |
 |---------------------------|----------------|-----------------------------------------------------------------------|
 | /campaign task            | str            | name of the task, a hash of its parameters                            |
 | /campaign parameters      | str            | these parameters, JSON                                                |
-| /campaign jamlab_campaign | int            | 1                                                                     |
+| /campaign jamlab_campaign | int            | 2                                                                     |
 | /campaign missing         | str            | JSON list: states that could not be made, and the reasons             |
 | /campaign seconds, host   | float, str     | wall time and machine: content that may differ between runs           |
-| /campaign cpu_seconds     | float          | CPU time of all its ranks, too; jamlab 0.1.0 did not count it         |
+| /campaign cpu_seconds     | float          | CPU time of all its ranks, too                                        |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
 | /tables/<table>/<column>  | (rows,)        | `stored` of observables.py; `state` is the frame                     |
@@ -68,7 +68,7 @@ class TaskFile:
     converged: NDArray[np.bool_]  # (frames,)
     target_pressure: NDArray[np.float64]  # (frames,)
     wall_time: NDArray[np.float64]  # (frames,) seconds each state took
-    # seconds, cpu_seconds: the whole task; CPU time nan in files of jamlab 0.1.0
+    # seconds, cpu_seconds: wall and CPU time of the whole task
     seconds: float
     cpu_seconds: float
     onset: tuple[float, float]  # rho_J and phi_J; nan for packings that were not compressed from onset
@@ -88,7 +88,7 @@ def write_task_file(
 
     def extend(file: Any) -> None:
         group = file.create_group("campaign")
-        group.attrs.update(task=task.name, parameters=json.dumps(task.parameters.record(), sort_keys=True))
+        group.attrs.update(task=task.name, parameters=task.parameters.model_dump_json())
         group.attrs.update(jamlab_campaign=TASK_VERSION, missing=json.dumps(states.missing))
         group.attrs.update(seconds=seconds, cpu_seconds=cpu_seconds, host=os.uname().nodename)
         group["converged"] = np.array(states.converged)
@@ -139,7 +139,7 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             target_pressure=group["target_pressure"][()],
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
-            cpu_seconds=float(group.attrs.get("cpu_seconds", np.nan)),
+            cpu_seconds=float(group.attrs["cpu_seconds"]),
             onset=(onset[0], onset[1]),
             missing=json.loads(group.attrs["missing"]),
         )
@@ -153,7 +153,7 @@ def read_parameters(path: Path) -> Parameters:
 
 def _parameters(path: Path, file: Any) -> Parameters:
     try:
-        return Parameters.from_record(json.loads(file["campaign"].attrs["parameters"]))
+        return Parameters.read(file["campaign"].attrs["parameters"])
     except StorageError as error:
         raise StorageError(f"{path} holds {error}") from error
 
@@ -173,7 +173,7 @@ def read_seconds(path: Path) -> tuple[float, float]:
     """Read the wall time and the CPU time of a task, s. Errors as in `read_task_file`."""
     with _campaign(path) as file:
         attributes = file["campaign"].attrs
-        return float(attributes["seconds"]), float(attributes.get("cpu_seconds", np.nan))
+        return float(attributes["seconds"]), float(attributes["cpu_seconds"])
 
 
 @contextmanager
@@ -226,10 +226,9 @@ class CampaignFolder:
         self.check_target(self.failure_file(task.name))
         trace = "".join(traceback.format_exception(error))
         record = {"label": task.parameters.label, "error": type(error).__name__, "reason": str(error), "trace": trace}
+        record["parameters"] = task.parameters.model_dump_json()
         with atomic_file(self.failure_file(task.name)) as temporary:
-            temporary.write_text(
-                json.dumps({**record, "parameters": task.parameters.record()}, indent=1), encoding="utf-8"
-            )
+            temporary.write_text(json.dumps(record, indent=1), encoding="utf-8")
 
     def forget_failures(self, names: Iterable[str]) -> None:
         """Delete the records of failed tasks, so that they are run again."""

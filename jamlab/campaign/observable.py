@@ -1,19 +1,15 @@
-"""What an observable of a campaign is: one class with all that files, names of tasks, tables, plans and plots need.
+"""What an observable of a campaign is: one class with all that files, names of tasks, tables and plots need.
 
 A subclass says which keys a sweep gives for it (its fields), which columns a task file holds (`stored`) and a table
 shows (`columns`), how a state is measured in one of several ways (`one`, `cases`), on what the result depends
-(`depends_on`), what that costs (`seconds`, `rows`), and how axes are labelled (`labels`). `observables.py` lists all of
-them. Observables of the user's own are functions `module:function` that take a packing and return numbers.
+(`depends_on`), and how axes are labelled (`labels`). `observables.py` lists all of them. Observables of the user's own
+are functions `module:function` that take a packing and return numbers.
 """
 
-import ast
 import importlib
 import sys
-from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.machinery import PathFinder
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -28,12 +24,10 @@ from jamlab.rheology.damping import Damping
 Row = dict[str, Any]  # column -> a number, or an array: as many rows as it is long
 Columns = dict[str, NDArray[Any]]
 Schema = dict[str, np.dtype[Any]]
-Points = tuple[tuple[int, float], ...]  # (n, seconds)
 
 FLOAT, WHOLE, FLAG = np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_)
 STATE = {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT}  # the frame of a row, and its pressure at rest
 LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT}
-VERTICES = 14.5  # per droplet with the default law, of which times were measured: the mean of small and large ones
 
 
 def floats(*names: str) -> Schema:
@@ -68,25 +62,6 @@ class Measured:
             for k, packing in enumerate(self.states.packings)
         ]
         return found[-1:] if self.last else found
-
-
-@dataclass(frozen=True)
-class Size:
-    """What the cost of a task depends on beside its observables."""
-
-    model: str  # "sp" or "dp"
-    n: int  # number of particles
-    sites: float  # number of coordinate pairs of a packing: disks, or vertices
-    states: int  # number of packings
-
-    def seconds(self, points: Points) -> float:
-        """Interpolate times of packings, linear in log n and log t; beyond the last point, extrapolate. Droplets count
-        by their vertices: 8 droplets of 29 vertices take as long as 16 of 14.5."""
-        n = self.n if self.model == "sp" else self.sites / VERTICES
-        x, y = np.log(np.array(points)).T
-        slope = (y[-1] - y[-2]) / (x[-1] - x[-2])
-        beyond = max(0.0, np.log(n) - x[-1]) * slope
-        return float(np.exp(np.interp(np.log(n), x, y) + beyond))
 
 
 class Observable(FileTable):
@@ -152,14 +127,6 @@ class Observable(FileTable):
         """Columns with one value for all rows of a table, where its file does not hold them."""
         return {}
 
-    @abstractmethod
-    def seconds(self, size: Size) -> float:
-        """Estimate the time to measure all states of a task, s."""
-
-    def rows(self, size: Size) -> float:
-        """Estimate the number of rows for each state, where it matters for the size of files."""
-        return 0
-
 
 class Driven(Observable):
     """An observable with damping laws."""
@@ -201,47 +168,6 @@ def _stack(schema: Schema, rows: list[Row]) -> Columns:
 Function = Callable[[Packing], Any]
 
 
-def check_function(observable: str, folders: Sequence[str]) -> None:
-    """Look for the function of an observable `module:function` without running any code. Its module is found as by
-    an import, in the folders first, but only read; one without source, or that imports all names of another, is
-    believed."""
-    module, _, name = observable.partition(":")
-    places: list[str] | None = [*folders, *sys.path]
-    words = module.split(".")
-    for k in range(len(words)):
-        found = PathFinder.find_spec(".".join(words[: k + 1]), places)
-        if found is None or (k + 1 < len(words) and found.submodule_search_locations is None):
-            raise _no_module(observable, module, folders, "there is none")
-        places = list(found.submodule_search_locations or ())
-    source = found.origin if found is not None else None
-    if source is None or not source.endswith(".py"):
-        return
-    try:
-        tree = ast.parse(Path(source).read_bytes(), source)
-    except (OSError, SyntaxError, ValueError) as error:
-        raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
-    if not {name, "*"} & set(_names_in(tree)):
-        raise InputError(f"observable {observable}: {source} has no function {name}: correct the name")
-
-
-def _names_in(tree: ast.AST) -> Iterator[str]:
-    """Names that a module may define: functions, assignments and imports at any depth."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            yield node.name
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            yield node.id
-        elif isinstance(node, ast.Import | ast.ImportFrom):
-            yield from (alias.asname or alias.name.partition(".")[0] for alias in node.names)
-
-
-def _no_module(observable: str, module: str, folders: Sequence[str], reason: str) -> InputError:
-    return InputError(
-        f"observable {observable}: cannot import {module}: {reason}; put {module.partition('.')[0]}.py beside the"
-        f" campaign file (searched: {' and '.join(folders)})"
-    )
-
-
 def load_function(observable: str, folders: Sequence[str]) -> Function:
     """Import the function of an observable `module:function`, from the folders first."""
     module, _, name = observable.partition(":")
@@ -251,7 +177,10 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
     try:
         found = importlib.import_module(module)
     except Exception as error:  # the module is the user's: whatever it raises is reported with its name
-        raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
+        raise InputError(
+            f"observable {observable}: cannot import {module}: {type(error).__name__}: {error}; put "
+            f"{module.partition('.')[0]}.py beside the campaign file (searched: {' and '.join(folders)})"
+        ) from error
     finally:
         sys.path[:] = before
     function = getattr(found, name, None)

@@ -18,10 +18,8 @@ from jamlab.campaign.observable import (
     Driven,
     Measured,
     Observable,
-    Points,
     Row,
     Schema,
-    Size,
     floats,
 )
 from jamlab.errors import BoundaryError
@@ -54,9 +52,6 @@ class Onset(Observable):
         fractions = {"rho_J": packing_fraction(packing), "phi_J": packing.phi, "z_J": network.z}
         return [{**fractions, **counts, "converged": of.states.converged[0]}]
 
-    def seconds(self, size: Size) -> float:
-        return 0.0
-
 
 class Linear(Driven):
     """An observable of the linear response at finite frequency, with and without prestress."""
@@ -66,18 +61,6 @@ class Linear(Driven):
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         laws = super().cases()
         return [(how | {"prestress": p}, columns | {"prestress": p}) for how, columns in laws for p in self.prestress]
-
-    @property
-    def solutions(self) -> int:
-        """Number of damping laws, with and without prestress."""
-        return self.damping.count * len(self.prestress)
-
-
-_SPECTRUM_SECONDS: dict[str, Points] = {  # at 41 frequencies
-    "sp": ((32, 0.0075), (128, 0.02), (512, 0.06), (2048, 0.2), (32768, 25.0)),
-    "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
-}
-_ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
 
 
 class Spectra(Linear):
@@ -105,12 +88,6 @@ class Spectra(Linear):
     def depends_on(self, tolerances: Tolerances) -> Any:
         return self, tolerances.spectrum_error
 
-    def seconds(self, size: Size) -> float:
-        return size.states * self.solutions * size.seconds(_SPECTRUM_SECONDS[size.model])
-
-    def rows(self, size: Size) -> float:
-        return self.solutions * len(self.omega)
-
 
 class Quasistatic(Observable):
     """Medians and means of the linear motion in slow shear, `sheared` without its affine part; nan where unstable."""
@@ -135,13 +112,6 @@ class Quasistatic(Observable):
     def without_answer(self) -> list[Row]:
         return [dict.fromkeys((*self._KINDS, *self._MEANS), np.nan)]
 
-    def constants(self) -> Row:
-        return dict.fromkeys(("sheared", *self._MEANS), np.nan)  # a file of version 0.2.0
-
-    def seconds(self, size: Size) -> float:
-        each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
-        return size.states * len(self.prestress) * each
-
 
 class Correlation(Linear):
     """Correlation of displacements over distance, at some frequencies; no rows where a packing is unstable."""
@@ -157,13 +127,6 @@ class Correlation(Linear):
         curves = zip(omega, found, strict=True)
         return [{"omega": w, "delta": c.delta, "c": c.correlation, "box": box} for w, c in curves]
 
-    def seconds(self, size: Size) -> float:
-        each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
-        return size.states * self.solutions * len(self.correlation_omega) * each
-
-    def rows(self, size: Size) -> float:
-        return self.solutions * len(self.correlation_omega) * float(np.sqrt(size.n))
-
 
 class Modes(Driven):
     """Relaxation modes of droplets, a row each; none where a packing is unstable."""
@@ -171,7 +134,6 @@ class Modes(Driven):
     name, only, defined_by = "modes", "dp", ("contacts", "modes")
     _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeMotion`
     stored: ClassVar[Schema] = {**STATE, **LAW, **floats(*_OF_MODES)}
-    _SECONDS: ClassVar[Points] = ((16, 0.07), (32, 0.5), (64, 3.5))
 
     def check(self, sites: float) -> None:
         super().check(sites)
@@ -183,12 +145,6 @@ class Modes(Driven):
         found = mode_motion(packing, how["law"])
         return [{name: getattr(found, name) for name in self._OF_MODES}]
 
-    def seconds(self, size: Size) -> float:
-        return size.states * self.damping.count * size.seconds(self._SECONDS)
-
-    def rows(self, size: Size) -> float:
-        return self.damping.count * 2 * size.sites
-
 
 class VoidsOfStates(Observable):
     """Voids that do not percolate, a row each; no rows of a packing whose outlines cross."""
@@ -197,22 +153,12 @@ class VoidsOfStates(Observable):
     refusal = BoundaryError  # of outlines that cross
     stored: ClassVar[Schema] = {"state": WHOLE, "sides": WHOLE, **floats("area", "perimeter", "shape", "particle_area")}
     columns = ("state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area")
-    _SECONDS: ClassVar[dict[str, Points]] = {
-        "sp": ((32, 0.002), (128, 0.004), (256, 0.0055)),
-        "dp": ((16, 0.0055), (32, 0.008)),
-    }
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
         found = voids(packing)
         closed = found.percolating == 0
         row: Row = {name: getattr(found, name)[closed] for name in ("sides", "area", "perimeter", "shape")}
         return [row | {"particle_area": (packing.area - found.area.sum()) / packing.n}] if closed.any() else []
-
-    def seconds(self, size: Size) -> float:
-        return size.states * size.seconds(self._SECONDS[size.model])
-
-    def rows(self, size: Size) -> float:
-        return size.n
 
 
 class Order(Observable):
@@ -229,18 +175,11 @@ class Order(Observable):
         "psi_6_overall": r"bond-orientational order $|\langle\psi_6\rangle|$",
         "share_6": "share of particles with 6 neighbours",
     }
-    _SECONDS: ClassVar[Points] = ((32, 0.0017), (128, 0.0036), (512, 0.012), (2048, 0.046))
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
         found = orientational_order(packing)
         shares = {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBORS}
         return [{"psi_6": found.mean_local, "psi_6_overall": found.overall, **shares}]
-
-    def seconds(self, size: Size) -> float:
-        return size.states * size.seconds(self._SECONDS)
-
-    def rows(self, size: Size) -> float:
-        return 1
 
 
 OBSERVABLES: dict[str, type[Observable]] = {

@@ -64,12 +64,17 @@ def job_script(
     given = _DEFAULTS | {key: value for key, value in options.items() if key != "host"}
     # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books. Without a nanny,
     # a worker that dies ends its job.
-    fixed = {"cores": 1, "processes": 1, "job_cpu": ranks, "nanny": False, "death_timeout": _DEATH_TIMEOUT}
+    fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": ranks, "nanny": False}
+    fixed |= {"death_timeout": _DEATH_TIMEOUT, "protocol": "tls://", "security": security, "name": name}
+    for key in fixed.keys() & given.keys():
+        raise InputError(
+            f"[slurm] {key} = {given[key]!r}: leave it out, jamlab sets it; `ranks` of a sweep books cores"
+        )
     try:
-        return str(SLURMJob(address, name=name, **given | fixed, protocol="tls://", security=security).job_script())
+        return str(SLURMJob(address, **given, **fixed).job_script())
     except (TypeError, ValueError) as error:
         reason = str(error).partition(". ")[0]
-        raise InputError(f"[slurm] of the campaign file: {reason}; see dask_jobqueue.SLURMCluster") from error
+        raise InputError(f"[slurm] {given}: {reason}; keys are those of dask_jobqueue.SLURMCluster") from error
 
 
 @contextlib.contextmanager

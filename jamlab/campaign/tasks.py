@@ -16,26 +16,23 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import Field, SerializeAsAny, ValidationError, field_validator
 
-from jamlab.campaign.file import STATES, CampaignTable, Compression, Sweep, site_count
-from jamlab.campaign.file_values import Tolerances
-from jamlab.campaign.observable import Observable, Size
+from jamlab.campaign.file import STATES, CampaignTable, Compression, Sweep
+from jamlab.campaign.file_values import FileTable, Tolerances
+from jamlab.campaign.observable import Observable
 from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.campaign.versions import STATES_BY, Versions, raised
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.law_parameters import OPTIONAL
-from jamlab.protocols.compression import grid
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
-TASK_VERSION = 1  # of the groups in task_file.py and the meaning of the parameters
+TASK_VERSION = 2  # of the groups in a task file and the meaning of the parameters
 _NAME_LENGTH = 32  # hexadecimal digits: 128 bits, so that no two tasks share a name
-_ONSET_PHI = 0.84  # typical of bidisperse disks; sets the number of states of a sweep
 
 
-@dataclass(frozen=True)
-class Parameters:
+class Parameters(FileTable):
     """Everything that the result of a task depends on."""
 
     model: str  # "sp" or "dp"
@@ -46,18 +43,32 @@ class Parameters:
     search: dict[str, float | str]
     tolerances: Tolerances  # of the sweep
     seed: int  # of the random start; in a batch that of its first task
-    observables: tuple[Observable, ...]  # of jamlab's own, by name, beside "states"
-    own: tuple[str, ...] = ()  # those that are functions of the user's own, as module:function
+    observables: dict[str, SerializeAsAny[Observable]]  # of jamlab's own, beside "states"
+    own: tuple[str, ...]  # those that are functions of the user's own, as module:function
     # compress, pressures, phi: how packings are made; without any of them, only those at onset
-    compress: Compression | None = None
-    pressures: tuple[float, ...] | None = None
-    phi: tuple[float, ...] | None = None
-    # a distribution by name, or diameters; None: half of the particles are large
-    sizes: str | tuple[float, ...] | None = None
-    decompress: bool = False  # whether each pressure is reached from the one above
+    compress: Compression | None
+    pressures: tuple[float, ...] | None
+    phi: tuple[float, ...] | None
+    sizes: str | tuple[float, ...] | None  # a distribution by name, or diameters; None: half of the particles are large
+    decompress: bool  # whether each pressure is reached from the one above
     # versions of the protocols that make the packings and of the definitions of what is measured, those above 1
-    protocol: Versions = field(default_factory=dict)
-    definitions: Versions = field(default_factory=dict)
+    protocol: Versions = Field(default={})
+    definitions: Versions = Field(default={})
+
+    @field_validator("observables", mode="before")
+    @classmethod
+    def _by_name(cls, value: dict[str, Any]) -> dict[str, Any]:
+        if unknown := value.keys() - OBSERVABLES.keys():
+            raise ValueError(f"no observable {', '.join(sorted(unknown))}")
+        return {name: OBSERVABLES[name].model_validate(keys) for name, keys in value.items()}
+
+    @classmethod
+    def read(cls, text: str) -> "Parameters":
+        """Read the JSON of a task file."""
+        try:
+            return cls.model_validate_json(text)
+        except ValidationError as error:
+            raise StorageError(f"parameters of another version of jamlab: {error!s:.200}") from error
 
     @property
     def protocol_names(self) -> list[str]:
@@ -79,7 +90,7 @@ class Parameters:
     def now(self) -> "Parameters":
         """The same with the versions of today."""
         defined = {name for table in (STATES, *(o.name for o in self.tables)) for name in self.definition_names(table)}
-        return replace(self, protocol=raised(self.protocol_names), definitions=raised(defined))
+        return self.model_copy(update={"protocol": raised(self.protocol_names), "definitions": raised(defined)})
 
     @property
     def label(self) -> str:
@@ -94,75 +105,7 @@ class Parameters:
     @property
     def tables(self) -> list[Observable]:
         """Observables of which a task file holds a table."""
-        return [*([Onset()] if self.from_onset else []), *self.observables]
-
-    @property
-    def size(self) -> Size:
-        """What costs depend on; the states of a compression are counted as from the typical onset."""
-        how, states = self.compress, len(self.pressures or self.phi or (None,))
-        if how is not None:
-            start = min(_ONSET_PHI, 0.99 * how.to)
-            states = 1 + len(grid(start, how.to, how.step, how.nearest, how.per_decade)) + how.halvings
-        return Size(self.model, self.n, site_count(self.model, self.n, self.force_law), states)
-
-    def state_record(self) -> dict[str, Any]:
-        """What the packings depend on, as plain numbers and text."""
-        names = ("model", "n", "ensemble", "force_law", "search", "seed")
-        record: dict[str, Any] = {"version": [SCHEMA_VERSION, TASK_VERSION], **{k: getattr(self, k) for k in names}}
-        record["tolerances"] = self.tolerances.model_dump(exclude={"spectrum_error"})
-        if self.tolerances.max_force is not None:
-            record["minimized_to"] = self.tolerances.max_force  # jamlab 0.1.0 only marked states by it
-        if self.sizes is not None:  # younger than stored tasks
-            record["sizes"] = self.sizes if isinstance(self.sizes, str) else list(self.sizes)
-        if self.compress is not None:
-            record["compress"] = self.compress.record()
-        elif self.pressures is not None:
-            record["pressures"] = list(self.pressures)
-            if self.decompress:  # younger than stored tasks
-                record["decompress"] = True
-        elif self.phi is not None:
-            record["phi"] = list(self.phi)
-        else:
-            record["onset"] = True
-        if self.protocol:
-            record["protocol"] = self.protocol
-        return record
-
-    def record(self) -> dict[str, Any]:
-        """All of it as plain numbers and text: the JSON of a task file, and what a name is a hash of."""
-        record = self.state_record()
-        record["tolerances"] = self.tolerances.model_dump()
-        record["observables"] = sorted({STATES, *self.own, *(o.name for o in self.observables)})
-        for observable in self.observables:
-            record |= observable.model_dump()
-        if self.definitions:
-            record["definitions"] = self.definitions
-        return record
-
-    @classmethod
-    def from_record(cls, record: dict[str, Any]) -> "Parameters":
-        """Read a record."""
-        try:
-            names = [name for name in record["observables"] if name in OBSERVABLES]
-            kinds = [OBSERVABLES[name] for name in names]
-            found = cls(
-                **{key: record[key] for key in ("model", "n", "ensemble", "force_law", "search", "seed")},
-                tolerances=Tolerances.model_validate(record["tolerances"]),
-                observables=tuple(o(**{k: record[k] for k in o.model_fields if k in record}) for o in kinds),
-                own=tuple(name for name in record["observables"] if ":" in name),
-                compress=Compression.model_validate(record["compress"]) if "compress" in record else None,
-                pressures=tuple(record["pressures"]) if "pressures" in record else None,
-                phi=tuple(record["phi"]) if "phi" in record else None,
-                sizes=_frozen(record.get("sizes")),
-                decompress=record.get("decompress", False),
-                protocol=record.get("protocol", {}),
-                definitions=record.get("definitions", {}),
-            )
-        except (KeyError, TypeError, ValidationError) as error:
-            raise StorageError(f"parameters of another version of jamlab: {error!r:.200}") from error
-        if found.record() != record:
-            raise StorageError("parameters of another version of jamlab: run their campaign with that")
-        return found
+        return [*([Onset()] if self.from_onset else []), *self.observables.values()]
 
 
 @dataclass(frozen=True)
@@ -193,7 +136,7 @@ class Batch:
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""
         for seed in self.seeds:
-            yield Task(self.name_of(seed), replace(self.parameters, seed=seed), self.ranks)
+            yield Task(self.name_of(seed), self.parameters.model_copy(update={"seed": seed}), self.ranks)
 
     def names(self) -> Iterator[str]:
         """Yield the names of the tasks."""
@@ -209,22 +152,27 @@ class Batch:
 
     @cached_property
     def _digest(self) -> "hashlib._Hash":
-        return _start(self.parameters.record())
+        return _start(self.parameters)
 
 
 def task_name(parameters: Parameters) -> str:
     """Name the task with these parameters."""
-    return _finish(_start(parameters.record()), parameters.seed)
+    return _finish(_start(parameters), parameters.seed)
+
+
+_MEASURED: Any = {"observables": True, "own": True, "definitions": True, "tolerances": {"spectrum_error"}}
 
 
 def state_key(parameters: Parameters) -> str:
     """Name the states of a task; tasks that differ only in what they measure share it."""
-    return _finish(_start(parameters.state_record()), parameters.seed)
+    return _finish(_start(parameters, _MEASURED), parameters.seed)
 
 
-def _start(record: dict[str, Any]) -> "hashlib._Hash":
-    record = {key: value for key, value in record.items() if key != "seed"}
-    return hashlib.sha256(json.dumps(record, sort_keys=True, separators=(",", ":")).encode())
+def _start(parameters: Parameters, exclude: Any = None) -> "hashlib._Hash":
+    record = parameters.model_dump(mode="json", exclude=exclude)
+    del record["seed"]
+    text = json.dumps([SCHEMA_VERSION, TASK_VERSION, record], sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode())
 
 
 def _finish(digest: "hashlib._Hash", seed: int) -> str:
@@ -254,27 +202,29 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
 
 
 def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
-    law = dict(defaults(model))
-    for key, value in sweep.force_law.items():
-        law[key] = float(value) if isinstance(value, int) and not isinstance(value, bool) else value
-    law.pop("law", None)  # set by the protocol
-    law.pop("longest_edge", None)  # affects speed only
-    for name, (default, *_) in OPTIONAL[model].items():
-        if law.get(name) == default:
-            law.pop(name)  # tasks keep the names that they had before the law had this parameter
+    usual = {name: default for name, (default, *_) in OPTIONAL[model].items()}
+    law = {
+        name: value
+        for name, value in (defaults(model) | sweep.force_law).items()
+        # the protocol sets `law`, `longest_edge` affects speed only, and what has its default is left to the law
+        if name not in ("law", "longest_edge") and usual.get(name) != value
+    }
     search = defaults("onset")
     search.pop("increment_least")  # says when to give up, not what comes out
+    sizes = sweep.sizes
     return Parameters(
-        *(model, n, sweep.ensemble, law, search, sweep.tolerances, sweep.seeds[0]),
-        observables=tuple(sweep.measured),
+        model=model,
+        n=n,
+        ensemble=sweep.ensemble,
+        force_law=law,
+        search=search,
+        tolerances=sweep.tolerances,
+        seed=sweep.seeds[0],
+        observables={observable.name: observable for observable in sweep.measured},
         own=tuple(sweep.own),
         compress=sweep.compress,
         pressures=None if sweep.pressures is None else tuple(sorted(map(float, sweep.pressures), reverse=True)),
         phi=None if sweep.phi is None else tuple(sorted(map(float, sweep.phi))),
-        sizes=_frozen(sweep.sizes),
+        sizes=tuple(sizes) if isinstance(sizes, list) else sizes,
         decompress=sweep.decompress,
     ).now()
-
-
-def _frozen(sizes: str | list[float] | None) -> str | tuple[float, ...] | None:
-    return tuple(sizes) if isinstance(sizes, list) else sizes

@@ -5,7 +5,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -63,6 +62,7 @@ SLURM_HELP = (
 )
 Slurm = Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)]
 Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")]
+Pilot = Annotated[bool, typer.Option("--pilot", help="One task of each sweep, model and n, so that plan knows times.")]
 Dry = Annotated[
     bool, typer.Option("--dry-run", help="Run nothing; print the script of a job of --slurm, and how many there are.")
 ]
@@ -93,36 +93,34 @@ def new(
 
 @app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
-    """Dry run: count tasks, estimate time and size.
+    """Count tasks, and say what those that are left take.
 
-    Nothing is run, and no code beside the file is imported.
+    Nothing is run. Times are those of finished tasks of the same sweep, model and n.
     """
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.plan import total_time
 
     campaign = open_campaign(file, out)
     lines = campaign.plan(only)
-    size, (seconds, core_seconds, cores) = sum(line.bytes for line in lines), total_time(lines, workers)
+    seconds, core_seconds, cores = total_time(lines, workers)
+    left = sum(line.left for line in lines)
+    size = None if any(line.bytes is None for line in lines) else sum(line.bytes or 0 for line in lines)
     if as_json:
         totals = {"workers": workers or cores, "seconds": seconds, "core_seconds": core_seconds, "bytes": size}
-        print_json({**totals, "tasks": sum(line.left for line in lines), "sweeps": [vars(line) for line in lines]})
+        print_json({**totals, "tasks": left, "sweeps": [vars(line) for line in lines]})
         return
-    names = ["sweep", "model", "n", "tasks", "left", "stored", "states", "core time", "size", "time from"]
+    names = ["sweep", "model", "n", "tasks", "left", "stored", "core time", "size"]
     cells = []
     for line in lines:
-        counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored, line.states)]
-        source = "finished tasks" if line.measured else "estimate" if line.known else "not known"
-        size_of = f"{line.bytes / 1e6:.1f} MB"
-        spent = _format_time(line.seconds) if line.known else "?"
-        cells.append([line.sweep, line.model, *counts, spent, size_of, source])
+        counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored)]
+        cells.append([line.sweep, line.model, *counts, _format_time(line.seconds), _format_size(line.bytes)])
     print_table(f"campaign {campaign.name}", names, cells)
-    left, time = sum(line.left for line in lines), _format_time(seconds)
-    out_console.print(f"{left} tasks left: about {time} on {cores} free cores, {size / 1e6:.0f} MB")
-    for line in lines:
-        if line.left and not line.known:
-            said = "with its force law or sizes, the time is not known before a task is finished"
-            said = f"{line.sweep} {line.model} n={line.n}: {said}; counted as with the default ones"
-            out_console.print(said, soft_wrap=True, highlight=False)
+    out_console.print(f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}")
+    if seconds is None:
+        out_console.print(
+            f"?: not known before a task of that kind ends: `jamlab campaign run {file} --pilot` runs one of each",
+            soft_wrap=True,
+        )
     if stored := sum(line.stored for line in lines):
         out_console.print(f"{stored} of them measure states that are stored already")
     _print_earlier(campaign)
@@ -139,15 +137,19 @@ def _format_spent(*sweeps: "SweepStatus") -> list[str]:
     """Wall and CPU time of the finished tasks of sweeps as text; nothing where the files were not read."""
     if sweeps[0].seconds is None:
         return []
-    cpu = sum(s.cpu_seconds or 0.0 for s in sweeps if s.finished)
-    wall = sum(s.seconds or 0.0 for s in sweeps)
-    return [_format_time(wall), "not counted" if isnan(cpu) else _format_time(cpu)]
+    return [_format_time(sum(getattr(s, kind) for s in sweeps)) for kind in ("seconds", "cpu_seconds")]
 
 
-def _format_time(seconds: float) -> str:
+def _format_time(seconds: float | None) -> str:
+    if seconds is None:
+        return "?"
     if seconds < 120:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def _format_size(size: int | None) -> str:
+    return "?" if size is None else f"{size / 1e6:.1f} MB"
 
 
 @app.command(epilog="Example: jamlab campaign run campaign.toml --workers 2")
@@ -159,6 +161,7 @@ def run(
     slurm: Slurm = False,
     only: Only = None,
     retry_failed: Retry = False,
+    pilot: Pilot = False,
     no_verify: Trust = False,
     dry_run: Dry = False,
     as_json: Json = False,
@@ -174,7 +177,7 @@ def run(
         _print_scripts(campaign, only, workers)
         return
     with _show_tasks(campaign, only) as show:
-        where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify}
+        where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify, "pilot": pilot}
         ran = campaign.run(workers, only=only, retry_failed=retry_failed, done=show, **where)
     for task, line in ran.repaired.items():
         err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)

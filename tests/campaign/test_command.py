@@ -9,7 +9,6 @@ import pytest
 from campaigns import written
 from commands import call
 
-import jamlab
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.workers import Workers
 from jamlab.errors import InputError
@@ -74,22 +73,8 @@ def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
     other = written(tmp_path / "d.toml", seeds=8).read_text()
     path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "more"))
     found = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)
-    assert f"{found['sweeps'][0]['bytes'] / 1e6:.1f} MB" in call(tmp_path, "campaign", "plan", "c.toml").stdout
-    assert found["tasks"] == 8 and [line["left"] for line in found["sweeps"]] == [5, 3]
+    assert found["tasks"] == 8 and found["seconds"] is None and [line["left"] for line in found["sweeps"]] == [5, 3]
     assert json.loads(call(tmp_path, "campaign", "status", "c.toml", "--json").stdout)["tasks"] == 8
-
-
-def test_droplets_cost_by_their_vertices(tmp_path):
-    """Measured with 12 and 17, and with 24 and 34: 8 droplets of twice the vertices take as long as 16, to 10 %."""
-
-    def plan(n, **force_law):
-        path = written(tmp_path / "c.toml", model="dp", n=n, force_law=force_law, observables=["voids", "modes"])
-        (line,) = jamlab.open_campaign(path).plan()
-        return line
-
-    few, many, twice = plan(16), plan(16, nv_small=24, nv_large=34), plan(32)
-    assert many.seconds == pytest.approx(twice.seconds, rel=0.05) and many.seconds > 1.4 * few.seconds
-    assert many.bytes > 1.5 * few.bytes
 
 
 def test_a_failed_export_leaves_no_folder(tmp_path):
@@ -119,4 +104,4 @@ def test_example_of_a_campaign(tmp_path, capsys):
     example = runpy.run_path(str(EXAMPLES / "campaign.py"))
     example["walk"](tmp_path, workers=2, seeds=2)
     out = capsys.readouterr().out
-    assert "6 tasks now, 6 in all" in out
+    assert "3 tasks now, 6 in all" in out

@@ -8,7 +8,6 @@ from campaigns import read_campaign_file, run_here, written
 
 import jamlab
 from jamlab.campaign import flow_observables
-from jamlab.campaign.plan import measuring_seconds
 from jamlab.campaign.tasks import batches, state_key
 
 FLOW = {"rates": [0.5, 1.0], "strain": 1.0, "discard": 0.1, "background": 1e-2}
@@ -104,35 +103,3 @@ def test_rate_0_is_quasistatic_shear_and_last_takes_one_state(tmp_path):
     assert still["stress"] == pytest.approx(found.steady(discard=0.1).value, rel=1e-9) and still["dissipation"] == 0
     assert still["peak_stress"] == pytest.approx(found.peak.stress, rel=1e-9)
     assert fast["stress"] > 3 * still["stress"]
-
-
-def test_cost_of_flows_grows_with_what_is_asked(tmp_path):
-    def seconds(**flow):
-        path = written(tmp_path / "c.toml", **SWEEP | {"flow": FLOW | flow, "pressures": [2e-2, 1e-2]})
-        (batch,) = batches(read_campaign_file(path))
-        return measuring_seconds(batch.parameters)
-
-    assert seconds(rates=[1e-4]) > 3 * seconds() and seconds(rates=[0.0]) > seconds()
-    assert seconds(last=True) < 0.6 * seconds()
-    assert seconds(rates=[1e-4], alpha=0.5) < seconds(rates=[1e-4])  # as that of linear drag at a rate of 1e-2
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"flow": None}, r"observable 'flow' needs flow: give a table with rates"),
-        ({"flow": {"rates": [1e4]}}, r"flow.rates.*10000 is above 1000"),
-        ({"flow": {"rates": [0.0, 1e-13]}}, r"flow.rates.*1e-13 is below 1e-12, .*give 0"),
-        ({"flow": {"rates": [1.0], "alpha": 0.1}}, r"flow.alpha"),
-        ({"flow": {"rates": [1.0], "speed": 1}}, r"flow.speed"),
-        ({"flow": {"rates": [-1.0]}}, r"flow.rates"),
-        ({"oscillation": {"omega": [1.0], "amplitudes": [0.1]}}, r"observable 'oscillation' is not: add it"),
-        ({"observables": ["creep"], "flow": None}, r"observable 'creep' needs creep: give a table with stresses"),
-        ({"oscillation": {"omega": [1.0], "amplitudes": [9.0]}}, r"oscillation.amplitudes.*9 is above 2"),
-        ({"creep": {"stresses": [1e-3]}}, r"creep.duration"),
-        ({"observables": ["states"]}, r"flow is given, but observable 'flow' is not"),
-    ],
-)
-def test_refused(tmp_path, changes, message):
-    with pytest.raises(jamlab.InputError, match=message):
-        jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))

@@ -18,7 +18,7 @@ from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.driver import run_task
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import task_seconds
+from jamlab.campaign.plan import total_time
 from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all
@@ -98,7 +98,7 @@ def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     (record,) = status.failures.values()
     assert (record["label"], record["error"]) == ("sp n=8 seed=1", "ConvergenceError")
     assert campaign.run(1) == type(campaign.run(1))(0, 0, {})  # nothing is left: no worker starts
-    kept = campaign.folder.failure_file(task_name(Parameters.from_record(record["parameters"])))
+    kept = campaign.folder.failure_file(task_name(Parameters.read(record["parameters"])))
     first = kept.stat().st_mtime_ns
     done = campaign.run(1, retry_failed=True)
     assert (done.finished, done.failed) == (0, 1)
@@ -159,38 +159,7 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     first, _, last = read_all(campaign.folder.task_file(name))
     assert first.provenance["protocol"] == "pressure"
     assert last.provenance["from_pressure"] == pytest.approx(1e-2, rel=1e-6)
-    # the key enters names only where it is given, and survives the way into a file and back
-    (task,) = (task for batch in batches(campaign.content) for task in batch.tasks())
-    assert Parameters.from_record(task.parameters.record()) == task.parameters
-    plain = jamlab.open_campaign(written(path, **keys)).content
-    (other,) = (task for batch in batches(plain) for task in batch.tasks())
-    assert "decompress" not in other.parameters.record() and other.name != task.name
-
-
-def test_plan_counts_the_way_down_for_less_than_random_starts(tmp_path):
-    """Where it pays; the first pressure takes as long, and alone it would take all."""
-    keys = {"n": 2048, "compress": None, "pressures": [1e-5, 1e-6]}
-    apart, down, near, first = (
-        task_seconds(batches(jamlab.open_campaign(written(tmp_path / "c.toml", **keys | more)).content)[0].parameters)
-        for more in ({}, {"decompress": True}, {"decompress": True, "pressures": [1e-5, 3e-6]}, {"pressures": [1e-5]})
-    )
-    assert 1 < near - first < down - first < 0.2 * (apart - first)
-
-
-def test_plan_says_that_the_time_of_a_law_is_not_known_until_a_task_is_finished(tmp_path):
-    keys = {"n": 8, "seeds": 2, "compress": None, "pressures": [1e-2]}
-
-    def known(**changes):
-        return [line.known for line in jamlab.open_campaign(written(tmp_path / "c.toml", **keys | changes)).plan()]
-
-    droplets = {"model": "dp", "pressures": None, "onset": True}
-    assert known() == known(force_law={"exponent": 2.0}) == known(**droplets) == [True]
-    assert known(**droplets, force_law={"nv_small": 10, "nv_large": 14}) == [True]
-    assert known(**droplets, force_law={"gamma": 0.3}) == known(sizes="lognormal:0.3") == [False]
-    hertz = {"force_law": {"exponent": 2.5}}
-    assert known(**hertz) == [False]
-    run_here(jamlab.open_campaign(written(tmp_path / "c.toml", **keys | hertz | {"seeds": 1})))
-    assert known(**hertz) == [True]
+    assert jamlab.open_campaign(written(path, **keys)).status().foreign == 1  # the key enters names
 
 
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):
@@ -290,17 +259,29 @@ def test_parquet_without_pyarrow_says_what_to_install(full, tmp_path, monkeypatc
         export(full, tmp_path / "out", "parquet")
 
 
-def test_plan_counts_states_and_learns_from_finished_tasks(full, tmp_path):
-    lines = {(line.sweep, line.n): line for line in full.plan()}
-    assert all(line.left == 0 and line.seconds == 0 and line.measured for line in lines.values())
-    path = tmp_path / "full.toml"
-    path.write_text(FULL)
-    fresh = jamlab.open_campaign(path).plan()
-    assert [(line.tasks, line.left, line.measured) for line in fresh[:2]] == [(2, 2, False)] * 2
-    states = full.table("states", sweep="up").groupby(["n", "seed"]).size()
-    assert abs(fresh[0].states - states[8].mean()) < 8  # the onset of so few disks lies lower than the typical one
-    sizes = [full.folder.task_file(task).stat().st_size for task in full.finished("up")]
-    assert 0.3 < sum(line.bytes for line in fresh[:2]) / sum(sizes) < 3
+def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):
+    """Of the same sweep, model and n; `pilot` makes one of each of which there is none."""
+    assert all((line.left, line.seconds, line.bytes) == (0, 0.0, 0) for line in full.plan())
+    keys = {"compress": None, "pressures": [1e-2], "seeds": 3}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=[8, 10], **keys))
+    assert [(line.left, line.seconds, line.bytes) for line in campaign.plan()] == [(3, None, None)] * 2
+    assert total_time(campaign.plan())[:2] == (None, None)
+    assert campaign.run(1, pilot=True).finished == 2 and campaign.run(1, pilot=True).finished == 0
+    for line, (name,) in zip(
+        campaign.plan(), (set(b.names()) & campaign.folder.finished() for b in batches(campaign.content)), strict=True
+    ):
+        file = campaign.folder.task_file(name)
+        assert (line.left, line.bytes) == (2, 2 * file.stat().st_size)
+        assert line.seconds == pytest.approx(2 * read_task_file(file).seconds)
+    wall, work, cores = total_time(campaign.plan(), 2)
+    assert (work, cores) == (pytest.approx(sum(line.seconds for line in campaign.plan())), 2) and wall == work / 2
+    more = jamlab.open_campaign(written(tmp_path / "c.toml", n=[8, 10], **keys, observables=["voids"]))
+    assert [(line.stored, line.seconds) for line in more.plan()] == [(1, None)] * 2
+    assert {outcome.state for outcome in run_here(more)} == {"finished"}
+    four = jamlab.open_campaign(
+        written(tmp_path / "c.toml", n=[8, 10], **keys | {"seeds": 4}, observables=["voids"], ranks=4)
+    )
+    assert all(line.seconds > 0 and line.ranks == 4 for line in four.plan()) and total_time(four.plan(), 1)[2] == 4
 
 
 def _make_link(path, target):

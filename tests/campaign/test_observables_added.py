@@ -150,7 +150,7 @@ def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
     path = tmp_path / "c.toml"
     spectra = {"observables": ["spectra"], "omega": [1.0]}
     run(written(path, **SHORT, **spectra))
-    monkeypatch.setattr(observables, "complex_modulus", lambda *_: pytest.fail("measured again"))
+    monkeypatch.setattr(observables, "linear_modulus", lambda *_: pytest.fail("measured again"))
     run(written(path, **SHORT, observables=["spectra", "voids"], omega=[1.0]))
     campaign = jamlab.open_campaign(written(path, **SHORT, observables=["spectra"], omega=[2.0]))
     with pytest.raises(pytest.fail.Exception, match="measured again"):  # other frequencies are another table
@@ -217,40 +217,17 @@ def test_what_own_observables_may_not_return(tmp_path, function, message):
     assert re.match(f"observable {message}", record["reason"])
 
 
-@pytest.mark.parametrize(
-    ("observable", "message"),
-    [
-        ("nowhere_to_be:f", r"nowhere_to_be:f: cannot import nowhere_to_be: (ModuleNotFoundError|there is none)"),
-        ("own_numbers:f", r"observable own_numbers:f: .*own_numbers.py has no function f: correct the name"),
-    ],
-)
-def test_own_observables_that_are_not_there_stop_a_run_before_it_begins(tmp_path, observable, message):
+@pytest.mark.parametrize("observable", ["nowhere_to_be:f", "own_numbers:f", "broken:f"])
+def test_own_observables_that_cannot_be_imported_stop_a_run_before_it_begins(tmp_path, observable):
+    """Planning imports nothing: no code beside the file runs."""
     (tmp_path / "own_numbers.py").write_text(OWN)
+    (tmp_path / "broken.py").write_text(f"from pathlib import Path\nPath({str(tmp_path / 'ran')!r}).touch()\n1 / 0\n")
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SHORT, observables=[observable]))
-    for begin in (campaign.plan, lambda: campaign.run(1)):
-        with pytest.raises(InputError, match=message):
-            begin()
+    assert campaign.plan()[0].left == 2 and not (tmp_path / "ran").exists()
+    with pytest.raises(InputError) as caught:
+        campaign.run(1)
+    assert observable in str(caught.value)
     assert campaign.status().left == 2
-
-
-@pytest.mark.parametrize("content", ["def f(packing):", "from math import sin", "f = g = 1"])
-def test_plan_runs_no_code_of_own_observables(tmp_path, content):
-    """Whatever stands beside the file, also in a package; `run` is what imports it."""
-    evil = f"from pathlib import Path\nPath({str(tmp_path / 'ran')!r}).touch()\n"
-    (tmp_path / "package").mkdir()
-    (tmp_path / "package" / "__init__.py").write_text(evil)
-    body = content + ("\n    return 1.0\n" if content.endswith(":") else "\n")
-    for module in ("evil_numbers", "package.inner"):
-        (tmp_path / (module.replace(".", "/") + ".py")).write_text(evil + body)
-        path = written(tmp_path / "c.toml", **SHORT, observables=[f"{module}:f"])
-        if "f" in body.split() or "f(packing):" in body.split():
-            jamlab.open_campaign(path).plan()
-        else:
-            with pytest.raises(InputError, match=r"has no function f: correct the name"):
-                jamlab.open_campaign(path).plan()
-    assert not (tmp_path / "ran").exists()
-    with pytest.raises(InputError, match=r"cannot import package.other: there is none"):
-        jamlab.open_campaign(written(tmp_path / "c.toml", **SHORT, observables=["package.other:f"])).plan()
 
 
 def test_two_own_observables_of_one_column_are_not_mixed(tmp_path):

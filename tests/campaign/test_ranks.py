@@ -1,7 +1,6 @@
 """Tasks of several threads: the same names, workers of as many cores, and a plan that counts them."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from commands import call
 
 import jamlab
 from jamlab.campaign import states
-from jamlab.campaign.plan import total_time
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.workers import Workers
 from jamlab.errors import InputError
@@ -37,22 +35,6 @@ def test_workers_hold_the_cores_of_their_ranks():
         assert Workers(2, ranks=16).expected == 2
         with pytest.raises(InputError, match=r"ranks = 9: this process may use 8 cores: lower ranks"):
             _ = Workers(ranks=9).expected
-
-
-def test_plan_counts_the_cores_of_ranks(tmp_path):
-    large = PRESSED | {"n": 65536}
-    one, four = (jamlab.open_campaign(written(tmp_path / f"{r}.toml", **large, ranks=r)).plan()[0] for r in (1, 4))
-    assert (one.ranks, four.ranks) == (1, 4)
-    assert 1 < four.seconds / one.seconds < 1.5  # cores wait where one rank works
-    with cores_given(4):
-        assert total_time([four]) == total_time([four], 1)
-        (wall, work, cores), (alone, *_) = total_time([four]), total_time([one], 1)
-        assert cores == 4 and wall < alone / 2 and work == pytest.approx(4 * wall)
-        assert total_time([one, four])[2] == 4
-        free = total_time([replace(four, left=0, seconds=0.0)])
-    assert free == (0.0, 0.0, 4)
-    said = call(tmp_path, "campaign", "plan", "4.toml")
-    assert "disks sp n=65536: each task by 4 threads, on a worker of 4 cores" in said.stdout
 
 
 @pytest.fixture
@@ -96,15 +78,12 @@ def test_slurm_jobs_book_the_cores_of_their_ranks(tmp_path, monkeypatch):
         (tmp_path / name).write_text(f"#!/bin/sh\ncp $2 {tmp_path}/job.sh\necho no >&2\nexit 1\n")
         (tmp_path / name).chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    path = written(tmp_path / "c.toml", **PRESSED, ranks=4)
+    written(tmp_path / "c.toml", **PRESSED, ranks=4)
     refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
     assert refused.exit_code == 1 and "SLURM refuses the job: no" in refused.stderr
     script = (tmp_path / "job.sh").read_text()
     assert "--cpus-per-task=4" in script and "#SBATCH -n 1" in script
     assert "--nthreads 1" in script and "--no-nanny" in script
-    path.write_text(path.read_text() + "[slurm]\ncores = 4\n")
-    refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
-    assert refused.exit_code == 1 and "cores = 4: leave it out, jamlab sets it; `ranks` of a sweep" in refused.stderr
 
 
 def test_a_table_of_numbers_is_json(tmp_path):

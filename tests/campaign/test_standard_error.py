@@ -12,7 +12,6 @@ from jamlab.campaign import plan as status
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.plan import FIRST_SEEDS, precision
 from jamlab.campaign.tasks import batches
-from jamlab.errors import InputError
 
 ONSET = {"n": 8, "compress": None, "onset": True}
 
@@ -95,13 +94,3 @@ def test_a_run_stops_at_the_error_and_goes_on_where_it_was(tmp_path):
     error = f"error of mean rho {sweep.errors['rho']:.3g}, until 0.01: met"
     assert f"disks sp n=8: {error}; {sweep.tasks} of at most 60" in shown
     assert (campaign.plan()[0].tasks, campaign.plan()[0].left) == (sweep.tasks, 0)
-
-
-def test_what_cannot_be_asked_for(tmp_path):
-    for until, message in (
-        ({"zed": 0.1}, r"until\.zed: table states has no such column: use one of rho, phi, z"),
-        ({"z": 0.0}, r"until\.z = 0.*: must be above 0"),
-        ({}, r"until = .*at least one"),
-    ):
-        with pytest.raises(InputError, match=message):
-            read_campaign_file(written(tmp_path / "c.toml", until=until))

@@ -8,8 +8,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.campaign import export_table
-from jamlab.campaign.observable import Size
-from jamlab.campaign.observables import TABLES, Order
+from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tables import TABLE_COLUMNS, aggregate, states_at
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -155,8 +154,3 @@ def test_rows_of_order_are_those_of_the_packings(tmp_path):
             assert row["share_6"] == (order.neighbors == 6).mean()
     axes = campaign.plot("psi_6", along="rho", table="order")
     assert "psi_6" in axes.get_ylabel()
-
-
-def test_order_costs_less_than_the_states():
-    small, large = (Order().seconds(Size("sp", n, n, 10)) for n in (64, 1024))
-    assert 0.02 < small < 0.1 and 5 < large / small < 16

@@ -282,7 +282,6 @@ def test_the_last_contact_is_found_to_the_error_asked_for(states):
 
 def test_other_sweeps_keep_the_names_of_their_tasks():
     """Finished campaigns are found again: the key enters a name only where it is given."""
-    assert "confluence" not in task().parameters.record()["compress"]
     assert task(confluence=1e-3).name != task().name
 
 
