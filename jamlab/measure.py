@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,30 +13,20 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_lengths import contact_lengths
-from jamlab.geometry.contact_network import Contacts, contacts, contacts_are_certain
+from jamlab.geometry.contact_network import contacts, contacts_are_certain
 from jamlab.geometry.orientational_order import orientational_order
-from jamlab.geometry.packing_fraction import cover_by_disks, cover_outside_voids, packing_fraction
+from jamlab.geometry.packing_fraction import cover_outside_voids, packing_fraction
 from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
-from jamlab.geometry.power_cells import DiskCells, cut_disks
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.neighbors import Pairs
+from jamlab.mechanics.stiffness import forces, pressure
 from jamlab.packing.packing import Packing
+from jamlab.packing.quantities import COLUMNS, QUANTITIES
 from jamlab.processes.cores import available_cores
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
-
-COLUMNS = (
-    *("rho", "phi", "z", "z_all", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),
-    *("shape", "shape_rim", "area", "contact_length", "shortest_edge", "longest_edge"),
-    *("voids", "void_sides", "void_area", "void_shape", "max_force"),
-)
-
-
-QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
 
 _TRIAL = 0.5  # s after which `measure_all` looks at the time that a state takes
 _START = 2.0  # s that new processes take to start and to load what measures
@@ -51,18 +41,9 @@ def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict
         quantities: one or some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
 
     Returns:
-        rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
-        z_all: of all that press, over all particles; rattlers: their number; pressure; energy: total; contact_energy:
-        per disk or vertex; g: relaxed shear modulus by linear response, mean over directions; g_x: the same for shear
-        along x; b: relaxed bulk modulus; shape, shape_rim: mean shape factors (SP: disks cut by their power cells; DP:
-        bare polygons, and with their rims); area: mean of area over area at rest (`jamlab.area_ratios`);
-        contact_length: mean over pairs of polygons; shortest_edge, longest_edge: of polygons (these three nan for SP);
-        voids: their number; void_sides, void_area, void_shape: means over voids that do not percolate; max_force:
-        largest force left, which says how near to a minimum the packing is; psi_6, psi_6_overall: mean of |psi_6| and
-        |mean of psi_6| of `jamlab.orientational_order`. z is nan without a backbone; g, g_x and b are nan where the
-        packing is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); z, z_all and
-        rattlers are nan where positions are rounded so that a contact may be open or closed (`Packing.rounding`); the
-        void columns are nan where outlines of polygons cross, the means also where every void percolates.
+        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`. g, g_x and b are nan where the packing is not
+        jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); z, z_all and rattlers where
+        positions are rounded so that a contact may be open or closed (`Packing.rounding`).
 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`.
@@ -74,11 +55,10 @@ def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict
         {'rho': 0.853, 'z': 4.452, 'g': 0.029, 'b': 0.486}
     """
     names = _check_names(quantities)
-    state = _State(packing)
     found: dict[str, float] = {}
-    for group, observe in _GROUPS:
-        if not set(group).isdisjoint(names):
-            found |= observe(state)
+    for name in names:
+        if name not in found:
+            found |= _OBSERVED[name](packing)
     return {name: found[name] for name in names}
 
 
@@ -94,12 +74,11 @@ def why_no_modulus(packing: Packing) -> str:
     network = contacts(packing)
     if network.loose:
         return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
-    bearing = force_network(packing, network=network)
     try:
-        elastic_tensor(packing, network=bearing)
+        elastic_tensor(packing)
     except ConvergenceError as error:
         rattlers = int(network.rattlers.sum())
-        squeezed = rattlers - (packing.n - bearing.packing.n)
+        squeezed = rattlers - (packing.n - force_network(packing).packing.n)
         if packing.provenance.get("on_rattlers"):
             return f"rattlers stop a droplet that would slide, but linear response leaves them out: without, {error}"
         if not (rattlers and packing.converged):
@@ -182,105 +161,90 @@ def _count_processes(left: int, seconds: float, most: int | None) -> int:
     return count if left * seconds * (1 - 1 / count) > _START else 1
 
 
-class _State:
-    """A packing with its contacts and energy terms, found once and only when needed."""
-
-    def __init__(self, packing: Packing) -> None:
-        self.packing = packing
-
-    @cached_property
-    def network(self) -> Contacts:
-        return contacts(self.packing)
-
-    @property
-    def touching(self) -> Pairs:
-        """SP: disks that touch."""
-        assert isinstance(self.network.meetings, Pairs)
-        return self.network.meetings
-
-    @cached_property
-    def cells(self) -> DiskCells | None:
-        """Disks cut by their power cells; None for droplets."""
-        if self.packing.diameters is None:
-            return None
-        return cut_disks(self.touching, 0.5 * self.packing.diameters)
-
-    @cached_property
-    def shape(self) -> Array:
-        return shape_factors(self.packing, cells=self.cells)
-
-    @cached_property
-    def terms(self) -> list[Terms]:
-        return energy_terms(self.packing, self.network.meetings)
-
-    @cached_property
-    def pressure(self) -> float:
-        return float(0.5 * np.trace(stress(self.packing, self.terms)))
+_Observe = Callable[[Packing], dict[str, float]]
+_OBSERVED: dict[str, _Observe] = {}  # quantity -> what computes it, with others of its kind
 
 
-def _measure_contacts(state: _State) -> dict[str, float]:
-    if not contacts_are_certain(state.packing):
+def _observes(*names: str) -> Callable[[_Observe], _Observe]:
+    def register(function: _Observe) -> _Observe:
+        _OBSERVED.update(dict.fromkeys(names, function))
+        return function
+
+    return register
+
+
+@_observes("z", "z_all", "rattlers")
+def _contacts(packing: Packing) -> dict[str, float]:
+    if not contacts_are_certain(packing):
         return dict.fromkeys(("z", "z_all", "rattlers"), float("nan"))
-    network = state.network
+    network = contacts(packing)
     return {"z": network.z, "z_all": network.z_all, "rattlers": float(network.rattlers.sum())}
 
 
-def _measure_energy(state: _State) -> dict[str, float]:
-    bearing = [t for t in state.terms if t.name in ("spring", "contact")]
+@_observes("phi")
+def _phi(packing: Packing) -> dict[str, float]:
+    return {"phi": packing.phi}
+
+
+@_observes("pressure")
+def _pressure(packing: Packing) -> dict[str, float]:
+    return {"pressure": pressure(packing)}
+
+
+@_observes("energy", "contact_energy")
+def _energy(packing: Packing) -> dict[str, float]:
+    terms = energy_terms(packing)
+    bearing = [t for t in terms if t.name in ("spring", "contact")]
     return {
-        "energy": float(sum(t.energy.sum() for t in state.terms)),
-        "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(state.packing.positions)),
+        "energy": float(sum(t.energy.sum() for t in terms)),
+        "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(packing.positions)),
     }
 
 
-def _measure_force(state: _State) -> dict[str, float]:
-    return {"max_force": float(np.hypot(*forces(state.packing, state.terms).T).max())}
+@_observes("max_force")
+def _force(packing: Packing) -> dict[str, float]:
+    return {"max_force": float(np.hypot(*forces(packing).T).max())}
 
 
-def _measure_shape(state: _State) -> dict[str, float]:
-    return {"shape": float(np.nanmean(state.shape))}
+@_observes("shape")
+def _shape(packing: Packing) -> dict[str, float]:
+    return {"shape": float(np.nanmean(shape_factors(packing)))}
 
 
-def _measure_shape_with_rim(state: _State) -> dict[str, float]:
-    shape = state.shape if state.cells else shape_factors(state.packing, rim=True)
-    return {"shape_rim": float(np.nanmean(shape))}
+@_observes("shape_rim")
+def _shape_with_rim(packing: Packing) -> dict[str, float]:
+    return {"shape_rim": float(np.nanmean(shape_factors(packing, rim=True)))}
 
 
-def _measure_area(state: _State) -> dict[str, float]:
-    return {"area": float(area_ratios(state.packing, cells=state.cells).mean())}
+@_observes("area")
+def _area(packing: Packing) -> dict[str, float]:
+    return {"area": float(area_ratios(packing).mean())}
 
 
-def _measure_edges(state: _State) -> dict[str, float]:
-    if state.cells:
-        return {"shortest_edge": float("nan"), "longest_edge": float("nan")}
-    edges = edge_lengths(state.packing)
-    return {"shortest_edge": float(edges.min()), "longest_edge": float(edges.max())}
+@_observes("shortest_edge", "longest_edge", "contact_length")
+def _edges(packing: Packing) -> dict[str, float]:
+    if packing.offsets is None:
+        return dict.fromkeys(("shortest_edge", "longest_edge", "contact_length"), float("nan"))
+    edges, length = edge_lengths(packing), contact_lengths(packing).length
+    mean = float(length.mean()) if len(length) else float("nan")
+    return {"shortest_edge": float(edges.min()), "longest_edge": float(edges.max()), "contact_length": mean}
 
 
-def _measure_contact_lengths(state: _State) -> dict[str, float]:
-    length = np.zeros(0) if state.cells else contact_lengths(state.packing, state.network).length
-    return {"contact_length": float(length.mean()) if len(length) else float("nan")}
-
-
-def _measure_cover(state: _State) -> dict[str, float]:
-    """rho and the void columns; for droplets rho comes from the same boundary as the voids."""
-    packing = state.packing
+@_observes("rho", "voids", "void_sides", "void_area", "void_shape")
+def _cover(packing: Packing) -> dict[str, float]:
+    """For droplets rho comes from the same boundary as the voids."""
     try:
         found = voids(packing)
     except BoundaryError:
         names = ("voids", "void_sides", "void_area", "void_shape")
         return {"rho": packing_fraction(packing), **dict.fromkeys(names, float("nan"))}
-    if packing.model == "dp":
-        rho = cover_outside_voids(packing, found)
-    else:
-        rho, _ = cover_by_disks(packing, state.touching)
     closed = found.percolating == 0
 
     def mean(values: NDArray[Any]) -> float:
         return float(values[closed].mean()) if closed.any() else float("nan")
 
     return {
-        "rho": rho,
+        "rho": packing_fraction(packing) if packing.offsets is None else cover_outside_voids(packing, found),
         "voids": float(len(found.area)),
         "void_sides": mean(found.sides),
         "void_area": mean(found.area),
@@ -288,36 +252,20 @@ def _measure_cover(state: _State) -> dict[str, float]:
     }
 
 
-def _measure_moduli(state: _State) -> dict[str, float]:
+@_observes("g", "g_x", "b")
+def _moduli(packing: Packing) -> dict[str, float]:
     try:
-        c = elastic_tensor(state.packing, network=force_network(state.packing, network=state.network)).relaxed
+        c = elastic_tensor(packing).relaxed
     except ConvergenceError:
         return dict.fromkeys(("g", "g_x", "b"), float("nan"))
     return {
         "g": float(modulus_along(c, AVERAGING_ANGLES).mean()),
         "g_x": float(modulus_along(c, np.zeros(1))[0]),
-        "b": compression_modulus(c, state.pressure),
+        "b": compression_modulus(c, pressure(packing)),
     }
 
 
-def _measure_order(state: _State) -> dict[str, float]:
-    order = orientational_order(state.packing)
+@_observes("psi_6", "psi_6_overall")
+def _order(packing: Packing) -> dict[str, float]:
+    order = orientational_order(packing)
     return {"psi_6": order.mean_local, "psi_6_overall": order.overall}
-
-
-# what is computed together
-_GROUPS: tuple[tuple[tuple[str, ...], Callable[[_State], dict[str, float]]], ...] = (
-    (("rho", "voids", "void_sides", "void_area", "void_shape"), _measure_cover),
-    (("phi",), lambda state: {"phi": state.packing.phi}),
-    (("z", "z_all", "rattlers"), _measure_contacts),
-    (("pressure",), lambda state: {"pressure": state.pressure}),
-    (("energy", "contact_energy"), _measure_energy),
-    (("g", "g_x", "b"), _measure_moduli),
-    (("shape",), _measure_shape),
-    (("shape_rim",), _measure_shape_with_rim),
-    (("area",), _measure_area),
-    (("contact_length",), _measure_contact_lengths),
-    (("shortest_edge", "longest_edge"), _measure_edges),
-    (("max_force",), _measure_force),
-    (("psi_6", "psi_6_overall"), _measure_order),
-)

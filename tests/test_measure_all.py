@@ -74,9 +74,7 @@ def test_the_reason_counts_the_rattlers_as_the_table_does():
 
 
 def test_a_packing_names_the_function_that_measures_what_it_does_not_hold(sweep):
-    from jamlab.packing.packing import MEASURED
-
-    assert set(MEASURED) == {name for name in MODULE.QUANTITIES if not hasattr(sweep[0], name)}
+    assert {name for name in MODULE.QUANTITIES if hasattr(sweep[0], name)} == {"area", "max_force", "phi"}
     with pytest.raises(AttributeError, match=r"no attribute 'z': use jamlab.measure\(packing, 'z'\)"):
         _ = sweep[0].z
     with pytest.raises(AttributeError, match=r"no attribute 'zz'$"):

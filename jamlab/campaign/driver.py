@@ -24,7 +24,8 @@ from jamlab.campaign.tables import STATE_COLUMNS
 from jamlab.campaign.tasks import Batch, Task
 from jamlab.campaign.workers import Crew
 from jamlab.errors import EngineError, StorageError
-from jamlab.measure import COLUMNS, measure_all
+from jamlab.measure import measure_all
+from jamlab.packing.quantities import COLUMNS
 from jamlab.processes.cores import cores_given
 from jamlab.storage.atomic_file import check_target
 

@@ -256,7 +256,7 @@ class Sweep(FileTable):
             wanted.check(sites)
 
     def _check_until(self) -> None:
-        from jamlab.measure import COLUMNS
+        from jamlab.packing.quantities import COLUMNS
 
         for column in self.until or ():
             if column not in COLUMNS and not any(":" in observable for observable in self.observables):

@@ -21,8 +21,8 @@ from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
 from jamlab.campaign.versions import as_column, unlike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.measure import COLUMNS
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
+from jamlab.packing.quantities import COLUMNS
 from jamlab.plotting.axes import merged
 from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE

@@ -132,21 +132,6 @@ def _time_left(share: float, elapsed: float) -> str:
     return f", about {left:.0f} s left" if left < 120 else f", about {left / 60:.0f} min left"
 
 
-# name in files -> heading and format of a table; files and --json hold all of jamlab.measure.COLUMNS
-SHOWN = {
-    "rho": ("ρ", ".6g"),
-    "phi": ("φ", ".6g"),
-    "z": ("z", ".4f"),
-    "z_all": ("z all", ".4f"),
-    "rattlers": ("rattlers", ".0f"),
-    "pressure": ("pressure", ".5g"),
-    "g": ("G", ".5g"),
-    "g_x": ("G_xy", ".5g"),
-    "b": ("B", ".5g"),
-    "shape": ("A", ".5g"),
-    "void_sides": ("void sides", ".4f"),
-    "max_force": ("max force", ".1e"),
-}
 G_NOTE = "G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box"
 _MARKS = {True: "yes", False: "NO", None: "-"}
 _MODULI = ("g", "g_x", "b")
@@ -155,8 +140,9 @@ _MODULI = ("g", "g_x", "b")
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
     """Measure packings, write them to `out` if it is given, and print what was measured."""
     from jamlab.measure import measure_all, why_no_modulus
-    from jamlab.packing.hdf5 import LABELS, write
+    from jamlab.packing.hdf5 import write
     from jamlab.packing.law_parameters import NEGATIVE_G
+    from jamlab.packing.quantities import MEASURED
 
     with progress_bar("measured") as progress:
         measured = measure_all(packings, progress=progress)
@@ -166,14 +152,15 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     marks = [None if p.max_force is None and not p.converged else p.converged and p.on_target for p in packings]
     if as_json:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
-        facts = {"out": out and str(out), "onset": packings[-1].onset, "converged": marks, "labels": LABELS}
+        words = {name: MEASURED[name].words for name in measured}
+        facts = {"out": out and str(out), "onset": packings[-1].onset, "converged": marks, "labels": words}
         print_json({**facts, **columns})
         return
-    filled = [name for name in SHOWN if any(value == value for value in measured[name])]
-    lines = [[_cell(name, measured[name][k]) for name in filled] for k in range(len(packings))]
+    filled = [name for name in measured if MEASURED[name].shown and any(value == value for value in measured[name])]
+    lines = [[_cell(name, measured[name][k], MEASURED[name].shown) for name in filled] for k in range(len(packings))]
     for line, mark in zip(lines, marks, strict=True):
         line.append(_MARKS[mark])
-    headings = [SHOWN[name][0] for name in filled]
+    headings = [MEASURED[name].symbol for name in filled]
     print_table(f"{packings[0].model}, n = {packings[0].n}", [*headings, "converged"], lines)
     if "g" in filled:
         print_note(G_NOTE)
@@ -190,10 +177,10 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
         print_note(f"wrote {out}")
 
 
-def _cell(name: str, value: float) -> str:
+def _cell(name: str, value: float, form: str) -> str:
     if value != value:
         return "not stable" if name in _MODULI else "-"
-    return f"{value:{SHOWN[name][1]}}"
+    return f"{value:{form}}"
 
 
 def print_not_stable(reasons: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.estimates.ways import read_table
-from jamlab.mechanics.stiffness import stress
+from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
@@ -254,7 +254,7 @@ def relative_amplitude(packing: Packing, amplitude: float) -> float:
 
 def mean_overlap(packing: Packing) -> float:
     """Pressure over stiffness, the column `pressure` of the table."""
-    return 0.5 * float(np.trace(stress(packing))) / drag_stiffness(packing)
+    return pressure(packing) / drag_stiffness(packing)
 
 
 def _short(value: float | str) -> str:

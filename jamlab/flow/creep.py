@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
+from jamlab.flow.flow_run import REST, FlowRun, check_touching, draw_in_time, finish_in_time
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
@@ -21,6 +21,7 @@ from jamlab.flow.overdamped_session import (
 )
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
+from jamlab.mechanics.force_network import check_at_rest
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
@@ -165,7 +166,7 @@ def creep(
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("largest_strain", largest_strain, 1e4)
-    check_at_rest(packing)
+    check_at_rest(packing, REST)
     check_touching(packing)
     task = {"stress": stress, "tolerance": tolerance, "background": background}
     file = RunFile(out, CreepRun, packing, law, task, progress)

@@ -14,12 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.force_network import LARGEST_IMBALANCE
-from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
@@ -47,15 +43,7 @@ def check_touching(packing: Packing) -> None:
         )
 
 
-def check_at_rest(packing: Packing) -> None:
-    """Refuse a packing whose forces do not balance: its answer would be mixed with its own relaxation."""
-    terms = energy_terms(packing)
-    largest, pressure = np.hypot(*forces(packing, terms).T).max(), 0.5 * np.trace(stress(packing, terms))
-    if largest > LARGEST_IMBALANCE * pressure * mean_size(packing):
-        raise ConvergenceError(
-            f"the packing is not at rest: a force of {largest:.2g} is left at pressure {pressure:.2g}; give "
-            "jamlab.relaxed(packing), or, to stop a flow, relax_stress(packing, strain=0, duration=...)"
-        )
+REST = "give jamlab.relaxed(packing), or, to stop a flow, relax_stress(packing, strain=0, duration=...)"
 
 
 LIMIT = 0.02  # imbalance from which on a quasi-static result is doubtful; that of a flow, from its tolerance on

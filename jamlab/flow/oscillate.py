@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, renamed, say_balance
+from jamlab.flow.flow_run import REST, FlowRun, check_touching, renamed, say_balance
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     SMALL_STRAIN_BACKGROUND,
@@ -20,6 +20,7 @@ from jamlab.flow.overdamped_session import (
 )
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
+from jamlab.mechanics.force_network import check_at_rest
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
@@ -197,7 +198,7 @@ def oscillate(
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
     if not 2 * HARMONICS + 2 <= points <= 100_000:
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
-    check_at_rest(packing)
+    check_at_rest(packing, REST)
     check_touching(packing)
     task = {"omega": omega, "amplitude": amplitude, "points": points, "tolerance": tolerance, "background": background}
     file = RunFile(out, Oscillation, packing, law, task, progress)

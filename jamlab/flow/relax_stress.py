@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time
+from jamlab.flow.flow_run import REST, FlowRun, check_touching, draw_in_time, finish_in_time
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
@@ -21,6 +21,7 @@ from jamlab.flow.overdamped_session import (
 )
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
+from jamlab.mechanics.force_network import check_at_rest
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
@@ -167,7 +168,7 @@ def relax_stress(
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
     if strain:
-        check_at_rest(packing)
+        check_at_rest(packing, REST)
         check_touching(packing)
     task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
     file = RunFile(out, StressRelaxation, packing, law, task, progress)

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import Contacts
+from jamlab.geometry.contact_network import contacts
 from jamlab.packing.law_parameters import UNIT_OF_LENGTH
-from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -59,7 +58,7 @@ class ContactLengths:
 
 
 @checked
-def contact_lengths(packing: Packing, network: Contacts | None = None) -> ContactLengths:
+def contact_lengths(packing: Packing) -> ContactLengths:
     """Length of outline that each pair of polygons shares.
 
     The part of a polygon's outline that lies inside the other polygon grown by delta (where the repulsion of Boromand
@@ -67,10 +66,9 @@ def contact_lengths(packing: Packing, network: Contacts | None = None) -> Contac
 
     Args:
         packing: DP.
-        network: its contacts, if they are known already.
 
     Raises:
-        InputError: for an SP packing.
+        InputError: for an SP packing; if outlines of two polygons cross.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -80,13 +78,8 @@ def contact_lengths(packing: Packing, network: Contacts | None = None) -> Contac
     """
     if packing.offsets is None:
         raise InputError("only deformable polygons (model dp) have contact lengths; this packing has model sp")
-    x = packing.positions - packing.centroids[packing.particle]
-    if network is None:  # polygons whose outlines may meet; to look for the vertices that do is slower
-        reach = float(np.hypot(*x.T).max()) + 0.5 * packing.params["delta"]
-        near = periodic_pairs(packing.centroids, packing.box, 2 * reach)
-        pairs, r = np.column_stack([near.i, near.j]), near.r
-    else:
-        pairs, r = network.pairs, network.r
+    x, network = packing.positions - packing.centroids[packing.particle], contacts(packing)
+    pairs, r = network.pairs, network.r
     rings = shapely.linearrings(x, indices=packing.particle)
     grown = shapely.buffer(shapely.polygons(rings), packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
     i, j = pairs.T

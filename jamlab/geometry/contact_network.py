@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import (
@@ -19,6 +19,7 @@ from jamlab.geometry.vertex_contacts import (
     touching_disks,
     vertex_contacts,
 )
+from jamlab.packing.derived import per_packing
 from jamlab.packing.force_laws import disk_law, reach, rim_law
 from jamlab.packing.law_parameters import UNIT_OF_FORCE
 from jamlab.packing.neighbors import Pairs
@@ -179,7 +180,7 @@ class Contacts:
         """Force and gap of every contact, by the force law of the packing."""
         if isinstance(self.meetings, Pairs):
             return _between_disks(self.packing, self.meetings)
-        return _between_droplets(self.packing, self.meetings, name_pairs(self.packing, self.meetings))
+        return _between_droplets(self.packing, self.meetings, name_pairs(self.packing))
 
     @drawn("LineCollection, such as color='black'; `linewidth` is that of the mean force, points", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -244,20 +245,23 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
     """
     if not (is_number(min_force) and 0 <= min_force <= 1):
         raise InputError(f"min_force = {min_force!r}: must be a number from 0 to 1, over the mean force of contacts")
-    meetings = find_meetings(packing)
-    if isinstance(meetings, Pairs):
-        near = meetings
-    else:
-        near = pair_polygons(packing, name_pairs(packing, meetings)[0])
-    pairs, every = np.column_stack([near.i, near.j]), np.ones(packing.n, dtype=bool)
-    found = Contacts(pairs, *find_rattlers(pairs, every), near.r, near.shift, meetings, packing)
+    found = Contacts(*_contacts_of_all(packing), find_meetings(packing), packing)
     if not min_force:
         return found
     size = found.forces.size
     counted = size * len(size) >= min_force * size.sum()
-    rattlers, bearing = find_rattlers(pairs[counted], every)
+    rattlers, bearing = find_rattlers(found.pairs[counted], np.ones(packing.n, dtype=bool))
     counted[counted] = bearing
     return replace(found, rattlers=rattlers, bearing=counted)
+
+
+@per_packing
+def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDArray[np.bool_], Array, Indices]:
+    """First five attributes of `Contacts`, whatever their force."""
+    meetings = find_meetings(packing)
+    near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, name_pairs(packing)[0])
+    pairs = np.column_stack([near.i, near.j])
+    return pairs, *find_rattlers(pairs, np.ones(packing.n, dtype=bool)), near.r, near.shift
 
 
 STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops of sliding droplets, see quantities.md
@@ -272,11 +276,11 @@ def count_strong(packing: Packing) -> dict[str, float]:
 def count_pressing(packing: Packing) -> int:
     """Number of pairs of particles that press on each other, as in `Contacts.pairs`."""
     meetings = find_meetings(packing)
-    return len(meetings.i) if isinstance(meetings, Pairs) else len(name_pairs(packing, meetings)[0])
+    return len(meetings.i) if isinstance(meetings, Pairs) else len(name_pairs(packing)[0])
 
 
 @checked
-def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packing:
+def without_rattlers(packing: Packing) -> Packing:
     """Leave only the force-bearing particles: voids are then the faces of the contact network.
 
     The packing that remains has its own mean size, and so another drag in units "eps": linear response leaves rattlers
@@ -284,7 +288,6 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
 
     Args:
         packing: SP or DP.
-        network: its contacts, if they are known already.
 
     Raises:
         InputError: if every particle rattles.
@@ -295,7 +298,7 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
         >>> p.n - backbone.n == int(jamlab.contacts(p).rattlers.sum())
         True
     """
-    kept = ~(network or contacts(packing)).rattlers
+    kept = ~contacts(packing).rattlers
     if not kept.any():
         raise InputError("every particle is a rattler: no particle would be left")
     return packing.select(kept)

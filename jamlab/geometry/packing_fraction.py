@@ -10,7 +10,14 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.particle_shape import particle_areas
-from jamlab.geometry.power_cells import cut_disks, cuts_overlap, disk_cells, nested, radical_height
+from jamlab.geometry.power_cells import (
+    cuts_overlap,
+    disk_cells,
+    disk_chords,
+    disk_radii,
+    nested,
+    radical_height,
+)
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import BoundedVoids, Voids, bound_voids
 from jamlab.packing.neighbors import Pairs
@@ -64,16 +71,15 @@ def exact_method(packing: Packing) -> str:
         'pairs'
     """
     if packing.model == "sp":
-        return cover_by_disks(packing, touching_disks(packing))[1]
+        return cover_by_disks(packing)[1]
     return _cover_by_droplets(packing)[1]
 
 
-def cover_by_disks(packing: Packing, touching: Pairs) -> tuple[float, str]:
-    """rho of an SP packing from the disks that touch, and the way taken: "pairs" or "cells" (see `exact_method`)."""
-    radius = _radii(packing)
-    if cuts_overlap(touching, radius):
-        return float(cut_disks(touching, radius).area.sum() / packing.area), "cells"
-    return packing.phi - float(_lenses(touching, radius).sum() / packing.area), "pairs"
+def cover_by_disks(packing: Packing) -> tuple[float, str]:
+    """rho of an SP packing, and the way taken: "pairs" or "cells" (see `exact_method`)."""
+    if cuts_overlap(disk_chords(packing)):
+        return float(disk_cells(packing).area.sum() / packing.area), "cells"
+    return packing.phi - float(_lenses(touching_disks(packing), disk_radii(packing)).sum() / packing.area), "pairs"
 
 
 def cover_outside_voids(packing: Packing, found: Voids | BoundedVoids) -> float:
@@ -90,12 +96,13 @@ def _cover_by_droplets(packing: Packing) -> tuple[float, str]:
 
 def _subtract_pairs(packing: Packing) -> float:
     """Boromand et al. eq 9."""
-    return float((packing.phi * packing.area - _lenses(touching_disks(packing), _radii(packing)).sum()) / packing.area)
+    lenses = _lenses(touching_disks(packing), disk_radii(packing))
+    return float((packing.phi * packing.area - lenses.sum()) / packing.area)
 
 
 METHODS: dict[str, dict[str, Callable[[Packing], float]]] = {
     "sp": {
-        "exact": lambda packing: cover_by_disks(packing, touching_disks(packing))[0],
+        "exact": lambda packing: cover_by_disks(packing)[0],
         "pairs": _subtract_pairs,
         "cells": lambda packing: float(disk_cells(packing).area.sum() / packing.area),
         "nominal": lambda packing: packing.phi,
@@ -130,11 +137,6 @@ def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:
     chord = np.sqrt(np.maximum((radius_i - h_i) * (radius_i + h_i), 0.0))
     lens = radius_i**2 * np.arctan2(chord, h_i) + radius_j**2 * np.arctan2(chord, h_j) - r * chord
     return np.where(inside, np.pi * smaller**2, np.where(apart, 0.0, lens))
-
-
-def _radii(packing: Packing) -> Array:
-    assert packing.diameters is not None
-    return 0.5 * packing.diameters
 
 
 def _lenses(near: Pairs, radius: Array) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.power_cells import DiskCells, disk_cells
+from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.packing.packing import Packing
 
@@ -15,7 +15,7 @@ SHAPE_DEFINITION = 1  # version, see jamlab.campaign.versions
 
 
 @checked
-def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array:
+def particle_areas(packing: Packing) -> Array:
     """(n,) area of each particle, overlaps shared between those that overlap; the sum is the area they cover.
 
     SP: each disk is cut by its power cell. Of two disks each keeps its side of their common chord: half of the overlap
@@ -24,7 +24,6 @@ def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array
 
     Args:
         packing: SP or DP; areas are in the square of its unit of length.
-        cells: SP: its `disk_cells`, if they are known already.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -32,12 +31,12 @@ def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array
         True
     """
     if packing.model == "sp":
-        return (cells or disk_cells(packing)).area
+        return disk_cells(packing).area.copy()
     return shared_areas(packing)
 
 
 @checked
-def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | None = None) -> Array:
+def shape_factors(packing: Packing, rim: bool = False) -> Array:
     """(n,) shape factor perimeter^2/(4 pi area) of each particle; 1 for a circle, more for any other shape.
 
     SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others.
@@ -51,7 +50,6 @@ def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | Non
                 (p + pi delta)^2 / (4 pi (a + p delta/2 + pi delta^2/4)).
 
             Overlaps with neighbours are not cut away. SP has no rim: no difference.
-        cells: SP: its `disk_cells`, if they are known already.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -60,7 +58,7 @@ def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | Non
         ((32,), True)
     """
     if packing.model == "sp":
-        cells = cells or disk_cells(packing)
+        cells = disk_cells(packing)
         area, perimeter = cells.area, cells.perimeter
     elif rim:
         grown = rims(packing)
@@ -73,7 +71,7 @@ def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | Non
 
 
 @checked
-def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
+def area_ratios(packing: Packing) -> Array:
     """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
 
     SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
@@ -81,7 +79,6 @@ def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
 
     Args:
         packing: SP or DP.
-        cells: SP: its `disk_cells`, if they are known already.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -90,7 +87,7 @@ def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
         (True, True)
     """
     if packing.diameters is not None:
-        return np.asarray(particle_areas(packing, cells=cells) / (0.25 * np.pi * packing.diameters**2))
+        return np.asarray(particle_areas(packing) / (0.25 * np.pi * packing.diameters**2))
     return np.asarray(packing.polygon_areas / packing.params["a0"])
 
 

@@ -24,8 +24,10 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
-from jamlab.packing.neighbors import Pairs, periodic_pairs
+from jamlab.packing.derived import per_packing
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 EMPTY = 1e-14  # a cell smaller than this part of R^2 is rounding: a hundred times that of a double in some sums
@@ -96,23 +98,35 @@ class Arcs:
     end: Indices
 
 
-def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
-    """Cut every disk of an SP packing by its power cell. `touch`: disks that overlap or stand apart by no more than
-    this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk where they touch."""
+def disk_cells(packing: Packing) -> DiskCells:
+    """Cut every disk of an SP packing by its power cell."""
+    return _cells(packing)
+
+
+@per_packing
+def _cells(packing: Packing) -> DiskCells:
+    return _cut(disk_chords(packing), disk_radii(packing))
+
+
+def disk_radii(packing: Packing) -> Array:
+    """(n,) radii of the disks of an SP packing."""
     if packing.diameters is None:
         raise InputError(f"power cells cut disks (model sp), this packing has model {packing.model}")
-    return cut_disks(near_disks(packing, touch), 0.5 * packing.diameters, touch)
+    return 0.5 * packing.diameters
 
 
-def near_disks(packing: Packing, touch: float) -> Pairs:
-    """Find the disks of an SP packing that overlap, or stand apart by about `touch` of R_i + R_j at most."""
-    assert packing.diameters is not None
-    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters * (1 + 2 * touch))
+@per_packing
+def disk_chords(packing: Packing) -> Chords:
+    """Find the common chords of the disks of an SP packing that overlap."""
+    return find_chords(touching_disks(packing), disk_radii(packing), 0.0)
 
 
-def cut_disks(near: Pairs, radius: Array, touch: float = 0.0) -> DiskCells:
-    """Cut disks of the given radii, (n,), of which all pairs that overlap (or touch) are listed; see `disk_cells`."""
-    chords = find_chords(near, radius, touch)
+def cut_disks(near: Pairs, radius: Array) -> DiskCells:
+    """Cut disks of the given radii, (n,), of which all pairs that overlap are listed; see `disk_cells`."""
+    return _cut(find_chords(near, radius, 0.0), radius)
+
+
+def _cut(chords: Chords, radius: Array) -> DiskCells:
     arcs, length, n = find_free_arcs(chords), np.empty(len(chords.i)), len(radius)
     _clip_chords(n, chords.first, chords.normal, chords.distance, chords.height, chords.half, length)
     free = _sum_by_disk(arcs.i, arcs.angle, n)
@@ -127,13 +141,12 @@ def cut_disks(near: Pairs, radius: Array, touch: float = 0.0) -> DiskCells:
     )  # fmt: skip
 
 
-def cuts_overlap(near: Pairs, radius: Array) -> bool:
+def cuts_overlap(chords: Chords) -> bool:
     """Whether a point lies inside three disks, or a disk inside another. What three disks share is bounded by arcs that
     lie in two other disks, so that two cuts of a circle overlap."""
-    chords = find_chords(near, radius, 0.0)
     if chords.swallowed.any():
         return True
-    return bool(_cuts_overlap(len(radius), chords.first, chords.normal, chords.height, chords.half))
+    return bool(_cuts_overlap(len(chords.swallowed), chords.first, chords.normal, chords.height, chords.half))
 
 
 def radical_height(distance: Array, radius: Array, other: Array) -> Array:
@@ -151,7 +164,9 @@ def _sum_by_disk(disk: Indices, values: Array, n: int) -> Array:
 
 
 def find_chords(near: Pairs, radius: Array, touch: float) -> Chords:
-    """Find the chords of all pairs that overlap or touch, seen from both disks; see `disk_cells`."""
+    """Find the chords of all pairs that overlap or touch, seen from both disks. `touch`: disks that overlap or stand
+    apart by no more than this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk
+    where they touch."""
     n, room = len(radius), 2 * len(near.i)
     i, j, pair = np.empty((3, room), dtype=np.int64)
     distance, height, half = np.empty((3, room))

@@ -24,12 +24,14 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.derived import per_packing
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
 from jamlab.packing.outlines import crossing_error, refuse_crossings
 from jamlab.packing.packing import Packing
 
 
+@per_packing
 def touching_disks(packing: Packing) -> Pairs:
     """Find all pairs of disks closer than the sum of their radii. Returns pairs i <= j, sorted by i, j and image. A
     disk that reaches several periodic images of another, or its own image, touches each of them."""
@@ -65,6 +67,7 @@ class VertexContacts:
         return np.asarray(np.hypot(*self.separation.T))
 
 
+@per_packing
 def vertex_contacts(packing: Packing) -> VertexContacts:
     """Find the contacts of a DP packing in its own contact form."""
     _check_apart(packing)
@@ -108,10 +111,11 @@ def pair_polygons(packing: Packing, pairs: Indices) -> Pairs:
 PairNames = tuple[Indices, Indices, NDArray[np.bool_]]
 
 
-def name_pairs(packing: Packing, contacts: VertexContacts) -> PairNames:
+@per_packing
+def name_pairs(packing: Packing) -> PairNames:
     """Name the pairs of polygons that meet, alike from both sides. Returns (k, 4) int64, sorted: i <= j and the image
     of j; (m,) which of them each meeting belongs to; (m,) bool: the vertex is one of j, not of i."""
-    particle = packing.particle
+    particle, contacts = packing.particle, vertex_contacts(packing)
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
     swapped = (i > j) | ((i == j) & ~positive_image(image))

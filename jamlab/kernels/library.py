@@ -10,15 +10,28 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.ctypeslib import ndpointer
 
 from jamlab.errors import EngineError
 from jamlab.kernels.installed_files import installed
 
-REALS: Any = ndpointer(np.float64, flags="C_CONTIGUOUS")
-INTEGERS: Any = ndpointer(np.int64, flags="C_CONTIGUOUS")
-SHORT_INTEGERS: Any = ndpointer(np.int32, flags="C_CONTIGUOUS")
-FLAGS: Any = ndpointer(np.bool_, flags="C_CONTIGUOUS")
+
+class _Pointer:
+    """To the first element of an array of one dtype in C order; `numpy.ctypeslib.ndpointer` takes ten times as long."""
+
+    def __init__(self, dtype: Any) -> None:
+        self._dtype = np.dtype(dtype)
+
+    def from_param(self, array: Any) -> ctypes.c_void_p:
+        """What ctypes passes on."""
+        if not isinstance(array, np.ndarray) or array.dtype != self._dtype or not array.flags.c_contiguous:
+            raise TypeError(f"a kernel takes an array of {self._dtype} in C order")
+        return ctypes.c_void_p(array.__array_interface__["data"][0])
+
+
+REALS: Any = _Pointer(np.float64)
+INTEGERS: Any = _Pointer(np.int64)
+SHORT_INTEGERS: Any = _Pointer(np.int32)
+FLAGS: Any = _Pointer(np.bool_)
 REAL = ctypes.c_double
 INTEGER = ctypes.c_int64
 

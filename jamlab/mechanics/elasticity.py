@@ -14,10 +14,11 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
-from jamlab.mechanics.force_network import ForceNetwork, force_network
+from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import UnstableError, static_response
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.deformation import at_phi, deformed, shear_gradient
+from jamlab.packing.derived import per_packing
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -72,13 +73,12 @@ class ElasticTensor:
 
 
 @checked
-def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:
+def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
     """Affine and relaxed elastic tensor, rattlers left out.
 
     Args:
         packing: SP or DP at an energy minimum.
         prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
-        network: the `force_network` of the packing, if it is known already; `prestress` is then that of the network.
 
     Raises:
         ConvergenceError: no backbone; not at a minimum; or a mode of the backbone is negative, or floppy and pushed by
@@ -90,8 +90,13 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNe
         >>> bool(np.isclose(c[0, 1, 0, 1], jamlab.shear_modulus(p)))
         True
     """
-    network = network or force_network(packing, prestress=prestress)
-    network.check_at_rest()
+    force_network(packing, prestress=prestress).check_at_rest()
+    return _response(packing, prestress)
+
+
+@per_packing
+def _response(packing: Packing, prestress: bool) -> ElasticTensor:
+    network = force_network(packing, prestress=prestress)
     k = stiffness(network.packing, network.terms)
     right = k.ue.reshape(-1, 4)
     solution = np.zeros_like(right)
@@ -127,12 +132,11 @@ def follow(packing: Packing, phi: float) -> Packing:
     with the box; so does all of a packing that has no stable response."""
     moved = at_phi(packing, phi)
     try:
-        network = force_network(packing)
-        tensor = elastic_tensor(packing, network=network)
+        tensor = elastic_tensor(packing)
     except ConvergenceError:
         return moved
     strain = float(np.sqrt(packing.phi / phi)) - 1
-    held = network.held
+    held = force_network(packing).held
     response = np.einsum("nkii->nk", tensor.displacements)
     positions = moved.positions.copy()
     positions[held] = ((1 + strain) * packing.positions + strain * response)[held]
@@ -153,11 +157,10 @@ def unstable_direction(packing: Packing) -> tuple[Array, float] | None:
     hides it; None for a minimum, for a loose packing, and for forces so large beside the pressure that no Hessian
     tells."""
     try:
-        network = force_network(packing)
-        elastic_tensor(packing, network=network)
+        elastic_tensor(packing)
     except UnstableError as error:
         direction = np.zeros_like(packing.positions)
-        direction[network.held] = error.mode.reshape(-1, 2) / np.abs(error.mode).max()
+        direction[force_network(packing).held] = error.mode.reshape(-1, 2) / np.abs(error.mode).max()
         return direction, error.eigenvalue
     except ConvergenceError:
         return None

@@ -5,14 +5,17 @@ polygon. Every analysis that needs stiffness (elastic moduli, normal modes, G*(o
 this one list, for disks and droplets alike. It is evaluated in numpy, apart from the LAMMPS forces of the engine.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import Meetings, find_meetings
+from jamlab.geometry.contact_network import find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
+from jamlab.packing.derived import per_packing
 from jamlab.packing.force_laws import disk_law, reach, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
@@ -32,19 +35,31 @@ class Terms:
     gradient: Array  # (k, m, 2) dU/dx
     hessian: Array  # (k, m, 2, m, 2) d2U/dx dx
 
+    def among(self, held: Mask) -> Terms:
+        """The terms whose sites all remain, numbered as if there were no others. `held`: (n_sites,)."""
+        kept, number = held[self.sites].all(axis=1), np.cumsum(held) - 1
+        parts = (each[kept] for each in (self.local, self.energy, self.gradient, self.hessian))
+        return Terms(self.name, number[self.sites[kept]], *parts)
 
-def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestress: bool = True) -> list[Terms]:
-    """Build all terms of the potential energy of a packing. `meetings`: what `find_meetings` finds, if it is known
-    already; `prestress`: False leaves out the part of each Hessian that is proportional to the force in the contact
-    (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only."""
+
+@per_packing
+def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
+    """Build all terms of the potential energy of a packing. `prestress`: False leaves out the part of each Hessian that
+    is proportional to the force in the contact (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an
+    unstressed spring. SP only."""
     if packing.model == "dp" and not prestress:
         raise InputError(
             "prestress = False: deformable polygons are held by line tension, which is pre-stress; use prestress=True"
         )
-    meetings = meetings or find_meetings(packing)
+    meetings = find_meetings(packing)
     if isinstance(meetings, Pairs):
         return [_build_springs(packing, meetings, prestress)]
-    return [*_build_contacts(packing, meetings), _build_tension(packing), *_build_areas(packing)]
+    return [*_build_contacts(packing, meetings), *shape_terms(packing)]
+
+
+def shape_terms(packing: Packing) -> list[Terms]:
+    """Terms of the line tension and the area of droplets, which need no contact."""
+    return [_build_tension(packing), *_build_areas(packing)]
 
 
 def _build_springs(packing: Packing, touching: Pairs, prestress: bool) -> Terms:

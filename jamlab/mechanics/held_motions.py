@@ -22,7 +22,7 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import LEAST_CONTACTS, contacts, find_rattlers
-from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs
+from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
@@ -92,7 +92,7 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     loose = np.repeat(rattlers, 2 if disks else 3)
     if rattlers.all():
         return np.zeros((0, 0)), 0, 0
-    rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing, meetings)
+    rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing)
     rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
     return rows, int((~rattlers).sum()), int(bearing.sum())
 
@@ -107,10 +107,10 @@ def _disk_conditions(packing: Packing, meetings: Pairs) -> Array:
     return rows.reshape(len(rows), -1)
 
 
-def conditions(packing: Packing, meetings: VertexContacts) -> Array:
+def conditions(packing: Packing) -> Array:
     """(contacts, 3 n) change of every gap with positions and angles of droplets, in mean diameters."""
     size = float(np.mean(np.sqrt(packing.params["a0"])))
-    names, pair, swapped = name_pairs(packing, meetings)
+    meetings, (names, pair, swapped) = vertex_contacts(packing), name_pairs(packing)
     sign = np.where(swapped, 1.0, -1.0)[:, None]  # the normal points from the first of a pair to the second
     normal = sign * meetings.separation / meetings.distance[:, None]
     vertex, centre = packing.positions[meetings.vertex], packing.centroids

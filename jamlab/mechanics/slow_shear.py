@@ -110,7 +110,7 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     if packing.diameters is None:
         raise InputError("slow_shear splits the motion of disks in contact: use a packing of model sp, not dp")
     network = force_network(packing, prestress=prestress)
-    u = elastic_tensor(packing, network=network).displacements[network.held, :, 0, 1]
+    u = elastic_tensor(packing, prestress=prestress).displacements[network.held, :, 0, 1]
     touching = network.meetings
     assert isinstance(touching, Pairs)
     i, j, r = touching.i, touching.j, touching.r

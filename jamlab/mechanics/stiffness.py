@@ -8,6 +8,7 @@ Small blocks are summed into a sparse symmetric matrix by compiled code.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REALS, SHORT_INTEGERS, kernel
 from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 
 _joined_sites = kernel(
@@ -60,13 +62,23 @@ class Stiffness:
     ee: Array  # (2, 2, 2, 2), d2U/dE dE
 
 
-def forces(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
-    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS. `terms`: its `energy_terms`, if
-    they are known already."""
-    total = np.zeros_like(packing.positions)
-    for term in energy_terms(packing) if terms is None else terms:
-        np.subtract.at(total, term.sites, term.gradient)
-    return total
+@per_packing
+def forces(packing: Packing) -> Array:
+    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS."""
+    return forces_of(energy_terms(packing), len(packing.positions))
+
+
+def forces_of(terms: Sequence[Terms], size: int) -> Array:
+    """(size, 2) forces of some terms."""
+    return -add_up(terms, [term.gradient for term in terms], size)
+
+
+def add_up(terms: Sequence[Terms], values: Sequence[Array], size: int) -> Array:
+    """(size, ...) sums over all terms of values (k, m, ...) at their sites, in the order of the terms."""
+    sites, shape = np.concatenate([term.sites.ravel() for term in terms]), values[0].shape[2:]
+    rows = np.concatenate([value.reshape(value.shape[0] * value.shape[1], math.prod(shape)) for value in values])
+    total = np.stack([np.bincount(sites, column, size) for column in rows.T], axis=-1)
+    return np.asarray(total.reshape(size, *shape), dtype=np.float64)
 
 
 @checked
@@ -88,23 +100,35 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
 
 def stiffness(packing: Packing, terms: Sequence[Terms]) -> Stiffness:
     """Assemble the Hessian and its couplings to a homogeneous strain from the `energy_terms` of a packing."""
-    size = len(packing.positions)
-    ue = np.zeros((size, 2, 2, 2))
-    ee = np.zeros((2, 2, 2, 2))
-    for term in terms:
-        coupling = np.einsum("kaibj,kbl->kaijl", term.hessian, term.local)
-        np.add.at(ue, term.sites, coupling)
+    couplings = [np.einsum("kaibj,kbl->kaijl", term.hessian, term.local) for term in terms]
+    size, ee = len(packing.positions), np.zeros((2, 2, 2, 2))
+    for term, coupling in zip(terms, couplings, strict=True):
         ee += np.einsum("kal,kaijm->iljm", term.local, coupling)
-    return Stiffness(_assemble(terms, size), ue.reshape(2 * size, 2, 2), ee)
+    return Stiffness(_assemble(terms, size), add_up(terms, couplings, size).reshape(2 * size, 2, 2), ee)
 
 
-def stress(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
-    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted. `terms`:
-    its `energy_terms`, if they are known already."""
+@per_packing
+def stress(packing: Packing) -> Array:
+    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted."""
+    return stress_of(energy_terms(packing), packing.area)
+
+
+def stress_of(terms: Sequence[Terms], area: float) -> Array:
+    """(2, 2) stress of some terms in a box of an area."""
     total = np.zeros((2, 2))
-    for term in energy_terms(packing) if terms is None else terms:
+    for term in terms:
         total -= np.einsum("kai,kal->il", term.gradient, term.local)
-    return total / packing.area
+    return total / area
+
+
+def pressure(packing: Packing) -> float:
+    """p = (S_xx + S_yy)/2 of a packing, positive in compression."""
+    return pressure_of(stress(packing))
+
+
+def pressure_of(stress: Array) -> float:
+    """p of a stress (2, 2)."""
+    return 0.5 * float(np.trace(stress))
 
 
 def _assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:

@@ -41,6 +41,7 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.packing import Packing
+from jamlab.packing.quantities import MEASURED
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.file_endings import check_ending
 from jamlab.storage.verified_file import (
@@ -54,12 +55,6 @@ from jamlab.storage.verified_file import (
     jamlab_version,
     opened,
 )
-
-LABELS = {
-    "g": "relaxed shear modulus, mean over directions",
-    "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
-    "b": "relaxed bulk modulus",
-}
 
 
 @checked
@@ -113,8 +108,8 @@ def file_image(
         group = file.create_group("observables")
         for name, values in results.items():
             _write_element(group, name, values, clock=particles["position"])
-            if name in LABELS:
-                group[name].attrs["description"] = LABELS[name]
+            if name in MEASURED:
+                group[name].attrs["description"] = MEASURED[name].words
         if extend is not None:
             extend(file)
         file.flush()

@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_positive, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
+from jamlab.packing.derived import Derived, per_packing
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_magnitudes, check_params
 from jamlab.packing.outlines import outlines, self_crossings
+from jamlab.packing.quantities import MEASURED
 from jamlab.plotting.drawable import CELL, drawn
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
+_DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a packing follows from
 
 
 class ReadOnlyDict(dict[str, Any]):
@@ -49,13 +52,6 @@ def _frozen(value: Any) -> Any:
     if isinstance(value, Mapping):
         return ReadOnlyDict({name: _frozen(entry) for name, entry in value.items()})
     return [_frozen(entry) for entry in value] if isinstance(value, list) else value
-
-
-MEASURED = (  # what `jamlab.measure` gives and a packing does not hold
-    *("rho", "z", "z_all", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape", "shape_rim"),
-    *("contact_length", "shortest_edge", "longest_edge", "voids", "void_sides", "void_area", "void_shape"),
-    *("psi_6", "psi_6_overall"),
-)
 
 
 @checked_class
@@ -112,8 +108,10 @@ class Packing:
     max_force: float | None = None
     converged: bool = False
     provenance: dict[str, Any] = field(default_factory=dict)
+    _derived: Derived = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        self._set("_derived", Derived())
         check_choice("model", self.model, MODELS)
         check_choice("units", self.units, UNITS)
         self._set("box", finite_array("box", self.box, (2, 2)))
@@ -129,14 +127,19 @@ class Packing:
             self._check_disks()
         else:
             self._check_polygons()
-        self._lock()
+        self._lock(self._derived)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._lock()  # pickle drops the flag
 
-    def _lock(self) -> None:
-        """Make everything read-only: `converged` would go on being said of what it no longer holds."""
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_derived"}
+
+    def _lock(self, derived: Derived | None = None) -> None:
+        """Make everything read-only: `converged` would go on being said of what it no longer holds. `derived`: what has
+        been computed of the same state already."""
+        self._set("_derived", Derived() if derived is None else derived)
         self._set("params", _frozen(self.params))
         self._set("provenance", _frozen(self.provenance))
         rest_areas = self.params["a0"] if self.model == "dp" else None
@@ -228,6 +231,7 @@ class Packing:
         return float(self.box[0, 0] * self.box[1, 1])
 
     @property
+    @per_packing
     def particle(self) -> NDArray[np.int64]:
         """(len(positions),) particle that each position belongs to."""
         if self.offsets is None:
@@ -235,6 +239,7 @@ class Packing:
         return np.repeat(np.arange(self.n), np.diff(self.offsets))
 
     @property
+    @per_packing
     def successor(self) -> NDArray[np.int64]:
         """DP (n_vertices,): index of the next vertex counter-clockwise on the same polygon."""
         offsets = self._polygon_offsets
@@ -243,11 +248,13 @@ class Packing:
         return following
 
     @property
+    @per_packing
     def edges(self) -> Array:
         """DP (n_vertices, 2): vector from each vertex to the next."""
-        return self.positions[self.successor] - self.positions
+        return np.asarray(self.positions[self.successor] - self.positions)
 
     @property
+    @per_packing
     def polygon_areas(self) -> Array:
         """DP (n,): area of each polygon without its rim, positive if counter-clockwise."""
         offsets = self._polygon_offsets
@@ -256,11 +263,13 @@ class Packing:
         return np.add.reduceat(0.5 * (r[:, 0] * e[:, 1] - r[:, 1] * e[:, 0]), offsets[:-1])
 
     @property
+    @per_packing
     def perimeters(self) -> Array:
         """DP (n,): perimeter of each polygon without its rim."""
         return np.add.reduceat(np.hypot(*self.edges.T), self._polygon_offsets[:-1])
 
     @property
+    @per_packing
     def centroids(self) -> Array:
         """(n, 2): centres of the disks, or area centroids of the polygons without rim."""
         if self.offsets is None:
@@ -307,7 +316,10 @@ class Packing:
         `converged` are cleared there and in the provenance, unless they are among the changes.
         """
         changes, entries = self._changed(changes)
-        return replace(self, **changes, provenance={**entries, **(provenance or {})})
+        copy = replace(self, **changes, provenance={**entries, **(provenance or {})})
+        if _DEFINING.isdisjoint(changes):
+            copy._set("_derived", self._derived)
+        return copy
 
     def _trusted(self, **changes: Any) -> Packing:
         """Copy as `with_state` makes it, without its checks: for arrays that are float64 and right by construction.
@@ -315,7 +327,7 @@ class Packing:
         changes, entries = self._changed(changes)
         copy = object.__new__(Packing)
         copy.__dict__.update({**self.__dict__, "provenance": entries, **changes})
-        copy._lock()
+        copy._lock(self._derived if _DEFINING.isdisjoint(changes) else None)
         return copy
 
     def _changed(self, changes: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -349,7 +361,7 @@ class Packing:
         if self.offsets is not None:
             changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[particles])])
             changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
-        return self.with_state(**changes)
+        return self._trusted(**changes)
 
     @checked
     def difference(self, other: Packing) -> str | None:

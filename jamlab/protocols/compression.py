@@ -20,7 +20,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
-from jamlab.mechanics.stiffness import stress
+from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
@@ -281,10 +281,9 @@ def _follow(
     numbers = settings.sweep
     largest, length = 0.0, abs(phi - packing.phi)
     while True:
-        pressure = 0.5 * float(np.trace(stress(packing)))
         length = min(length, abs(phi - packing.phi))
         following = packing.phi + np.sign(phi - packing.phi) * length
-        predicted = _predict_pressure(packing, pressure, following)
+        predicted = _predict_pressure(packing, following)
         session.load(follow(packing, following))
         found = relax_off_saddles(session, force, near=True, settings=settings)
         met = found.evaluation.pressure
@@ -299,9 +298,10 @@ def _follow(
         length *= 2.0 if missed < numbers.easy * error else 1.0
 
 
-def _predict_pressure(packing: Packing, pressure: float, phi: float) -> float:
+def _predict_pressure(packing: Packing, phi: float) -> float:
+    now = pressure(packing)
     try:
-        modulus = compression_modulus(elastic_tensor(packing).relaxed, pressure)
+        modulus = compression_modulus(elastic_tensor(packing).relaxed, now)
     except ConvergenceError:  # not jammed: no response
-        return pressure
-    return float(pressure + modulus * np.log(phi / packing.phi))
+        return now
+    return float(now + modulus * np.log(phi / packing.phi))

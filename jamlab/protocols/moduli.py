@@ -18,7 +18,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.stiffness import stress
+from jamlab.mechanics.stiffness import pressure, pressure_of
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
 from jamlab.packing.force_laws import disk_law, has_springs
 from jamlab.packing.natural_units import mean_size, natural_scales
@@ -121,8 +121,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
         with Session(state) as session:
             return scales.stress * _compressed(session, state, first)
     tensor = elastic_tensor(packing)
-    pressure = 0.5 * float(np.trace(stress(packing)))
-    return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure)
+    return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure(packing))
 
 
 def _check_method(method: str) -> None:
@@ -161,7 +160,7 @@ def _compressed(session: Session, packing: Packing, strain: float) -> float:
         above, below = (_minimum(session, at_phi(packing, packing.phi * (1 + s)), response) for s in changes)
         if not _same_contacts(above[1], below[1]):
             return None
-        return float(0.5 * np.trace(above[0] - below[0]) / (np.log1p(step / 2) - np.log1p(-step / 2)))
+        return float(pressure_of(above[0] - below[0]) / (np.log1p(step / 2) - np.log1p(-step / 2)))
 
     return _at_small_strain("B", packing, strain, measure)
 
@@ -195,7 +194,7 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
 
 def _force_tolerance(packing: Packing) -> float:
     """Largest force left, smaller where contacts are softer than springs: the same force moves those farther."""
-    softness = 1.0 if has_springs(packing) else disk_law(packing).stiffness_at(0.5 * float(np.trace(stress(packing))))
+    softness = 1.0 if has_springs(packing) else disk_law(packing).stiffness_at(pressure(packing))
     return _FORCE[packing.model] * max(1.0, _typical_force(packing)) * softness
 
 

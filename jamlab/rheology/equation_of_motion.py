@@ -49,7 +49,7 @@ def dynamical_matrices(
         True
     """
     meetings = find_meetings(packing)
-    terms = energy_terms(packing, meetings, prestress=prestress)
+    terms = energy_terms(packing, prestress=prestress)
     return _assemble(packing, damping or ContactDamping(), meetings, terms, packing)
 
 

@@ -8,7 +8,7 @@ the column of the shear strain. The three modes of rigid motion have neither sti
 
 import numpy as np
 
-from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.energy_terms import shape_terms
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.force_laws import drag_stiffness
@@ -24,10 +24,9 @@ def free_droplets(network: ForceNetwork, damping: Damping) -> RelaxationSpectrum
     whole, none = network.whole, np.zeros(0)
     rates, strengths = [none], [none]
     if whole.model == "dp" and not damping.at_contacts and not network.held.all():
-        untouched = network.meetings.select(np.zeros(len(network.meetings.shift), dtype=bool))
         for m in np.unique(whole.particle[~network.held]):
             alone = whole.select(np.arange(whole.n) == m)
-            matrices = stiffness(alone, energy_terms(alone, untouched))
+            matrices = stiffness(alone, shape_terms(alone))
             kappa, vectors = np.linalg.eigh(matrices.uu.toarray())
             kept = kappa > _RIGID * kappa[-1]
             kappa, coupling = kappa[kept], vectors[:, kept].T @ matrices.ue[:, 0, 1]

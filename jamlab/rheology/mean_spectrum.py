@@ -14,7 +14,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
-from jamlab.mechanics.stiffness import stress
+from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -138,7 +138,7 @@ def group_packings(packings: Sequence[Packing]) -> list[list[Packing]]:
     for packing in packings:
         for group in groups:
             first = group[0]
-            close = abs(_pressure(packing) - _pressure(first)) <= _SAME_PRESSURE * abs(_pressure(first))
+            close = abs(pressure(packing) - pressure(first)) <= _SAME_PRESSURE * abs(pressure(first))
             if close and _facts(packing) == _facts(first):
                 group.append(packing)
                 break
@@ -176,9 +176,5 @@ def _labels(firsts: Sequence[Packing]) -> list[str]:
     for packing, fact in zip(firsts, facts, strict=True):
         unit = UNIT_OF_STRESS[packing.model, packing.units]
         more = [fact[name] for name in differ if name in fact and name != "units"]
-        labels.append(", ".join([fact["model"], f"p = {_pressure(packing):.4g} {unit}", *more]))
+        labels.append(", ".join([fact["model"], f"p = {pressure(packing):.4g} {unit}", *more]))
     return labels
-
-
-def _pressure(packing: Packing) -> float:
-    return 0.5 * float(np.trace(stress(packing)))

@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabError
-from jamlab.measure import QUANTITIES, measure
+from jamlab.measure import measure
 from jamlab.packing.lammps_files import describe, types
 from jamlab.packing.packing import Packing
+from jamlab.packing.quantities import QUANTITIES
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.files import read_all
 from jamlab.trajectories.from_universe import UniverseFrames

@@ -24,7 +24,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
-from jamlab.mechanics.stiffness import stress
+from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.free_droplet import free_area, regular_polygon
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
@@ -75,7 +75,7 @@ def measure_crystal(vertices: int) -> Iterator[Row]:
         g = float(modulus_along(elastic_tensor(state).relaxed, AVERAGING_ANGLES).mean())
         row = {"vertices": vertices, "rho": packing_fraction(state), "cell": state.area / state.n, "g": g}
         row |= {"area": float(state.polygon_areas.mean()), "length": float(state.perimeters.mean())}
-        yield row | {"pressure": float(0.5 * np.trace(stress(state)))}
+        yield row | {"pressure": pressure(state)}
 
 
 @dataclass(frozen=True)

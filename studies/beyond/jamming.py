@@ -17,7 +17,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.held_motions import held_conditions
-from jamlab.mechanics.stiffness import hessian, stress
+from jamlab.mechanics.stiffness import hessian, pressure
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK
@@ -40,17 +40,13 @@ BUCKLED = 3  # contacts of a buckler in the plane
 DISTANCES = np.geomspace(1e-4, 0.1, 7)  # from onset in phi
 
 
-def _pressure(packing: Packing) -> float:
-    return float(0.5 * np.trace(stress(packing)))
-
-
 def above_onset(seed: int) -> Iterator[Row]:
     """Measure p, z, B, G and the numbers of modes by frequency of one packing at `DISTANCES` from its onset."""
     onset = jam(n=SIZE, seed=seed)
     states = compress(onset, onset.phi + 0.1, 0.1, by="phi", nearest=1e-4, per_decade=2)
     for distance, state in zip(DISTANCES, states, strict=True):
         network = contacts(state)
-        row: dict[str, Any] = {"seed": seed, "distance": float(distance), "pressure": _pressure(state)}
+        row: dict[str, Any] = {"seed": seed, "distance": float(distance), "pressure": pressure(state)}
         if not network.backbone:
             yield row | {"note": "came loose"}
             continue
@@ -101,21 +97,21 @@ _LOWEST = 1e-6  # pressure from which onset is extrapolated, by less than 1e-5
 
 def unjamming_fraction(packing: Packing) -> float:
     """Decompress a packing until its pressure is gone; the packing fraction where it is, by a secant."""
-    pressure, slope = _pressure(packing), _SLOPE
+    now, slope = pressure(packing), _SLOPE
     jammed, loose = packing, 0.0
-    while pressure > _LOWEST:
-        aim = max(jammed.phi - 0.9 * pressure / slope, 0.5 * (jammed.phi + loose))
+    while now > _LOWEST:
+        aim = max(jammed.phi - 0.9 * now / slope, 0.5 * (jammed.phi + loose))
         (state,) = compress(jammed, aim, 1.0, by="phi")
-        left = _pressure(state)
+        left = pressure(state)
         if left < 0.01 * _LOWEST or contacts(state).loose:  # came loose at once
             loose = aim
             if jammed.phi - loose < _LOWEST:
                 return jammed.phi
             continue
-        if left < pressure:
-            slope = (pressure - left) / (jammed.phi - state.phi)
-        jammed, pressure = state, left
-    return jammed.phi - pressure / slope
+        if left < now:
+            slope = (now - left) / (jammed.phi - state.phi)
+        jammed, now = state, left
+    return jammed.phi - now / slope
 
 
 AMPLITUDES = (0.01, 0.03, 0.1)  # of cycles, in phi above the first onset
@@ -129,9 +125,9 @@ def by_steps(seed: int) -> Iterator[Row]:
     """Find the onset of one random start by compression in steps, and of quenches above onset by decompression."""
     for step in STEPS:
         yield {"seed": seed, "way": "steps", "setting": f"{step:g}", "phi_J": jam(n=CYCLED, seed=seed, step=step).phi}
-    for pressure in QUENCHED:
-        found = unjamming_fraction(pack(CYCLED, pressure, seed))
-        yield {"seed": seed, "way": "quench", "setting": f"{pressure:g}", "phi_J": found}
+    for high in QUENCHED:
+        found = unjamming_fraction(pack(CYCLED, high, seed))
+        yield {"seed": seed, "way": "quench", "setting": f"{high:g}", "phi_J": found}
 
 
 def by_ways(seed: int) -> Iterator[Row]:

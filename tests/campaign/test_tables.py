@@ -12,7 +12,8 @@ from jamlab.campaign.observables import TABLES
 from jamlab.campaign.tables import TABLE_COLUMNS, aggregate, states_at
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.measure import COLUMNS, measure
+from jamlab.measure import measure
+from jamlab.packing.quantities import COLUMNS
 
 
 def test_tables_have_their_columns_and_one_row_for_each(full):

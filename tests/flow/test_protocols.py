@@ -93,7 +93,7 @@ def test_what_relaxes_to_nothing_has_relaxed(tmp_path):
     ],
 )
 def test_answers_of_what_is_not_at_rest_are_refused(flowing, answer):
-    with pytest.raises(jamlab.ConvergenceError, match=r"not at rest: .* jamlab.relaxed\(packing\), or, to stop a flow"):
+    with pytest.raises(jamlab.ConvergenceError):
         answer(flowing)
 
 

@@ -11,8 +11,7 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import count_strong
-from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.mechanics.force_network import _without_load, force_network
+from jamlab.mechanics.force_network import without_load
 from jamlab.mechanics.held_motions import MOST, conditions
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
@@ -52,7 +51,7 @@ def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
     others = (5 - 0.5 - tip - 0.05, 5.0, np.pi / 4), (5 + near, 5 + near, 0.0), (5.2, 5 - 1.05, 0.0)
     packing = squares((5, 5, 0.0), *others)
     assert len(jamlab.contacts(packing).pairs) == 3
-    rows = conditions(packing, vertex_contacts(packing))  # but for the fourth all are loose, so nothing is counted
+    rows = conditions(packing)  # but for the fourth all are loose, so nothing is counted
     assert rows.shape == (1 + 1 + 2, 12)
 
 
@@ -76,7 +75,7 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
     packing = droplets([shape + np.array(centre) for shape, *centre in corners], 0.1, np.diag([6.0, height]))
     network = jamlab.contacts(packing)
     assert network.rattlers.all() and set(packing.particle[network.meetings.vertex]) == {1, 2}
-    assert _without_load(packing, network).tolist() == [False, False, True]
+    assert without_load(packing).tolist() == [False, False, True]
 
 
 def rows_of_three(overlap, first=0.2, beside=0.2):
@@ -123,14 +122,6 @@ def test_a_droplet_between_two_opposite_contacts_is_held_though_it_rattles():
     found = jamlab.held_motions(packing)
     assert found.particles == jamlab.contacts(packing).backbone + 1
     assert (found.self_stresses, found.free) == (2, 1)
-
-
-def test_a_squeezed_droplet_bears_load_by_its_vertices_or_by_its_edges_alone():
-    packing = jamlab.read(STATES / "squeezed_droplet.h5")
-    network, squeezed = jamlab.contacts(packing), 2
-    for site in (network.meetings.vertex, network.meetings.tail):
-        one_sided = replace(network, meetings=network.meetings.select(packing.particle[site] != squeezed))
-        assert force_network(packing, network=one_sided).packing.n == network.backbone + 1
 
 
 def test_a_ring_of_droplets_flat_on_flat_adds_a_state_of_couples():

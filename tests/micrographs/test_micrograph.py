@@ -11,10 +11,10 @@ from scipy import stats
 
 import jamlab
 from jamlab.errors import InputError, StorageError
-from jamlab.measure import COLUMNS
 from jamlab.micrographs.picture_numbers import mean_of
 from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few
 from jamlab.packing.free_droplet import regular_polygon
+from jamlab.packing.quantities import COLUMNS
 
 skimage = pytest.importorskip("skimage")
 

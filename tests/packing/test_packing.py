@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import weakref
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.packing import derived
 from jamlab.packing.deformation import at_phi, deformed, sheared, simple_shear
 from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
 from jamlab.packing.packing import Packing
@@ -313,3 +315,26 @@ def test_line_tension_that_no_area_bears_is_refused(nv):
     params = bearing(1.001, 2.0, 1.3, nv)
     with pytest.raises(InputError, match=f"gamma = {params['gamma']:g} at ka = 2.*raise ka"):
         free_polygon_area([nv], params)
+
+
+def test_what_was_computed_is_kept_with_the_state_and_dies_with_it(monkeypatch):
+    """Copies of one state share it; others, and packings beyond the number of sites that are remembered, do not."""
+    p, calls = disks(), []
+
+    @derived.per_packing
+    def computed(packing, power=1):
+        calls.append(power)
+        return packing.positions**power
+
+    assert computed(p) is computed(p.with_state(onset=0.8)) and calls == [1]
+    assert computed(p, 2) is not computed(p) and not computed(p).flags.writeable
+    for other in (p.with_state(positions=p.positions), pickle.loads(pickle.dumps(p))):
+        assert computed(other) is not computed(p)
+    monkeypatch.setattr(derived, "MOST_SITES", len(p.positions))
+    computed(p.with_state(box=2 * p.box))
+    before = len(calls)
+    computed(p)
+    assert len(calls) == before + 1
+    kept = weakref.ref(computed(p))
+    del p
+    assert kept() is None

@@ -14,8 +14,8 @@ import numpy as np
 from tiled_packings import tiled
 
 import jamlab
-from jamlab.measure import QUANTITIES
 from jamlab.packing.natural_units import mean_size
+from jamlab.packing.quantities import QUANTITIES
 
 # Largest deviations, over the largest number of an array. Sums in another order and positions at other places round by
 # 1e-16 of a box; z, rho and cells keep that, and stable packings well above onset lose four digits in responses.

@@ -11,8 +11,8 @@ from wandering_packings import assert_same, disks, polygons
 
 import jamlab
 from jamlab.errors import ConvergenceError, InputError, StorageError
-from jamlab.measure import QUANTITIES
 from jamlab.packing.lammps_files import types, wrap
+from jamlab.packing.quantities import QUANTITIES
 
 TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
 FLOAT32 = 6.5  # digits

@@ -22,11 +22,11 @@ from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import Voids, void_paths, voids
 from jamlab.measure import measure, why_no_modulus
-from jamlab.packing.hdf5 import LABELS
 from jamlab.packing.law_parameters import NEGATIVE_G, UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
 from jamlab.packing.neighbors import moves_home, shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
+from jamlab.packing.quantities import MEASURED
 
 STEPS = 2**16 - 1  # of a coordinate between the lowest and the highest of a state: 1e-4 of a box of 8 diameters
 
@@ -330,6 +330,6 @@ def curves(packing: Packing) -> list[Quantity]:
     of_all = Quantity("z_all", "z", "contacts per particle z, of all that press")
     return [
         of_all if moving else Quantity("z", "z", "contacts per particle z, without rattlers"),
-        Quantity("g", "G", f"G: {LABELS['g']}", stress),
+        Quantity("g", "G", f"G: {MEASURED['g'].words}", stress),
         Quantity("pressure", "p", "pressure p", stress),
     ]

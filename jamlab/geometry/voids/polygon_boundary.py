@@ -16,10 +16,10 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import BoundaryError
 from jamlab.geometry.edge_rings import edge_rings
-from jamlab.geometry.power_cells import find_chords, find_free_arcs, near_disks
+from jamlab.geometry.power_cells import find_chords, find_free_arcs
 from jamlab.geometry.voids.boundary_loops import Boundary, Pieces, chain_pieces, join_loose_ends
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
-from jamlab.packing.neighbors import MOST_IMAGES, search_lattice
+from jamlab.packing.neighbors import MOST_IMAGES, periodic_pairs, search_lattice
 from jamlab.packing.packing import Packing
 
 _draw_arcs = kernel(
@@ -35,7 +35,8 @@ def trace_disks(packing: Packing) -> Boundary:
     """Trace the boundary of the union of the disks of an SP packing."""
     assert packing.diameters is not None
     radius = 0.5 * packing.diameters
-    chords = find_chords(near_disks(packing, TOUCH), radius, TOUCH)
+    near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * TOUCH))
+    chords = find_chords(near, radius, TOUCH)
     arcs = find_free_arcs(chords)
     m = len(arcs.i)
     (start, end, centre), size = np.empty((3, m, 2)), np.empty(m)
