@@ -39,13 +39,9 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name, or one of version 0.2.0; the version is that of the installed distribution."""
+    """Load a public name; the version is that of the installed distribution."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("jamlab")
-    if name in ("EnsemblePlan", "FlowPlan", "plan_estimate", "plan_flow"):
-        from jamlab.estimates import deprecated
-
-        return getattr(deprecated, name)
     return _load(name)

@@ -17,7 +17,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 from threadpoolctl import threadpool_limits
@@ -27,7 +26,7 @@ from jamlab.checks import check_choice, check_number, check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates import ways
 from jamlab.estimates.model_choice import Choice
-from jamlab.estimates.options import OldWords, Why, judge, taken
+from jamlab.estimates.options import Why, judge
 from jamlab.estimates.ways import ONSET, EnsembleWay, N, Scatter, WayRecord, Ways, difference, is_known, scatter
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
@@ -49,28 +48,9 @@ _LEAST_YIELD = 0.5  # of the share of seeds of which droplets have a value: the 
 _LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
 
 
-@dataclass(frozen=True, eq=False)
-class EnsemblePlan(OldWords):
-    """How a mean will be estimated, and what that should cost."""
-
-    # quantity, rho: of which the mean is wanted; rho is nan for "rho-J"
-    quantity: str
-    rho: float
-    way: EnsembleWay  # how packings are made
-    packings: int  # number of them with a value that is expected to do
-    error: float  # half the width expected of the 95 % interval
-    bias_error: float  # part of `error` that more packings do not reduce: what the table knows about the way
-    correction: float  # to add to the mean over packings, from the table; 0 for droplets
-    seconds: float  # expected CPU time on the machine of the table
-    scatter: Scatter  # of one packing
-    options: pd.DataFrame  # a row for each way, see `jamlab.Choice`; also `packings` and `bias_error`
-
-    __repr__ = short_repr
-
-
 def plan_mean(
     quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
-) -> EnsemblePlan:
+) -> Sample:
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = ways.read_ways() if table is None else table
     at = _check(table, quantity, rho, error, model)
@@ -85,8 +65,7 @@ def plan_mean(
     if not records:
         raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
     rows = [_option(record, reference, quantity, at, error) for record in records]
-    options = judge(rows, "seconds", nearest="bias_error")
-    row = taken(options)
+    options, row = judge(rows, "seconds", nearest="bias_error")
     if row is None:
         raise InputError(f"model = {model!r}: too few of its packings in the table have {quantity}, take 'auto'")
     best = rows[row]
@@ -96,8 +75,8 @@ def plan_mean(
     correction = 0.0
     if records[row] is not reference:
         correction = -difference(records[row], reference, quantity, at).value
-    facts = {name: value for name, value in best.items() if name != "why"}
-    return EnsemblePlan(quantity, at, scatter=one, correction=correction, options=options, **facts)
+    expected = ({quantity: best["error"]}, {quantity: correction}, best["seconds"], options, best["packings"])
+    return Sample(quantity, at, Choice(best["way"], *expected), one, best["bias_error"])
 
 
 def interval(deviation: float, freedom: float, packings: int = 1) -> float:
@@ -176,7 +155,12 @@ class Stop(StrEnum):
 class Sample:
     """Packings made so far."""
 
-    plan: EnsemblePlan  # that they follow
+    # quantity, rho: of which the mean is wanted; rho is nan for "rho-J"
+    quantity: str
+    rho: float
+    choice: Choice  # how they are made
+    scatter: Scatter  # of one packing, by the table
+    bias_error: float  # part of the error that more packings do not reduce: what the table knows about the way
     values: list[float] = field(default_factory=list)  # one for each seed that was tried; nan where it has none
     seconds: float = 0.0  # CPU time of all
 
@@ -188,7 +172,7 @@ class Sample:
     @property
     def error(self) -> float:
         """Half the width of the interval of the mean, with what the table does not know."""
-        return math.hypot(self.half_width(), self.plan.bias_error)
+        return math.hypot(self.half_width(), self.bias_error)
 
     def extend(self, wanted: int, make: Make) -> None:
         """Make packings until so many have a value."""
@@ -199,31 +183,30 @@ class Sample:
             tried, good = len(self.values), len(self.good)
             if tried >= _TRIED and good < _LEAST_SHARE * tried:
                 raise ConvergenceError(
-                    f"only {good} of {tried} packings have {self.plan.quantity} at rho = {self.plan.rho:g}: most jam "
+                    f"only {good} of {tried} packings have {self.quantity} at rho = {self.rho:g}: most jam "
                     "above it; take a higher one"
                 )
 
     def half_width(self) -> float:
         """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.
         Packings that happen to lie close together are no better known than the table says."""
-        count, known = len(self.good), self.plan.scatter
+        count, known = len(self.good), self.scatter
         freedom = known.freedom + count - 1
         own = float(np.var(self.good, ddof=1))
         variance = (known.freedom * known.deviation**2 + (count - 1) * own) / freedom
         return interval(max(math.sqrt(variance), known.deviation), freedom, count)
 
-
-def sample(plan: EnsemblePlan, error: float, make: Make) -> tuple[Sample, Stop]:
-    """Make packings until the error is reached, or until more would not help; and say which."""
-    found, wanted, aim = Sample(plan), plan.packings, room(error, plan.bias_error)
-    while True:
-        found.extend(wanted, make)
-        ratio = found.half_width() / aim
-        if ratio <= 1:
-            return found, Stop.MET if found.error <= error else Stop.WAY
-        if wanted >= _OVER_PLAN * plan.packings:
-            return found, Stop.SCATTER
-        wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), _MOST_GROWTH))
+    def fill(self, error: float, make: Make) -> Stop:
+        """Make packings until the error is reached, or until more would not help; and say which."""
+        wanted, aim = self.choice.packings, room(error, self.bias_error)
+        while True:
+            self.extend(wanted, make)
+            ratio = self.half_width() / aim
+            if ratio <= 1:
+                return Stop.MET if self.error <= error else Stop.WAY
+            if wanted >= _OVER_PLAN * self.choice.packings:
+                return Stop.SCATTER
+            wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), _MOST_GROWTH))
 
 
 @dataclass(frozen=True)
@@ -315,16 +298,17 @@ def estimate(
     check_seed(seed)
     if processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
-    plan = plan_mean(quantity, rho, error, model=model)
+    made = plan_mean(quantity, rho, error, model=model)
+    choice, correction = made.choice, made.choice.correction[quantity]
     if dry_run:
-        met, none = plan.error <= error, np.empty(0)
-        few = (math.nan, plan.error, met, plan.packings, 0, plan.seconds)
-        return Estimate(*few, _choice(plan), none, none.astype(np.int64), Stop.PLANNED)
+        expected, none = choice.error[quantity], np.empty(0)
+        few = (math.nan, expected, expected <= error, choice.packings, 0, choice.seconds)
+        return Estimate(*few, choice, none, none.astype(np.int64), Stop.PLANNED)
     rng = np.random.default_rng([seed, 20])
     seeds: list[int] = []  # far from those of the table
     found: list[tuple[float, float]] = []
-    one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
-    expected = round(plan.packings / plan.scatter.share)
+    one = partial(make_one, way=choice.way, quantity=quantity, rho=made.rho)
+    expected = round(choice.packings / made.scatter.share)
 
     def make(count: int) -> list[tuple[float, float]]:
         before = len(seeds)
@@ -336,7 +320,7 @@ def estimate(
             good = np.array([value for value, _ in found if math.isfinite(value)])
             text = f"{tried} packings"
             if len(good) > 1:
-                text += f", mean {good.mean() + plan.correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
+                text += f", mean {good.mean() + correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
             progress(tried / max(expected, len(seeds)), text)
 
         if processes > 1:
@@ -348,24 +332,19 @@ def estimate(
                     done(many)
         return found[before:]
 
-    made, stopped = sample(plan, error, make)
+    stopped = made.fill(error, make)
     return Estimate(
-        value=float(np.mean(made.good)) + plan.correction,
+        value=float(np.mean(made.good)) + correction,
         error=made.error,
         met=made.error <= error,
         packings=len(made.good),
         left_out=len(seeds) - len(made.good),
         seconds=made.seconds,
-        choice=_choice(plan),
+        choice=choice,
         values=np.array(made.good),
         seeds=np.array(seeds)[np.isfinite(made.values)],
         stopped=stopped,
     )
-
-
-def _choice(plan: EnsemblePlan) -> Choice:
-    name = plan.quantity
-    return Choice(plan.way, {name: plan.error}, {name: plan.correction}, plan.seconds, plan.options, plan.packings)
 
 
 def make_one(

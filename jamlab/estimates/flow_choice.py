@@ -5,8 +5,8 @@ Errors come from a table of runs, see `flow_errors`, and from the packing itself
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import pandas as pd
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, Flow, Outside, Part, shipped_errors
-from jamlab.estimates.options import OldWords, Why, judge, taken, warn_renamed
+from jamlab.estimates.options import Why, judge
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE
@@ -34,18 +34,8 @@ MOST_STRAIN = 1e3
 MOST_CYCLES = 17  # that an oscillation is given to relax
 
 
-class Call(functools.partial):  # type: ignore[type-arg]  # of functions of all kinds
-    """A public function with its arguments but the packing: `call(p)` calls it, and it prints as it is written."""
-
-    def __repr__(self) -> str:
-        given = (f"{name}={_spell(value)}" for name, value in self.keywords.items())
-        return f"jamlab.{self.func.__name__}({', '.join(['p', *given])})"
-
-    __str__ = __repr__
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class FlowChoice(OldWords):
+class FlowChoice:
     """What a flow needs, beside what else there was.
 
     Attributes:
@@ -59,7 +49,7 @@ class FlowChoice(OldWords):
         damping: least drag law that does: that asked for, linear drag in its place, or Stokes drag if both agree.
         strain: to shear in all: start-up and average of steady flow, or all cycles; 0 if nothing is run.
         modulus: G* by the way chosen, if nothing is run, else None.
-        call: public function that does it: `choice.call(p)`.
+        function, arguments: public function that does it, and its arguments but the packing, see `run`.
         other_drag: relative change of G* under the other drag law, Stokes or contact; nan where it was not needed.
         kept: how many checks, on other packings, of the same kind and beta kept what was promised, and of how many;
             (0, 0) where nothing is promised from the table.
@@ -68,8 +58,8 @@ class FlowChoice(OldWords):
     Example:
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> choice = jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05)
-        >>> choice.way, choice.call
-        ('linear spectrum', jamlab.complex_modulus(p, omega=[1], damping=jamlab.ContactDamping()))
+        >>> choice.way, choice.call[:37]
+        ('linear spectrum', 'jamlab.complex_modulus(p, omega=[1.0]')
     """
 
     way: str
@@ -78,22 +68,21 @@ class FlowChoice(OldWords):
     damping: Damping
     strain: float
     modulus: complex | None
-    call: Call
+    function: Callable[..., Any]
+    arguments: dict[str, Any]
     other_drag: float = float("nan")
     kept: tuple[int, int] = (0, 0)
     outside: tuple[Outside, ...] = ()
 
     @property
-    def others(self) -> dict[str, float]:
-        """Old name: way -> error."""
-        warn_renamed("FlowChoice.others", "read `options`")
-        return dict(zip(self.options["way"], self.options["error"], strict=True))
+    def call(self) -> str:
+        """What `run` does, as it is written."""
+        given = (f"{k}={'jamlab.' * isinstance(v, Damping)}{v!r}" for k, v in self.arguments.items())
+        return f"jamlab.{self.function.__name__}({', '.join(['p', *given])})"
 
-    @property
-    def warning(self) -> str:
-        """Old name: what makes errors doubtful."""
-        warn_renamed("FlowChoice.warning", "read `outside`")
-        return "; ".join(map(str, self.outside))
+    def run(self, packing: Packing) -> Any:
+        """Do what was chosen with a packing, and return what the function returns."""
+        return self.function(packing, **self.arguments)
 
     def __repr__(self) -> str:
         checks = f", kept in {self.kept[0]} of {self.kept[1]} checks" if self.kept[1] else ""
@@ -110,7 +99,6 @@ def choose_flow(
     amplitude: float | None = None,
     rate: float | None = None,
     tolerance: float = 0.1,
-    mass: float | None = None,
 ) -> FlowChoice:
     """Choose the cheapest model expected to give G* at a frequency, or the stress of steady flow at a rate.
 
@@ -130,7 +118,6 @@ def choose_flow(
         amplitude: of the strain.
         rate: of steady shear, 1/tau_1.
         tolerance: relative error of |G*| or of the stress that is allowed.
-        mass: not used any more; goes with the next release.
 
     Raises:
         InputError: neither frequency nor rate or both, power-law drag without an amplitude, a tolerance that no run
@@ -144,8 +131,6 @@ def choose_flow(
         ('oscillation', ['error too large', 'taken'])
     """
     law = damping or ContactDamping()
-    if mass is not None:
-        warn_renamed("mass of choose_flow", "inertia is not judged, see LAMMPS' pair_style gran/hooke")
     if (omega is None) == (rate is None):
         raise InputError(f"omega = {omega}, rate = {rate}: give one of them, a frequency or a rate of steady shear")
     check_number("tolerance", tolerance, 1.0)
@@ -193,20 +178,26 @@ def _for_oscillation(
     cycles = 3 + int(np.ceil(min(relaxing, MOST_CYCLES))) if np.isfinite(relaxing) else 3 + MOST_CYCLES
     run = 4.0 * (amplitude or 0.0) * cycles
     errors["oscillation"] = RUN_ERROR
-    options = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
-    way = str(options.at[taken(options), "way"])
+    options, row = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
+    way = str(options.at[row, "way"])
     least, other = _least_drag(packing, law, omega, best, tolerance, way)
-    call, strain = Call(shear_modulus), 0.0
+    function: Callable[..., Any] = complex_modulus
+    arguments: dict[str, Any] = {}
+    strain = 0.0
     if way == "oscillation":
-        call = Call(oscillate, omega=omega, amplitude=amplitude, damping=law, cycles=cycles)
+        function = oscillate
+        arguments = {"omega": omega, "amplitude": amplitude, "damping": law, "cycles": cycles}
         kept, strain = (0, 0), run  # runs are what checks are held against
     elif way == "linear spectrum":
-        call = Call(complex_modulus, omega=[omega], damping=linear)
+        arguments = {"omega": [omega], "damping": linear}
     elif way == "equivalent damping":  # linear drag that dissipates as much at this stress
         stress = abs(best) * (amplitude or 0.0)
         time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=drag_stiffness(packing))[0]
-        call = Call(complex_modulus, omega=[omega], damping=replace(linear, tau=law.tau * float(time)))
-    return FlowChoice(way, errors[way], options, least, strain, values.get(way), call, other, kept, outside)
+        arguments = {"omega": [omega], "damping": replace(linear, tau=law.tau * float(time))}
+    else:
+        function = shear_modulus
+    modulus = values.get(way)
+    return FlowChoice(way, errors[way], options, least, strain, modulus, function, arguments, other, kept, outside)
 
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> FlowChoice:
@@ -224,8 +215,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
     average = {name: _average(noise, tolerance, error) for name, error in models.items()}
     errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
-    options = _options(errors, {name: TRANSIENT + each for name, each in average.items()}, tolerance)
-    row = taken(options)
+    options, row = _options(errors, {name: TRANSIENT + each for name, each in average.items()}, tolerance)
     if row is None:
         reached = (
             f"{packing.n} particles sheared by {TRANSIENT + average['flow']:g} err by {100 * errors['flow']:.2g} %"
@@ -233,12 +223,12 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
         raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
-    call = Call(flow_curve, rates=[at], damping=used, strain=average[way], background=BACKGROUND)
+    arguments = {"rates": [at], "damping": used, "strain": average[way], "background": BACKGROUND}
     kept = _kept("flow", flow.beta) if way == "linear flow" else (0, 0)
-    return FlowChoice(way, errors[way], options, used, TRANSIENT + average[way], None, call, kept=kept)
+    return FlowChoice(way, errors[way], options, used, TRANSIENT + average[way], None, flow_curve, arguments, kept=kept)
 
 
-def _options(errors: dict[str, float], strains: dict[str, float], tolerance: float) -> pd.DataFrame:
+def _options(errors: dict[str, float], strains: dict[str, float], tolerance: float) -> tuple[pd.DataFrame, int | None]:
     """Options in the order in which ways were considered, the cheapest first."""
 
     def why(error: float) -> Why | None:
@@ -250,7 +240,8 @@ def _options(errors: dict[str, float], strains: dict[str, float], tolerance: flo
         {"way": name, "error": error, "strain": strains[name], "order": k, "why": why(error)}
         for k, (name, error) in enumerate(errors.items())
     ]
-    return judge(rows, "order").drop(columns="order")
+    options, row = judge(rows, "order")
+    return options.drop(columns="order"), row
 
 
 def _kept(kind: str, beta: float) -> tuple[int, int]:
@@ -280,14 +271,3 @@ def _least_drag(
     if apart > tolerance:
         return (law.linear() if way == "linear spectrum" else law), apart
     return (other if law.at_contacts else law), apart
-
-
-def _spell(value: Any) -> str:
-    if is_dataclass(value) and not isinstance(value, type):  # a drag law
-        given = (
-            f"{f.name}={_spell(getattr(value, f.name))}" for f in fields(value) if getattr(value, f.name) != f.default
-        )
-        return f"jamlab.{type(value).__name__}({', '.join(given)})"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_spell, value))}]"
-    return f"{value:.4g}" if isinstance(value, float) else repr(value)

@@ -20,7 +20,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates import ways
-from jamlab.estimates.options import OldWords, Why, judge, taken
+from jamlab.estimates.options import Why, judge
 from jamlab.estimates.ways import STEP, EnsembleWay, N, WayRecord, Ways
 from jamlab.packing.law_parameters import MODELS
 from jamlab.packing.packing import Packing
@@ -39,7 +39,7 @@ _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of ano
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Choice(OldWords):
+class Choice:
     """What was chosen, of `choose` or `estimate`, beside what else there was.
 
     Attributes:
@@ -107,8 +107,7 @@ def choose(
         raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; name a model instead")
     records = [record for record in list_records(table) if model in ("auto", record.way.model)]
     rows = [_option(record, reference, rho, tolerance, n) for record in records]
-    options = judge(rows, "seconds")
-    row = taken(options)
+    options, row = judge(rows, "seconds")
     if row is None:
         shares = [max(option[f"error_{name}"] / limit for name, limit in tolerance.items()) for option in rows]
         best = rows[int(np.argmin(shares))]

@@ -1,6 +1,6 @@
 """Options of a choice: what each would give and cost, which is taken, and why the others are not."""
 
-import warnings
+import math
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import Any
@@ -19,36 +19,13 @@ class Why(StrEnum):
     UNKNOWN = "no promise"  # the table has too few packings
 
 
-def judge(rows: Sequence[dict[str, Any]], cost: str, nearest: str | None = None) -> pd.DataFrame:
-    """Build the table of options: the cheapest, the first of equals, of those with `why` None is taken, else, if there
-    is a column `nearest`, the one whose value of it is least."""
-    options = pd.DataFrame(rows)
-    free = options["why"].isna()
-    options.loc[free, "why"] = Why.DEARER
-    if free.any():
-        options.loc[options.loc[free, cost].idxmin(), "why"] = Why.TAKEN
-    elif nearest and options[nearest].notna().any():
-        options.loc[options[nearest].idxmin(), "why"] = Why.TAKEN
-    options["why"] = options["why"].map(str)  # pandas makes text of some columns of an enum, but not of all
-    return options
-
-
-def taken(options: pd.DataFrame) -> int | None:
-    """Row of the option that is taken, if one is."""
-    found = options.index[options["why"] == Why.TAKEN]
-    return int(found[0]) if len(found) else None
-
-
-def warn_renamed(old: str, new: str) -> None:
-    """Warn the caller's caller that a name will go."""
-    warnings.warn(f"{old} goes with the next release: {new}", DeprecationWarning, stacklevel=4)
-
-
-class OldWords:
-    """Sentences that choices once carried; their fields and `options` hold the same as values."""
-
-    @property
-    def why(self) -> str:
-        """What the choice prints."""
-        warn_renamed(f"{type(self).__name__}.why", "print the choice, or read its `options`")
-        return repr(self)
+def judge(rows: Sequence[dict[str, Any]], cost: str, nearest: str | None = None) -> tuple[pd.DataFrame, int | None]:
+    """Build the table of options, and say which row is taken: the cheapest, the first of equals, of those with `why`
+    None; else, if there is a column `nearest`, the one whose value of it is least; else none."""
+    free = [k for k, option in enumerate(rows) if option["why"] is None]
+    known = [k for k, option in enumerate(rows) if nearest and not math.isnan(option[nearest])]
+    row = min(free, key=lambda k: rows[k][cost], default=None)
+    if row is None:
+        row = min(known, key=lambda k: rows[k][nearest or cost], default=None)
+    why = [Why.TAKEN if k == row else option["why"] or Why.DEARER for k, option in enumerate(rows)]
+    return pd.DataFrame(rows).assign(why=list(map(str, why))), row

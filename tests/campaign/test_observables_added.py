@@ -150,7 +150,7 @@ def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
     path = tmp_path / "c.toml"
     spectra = {"observables": ["spectra"], "omega": [1.0]}
     run(written(path, **SHORT, **spectra))
-    monkeypatch.setattr(observables, "linear_modulus", lambda *_: pytest.fail("measured again"))
+    monkeypatch.setattr(observables, "linear_modulus", lambda *_, **__: pytest.fail("measured again"))
     run(written(path, **SHORT, observables=["spectra", "voids"], omega=[1.0]))
     campaign = jamlab.open_campaign(written(path, **SHORT, observables=["spectra"], omega=[2.0]))
     with pytest.raises(pytest.fail.Exception, match="measured again"):  # other frequencies are another table

@@ -3,7 +3,6 @@
 import gzip
 import json
 import lzma
-import warnings
 from dataclasses import replace
 from importlib import resources
 
@@ -12,7 +11,7 @@ import pytest
 from commands import call
 
 import jamlab
-from jamlab.estimates.estimate import FEWEST, Stop, plan_mean, reference_way, sample
+from jamlab.estimates.estimate import FEWEST, Stop, plan_mean, reference_way
 from jamlab.estimates.options import Why
 from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, difference, find_onset, read_ways
 from jamlab.statistics.confidence import bend, between
@@ -44,21 +43,31 @@ def gaussian(mean, spread, rng):
     return lambda count: [(float(x), 1.0) for x in rng.normal(mean, spread, count)]
 
 
+def filled(plan, error, make):
+    """A sample of its own that follows a plan, and why it ended."""
+    found = replace(plan, values=[], seconds=0.0)
+    return found, found.fill(error, make)
+
+
 def reasons(plan):
-    return dict(zip(plan.options["way"], plan.options["why"], strict=True))
+    return dict(zip(plan.choice.options["way"], plan.choice.options["why"], strict=True))
 
 
 def test_cheap_packings_serve_where_their_difference_is_known():
     """By a hundred packings of each a mean difference is known to 1.96 sqrt(2/100) of the scatter."""
     loose, tight = (plan_mean("z", 0.9, error, table=table()) for error in (0.05, 0.01))
-    assert (loose.way, tight.way) == (CARRIED, reference_way())
-    assert loose.error <= 0.05 and tight.error <= 0.01 and tight.correction == tight.bias_error == 0
-    assert loose.correction == pytest.approx(OFF, abs=loose.bias_error)
+    assert (loose.choice.way, tight.choice.way) == (CARRIED, reference_way())
+    assert (
+        loose.choice.error["z"] <= 0.05
+        and tight.choice.error["z"] <= 0.01
+        and tight.choice.correction["z"] == tight.bias_error == 0
+    )
+    assert loose.choice.correction["z"] == pytest.approx(OFF, abs=loose.bias_error)
     assert loose.bias_error == pytest.approx(1.96 * SPREAD * 0.02**0.5, rel=0.2)
-    assert tight.packings == pytest.approx((1.96 * SPREAD / 0.01) ** 2, rel=0.3)
-    assert tight.seconds == pytest.approx(10.0 * tight.packings)
+    assert tight.choice.packings == pytest.approx((1.96 * SPREAD / 0.01) ** 2, rel=0.3)
+    assert tight.choice.seconds == pytest.approx(10.0 * tight.choice.packings)
     assert reasons(loose) == {DISKS: Why.UNSURE, CARRIED: Why.TAKEN, reference_way(): Why.DEARER}
-    assert loose.options["packings"].tolist()[1] == loose.packings
+    assert loose.choice.options["packings"].tolist()[1] == loose.choice.packings
 
 
 def test_ways_that_tell_too_little_are_not_taken():
@@ -67,11 +76,12 @@ def test_ways_that_tell_too_little_are_not_taken():
     world[CARRIED].values["z"][:60, 0] = np.nan
     world[replace(CARRIED, n=32)] = record(replace(CARRIED, n=32), 4.0, SPREAD, 0.1, 5, 8)
     low, high = (plan_mean("z", rho, 0.05, table=world) for rho in (0.84, 0.86))
-    assert (low.way, high.way) == (reference_way(), CARRIED)
+    assert (low.choice.way, high.choice.way) == (reference_way(), CARRIED)
     assert reasons(low)[CARRIED] == Why.FAILS and reasons(low)[replace(CARRIED, n=32)] == Why.UNKNOWN
     world[DISKS] = record(DISKS, 4.0, SPREAD, 0.01, 100, 9)
     ways = [
-        plan_mean(*asked, table=world).way for asked in (("z", 0.9, 0.05), ("g", 0.9, 0.05), ("rho-J", None, 0.005))
+        plan_mean(*asked, table=world).choice.way
+        for asked in (("z", 0.9, 0.05), ("g", 0.9, 0.05), ("rho-J", None, 0.005))
     ]
     assert ways == [DISKS, CARRIED, DISKS]
     with pytest.raises(jamlab.InputError, match="disks do not tell b"):
@@ -111,7 +121,7 @@ def test_intervals_hold_in_95_of_100_cases():
     for k in range(600):
         droplets = {reference_way(): record(reference_way(), 4.0, SPREAD, 1.0, 20, k)}
         plan = plan_mean("z", 0.9, 0.05, table=droplets)
-        found, _ = sample(plan, 0.05, gaussian(4.6, SPREAD, rng))
+        found, _ = filled(plan, 0.05, gaussian(4.6, SPREAD, rng))
         held.append(abs(np.mean(found.good) - 4.6) <= found.error <= 0.05)
     assert 0.925 < np.mean(held) < 0.975
 
@@ -124,24 +134,26 @@ def test_intervals_hold_where_the_table_is_part_of_the_error():
     for k in range(1000):
         error = 0.05 if k % 2 else 0.02
         plan = plan_mean("z", 0.9, error, table=table(100, seed=10 * k))
-        mean = 4.6 - OFF if plan.way == CARRIED else 4.6
-        found, _ = sample(plan, error, gaussian(mean, SPREAD, rng))
-        held[plan.way].append(abs(np.mean(found.good) + plan.correction - 4.6) <= found.error <= error)
+        mean = 4.6 - OFF if plan.choice.way == CARRIED else 4.6
+        found, _ = filled(plan, error, gaussian(mean, SPREAD, rng))
+        held[plan.choice.way].append(
+            abs(np.mean(found.good) + plan.choice.correction["z"] - 4.6) <= found.error <= error
+        )
     assert min(map(len, held.values())) > 200
     assert 0.93 < np.mean(held[CARRIED] + held[reference_way()]) < 0.97
 
 
 def test_packings_are_added_where_they_scatter_more_than_the_table_says():
     plan = plan_mean("z", 0.9, 0.03, table=table())
-    found, stopped = sample(plan, 0.03, gaussian(4.6, 2 * SPREAD, np.random.default_rng(2)))
-    assert len(found.good) > 2.5 * plan.packings and found.error <= 0.03 and stopped == Stop.MET
-    found, stopped = sample(plan, 0.03, gaussian(4.6, 20 * SPREAD, np.random.default_rng(2)))
+    found, stopped = filled(plan, 0.03, gaussian(4.6, 2 * SPREAD, np.random.default_rng(2)))
+    assert len(found.good) > 2.5 * plan.choice.packings and found.error <= 0.03 and stopped == Stop.MET
+    found, stopped = filled(plan, 0.03, gaussian(4.6, 20 * SPREAD, np.random.default_rng(2)))
     assert found.error > 0.03 and stopped == Stop.SCATTER
 
 
 def test_it_stops_where_the_model_is_not_known_better():
     plan = plan_mean("z", 0.9, 0.05, model="sp", table=table())
-    found, stopped = sample(plan, 0.05, gaussian(4.1, 5.0, np.random.default_rng(2)))
+    found, stopped = filled(plan, 0.05, gaussian(4.1, 5.0, np.random.default_rng(2)))
     assert plan.bias_error > 0.05 and found.half_width() <= 0.5 * plan.bias_error
     assert found.error > 0.05 and stopped == Stop.WAY
 
@@ -149,41 +161,35 @@ def test_it_stops_where_the_model_is_not_known_better():
 def test_seeds_without_a_value_are_made_up_for_and_nearly_none_is_refused():
     plan = plan_mean("z", 0.9, 0.1, table=table())
     rng = np.random.default_rng(4)
-    found, _ = sample(plan, 0.1, lambda n: [(4.3 if rng.random() < 0.5 else np.nan, 1.0) for _ in range(n)])
-    assert len(found.good) >= plan.packings and found.seconds == len(found.values) > len(found.good)
+    found, _ = filled(plan, 0.1, lambda n: [(4.3 if rng.random() < 0.5 else np.nan, 1.0) for _ in range(n)])
+    assert len(found.good) >= plan.choice.packings and found.seconds == len(found.values) > len(found.good)
     with pytest.raises(jamlab.ConvergenceError, match="most jam above it"):
-        sample(plan, 0.1, lambda n: [(np.nan, 1.0)] * n)
+        filled(plan, 0.1, lambda n: [(np.nan, 1.0)] * n)
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "named"),
     [
-        (("y", 0.9, 0.1), "quantity"),
-        (("z", 0.83, 0.1), "0.84 .. 0.98"),
-        (("z", None, 0.1), "z needs rho, .* 0.84 .. 0.98"),
-        (("z", 0.9, 0.0), "error = 0.0: must be a finite number above 0$"),
-        (("z", 0.9, float("inf")), "error = inf: must be a finite number above 0$"),
-        (("z", 0.9, 1e-7), "more than 100000 packings"),
+        (("y", 0.9, 0.1), "'y'"),
+        (("z", 0.83, 0.1), "rho = 0.83"),
+        (("z", None, 0.1), "0.84 .. 0.98"),
+        (("z", 0.9, 0.0), "error = 0.0"),
+        (("z", 0.9, float("inf")), "error = inf"),
+        (("z", 0.9, 1e-7), "error = 1e-07"),
     ],
 )
-def test_what_is_refused(words, said):
-    with pytest.raises(jamlab.InputError, match=said):
+def test_what_is_refused(words, named):
+    with pytest.raises(jamlab.InputError) as caught:
         jamlab.estimate(*words)
-    with pytest.raises(jamlab.InputError, match="model"):
+    assert named in str(caught.value)
+    with pytest.raises(jamlab.InputError):
         jamlab.estimate("z", 0.9, 0.1, model="ellipses")
 
 
-def test_a_dry_run_makes_nothing_and_expects_what_the_old_plan_did():
+def test_a_dry_run_makes_nothing():
     made = jamlab.estimate("g", 0.92, 0.02, dry_run=True)
     assert np.isnan(made.value) and len(made.values) == len(made.seeds) == 0 and made.stopped == Stop.PLANNED
-    with pytest.warns(DeprecationWarning, match="dry_run=True"):
-        old = jamlab.plan_estimate("g", 0.92, 0.02)
-    assert (old.packings, old.error, old.seconds) == (made.packings, made.error, made.seconds) and made.met
-    with pytest.warns(DeprecationWarning, match=r"EnsemblePlan.why goes"):
-        assert old.why == repr(old)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert old.way == made.choice.way and isinstance(old, jamlab.EnsemblePlan)
+    assert (made.packings, made.error) == (made.choice.packings, made.choice.error["g"]) and made.met
 
 
 @pytest.mark.slow

@@ -59,8 +59,6 @@ def test_a_choice_holds_its_options_and_prints_them():
     assert choice.error == {"z": pytest.approx(0.125)} and "cheapest of 2 ways that serve" in repr(choice)
     assert choice.correction == pytest.approx({"z": -0.06, "g": 0.0, "a": -0.06, "void_sides": -0.06})
     assert chosen(0.90, 0.01).error == {"z": 0.0}  # default droplets are what errors are measured against
-    with pytest.warns(DeprecationWarning, match=r"Choice.why goes .* read its `options`"):
-        assert choice.why == repr(choice)
 
 
 def test_nothing_is_promised_of_a_way_with_few_packings_or_where_it_fails():

@@ -60,20 +60,18 @@ def complex_of(result):
 def test_each_way_calls_a_public_function_that_gives_what_it_says(packing, way, law, given):
     """The modulus of a choice is that of its call; a run is not run here, but can be called, and prints as written."""
     choice = jamlab.choose_flow(packing, law, **given)
-    name = choice.call.func.__name__
-    assert choice.way == way and getattr(jamlab, name) is choice.call.func and name in jamlab.__all__
-    assert str(choice.call).startswith(f"jamlab.{name}(p") and str(choice.call) in repr(choice)
+    name = choice.function.__name__
+    assert choice.way == way and getattr(jamlab, name) is choice.function and name in jamlab.__all__
+    assert choice.call.startswith(f"jamlab.{name}(p") and choice.call in repr(choice)
     assert options(choice, "why")[way] == Why.TAKEN and options(choice)[way] == choice.error
     assert choice.strain == (options(choice, "strain")[way] if way in ("oscillation", "flow", "linear flow") else 0)
     if choice.modulus is not None:
-        assert complex_of(choice.call(packing)) == pytest.approx(choice.modulus, rel=1e-6)
-        assert complex_of(eval(str(choice.call), {"jamlab": jamlab, "p": packing})) == pytest.approx(
+        assert complex_of(choice.run(packing)) == pytest.approx(choice.modulus, rel=1e-6)
+        assert complex_of(eval(choice.call, {"jamlab": jamlab, "p": packing})) == pytest.approx(
             choice.modulus, rel=2e-3
         )
     else:
-        assert {"amplitude", "rates"} & set(choice.call.keywords) and choice.kept[1] == (
-            13 if way == "linear flow" else 0
-        )
+        assert {"amplitude", "rates"} & set(choice.arguments) and choice.kept[1] == (13 if way == "linear flow" else 0)
 
 
 def test_small_strains_need_the_linear_spectrum_and_a_run_agrees(packing):
@@ -156,7 +154,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
         noise = STANDARD_ERRORS * shipped_errors().scatter_of_flow() / np.sqrt(choice.strain - 1)
         assert choice.way == "linear flow" and choice.error <= tolerance
         assert choice.error == pytest.approx(np.hypot(model, noise))
-        assert choice.call.keywords["rates"] == [pytest.approx(1e-3**0.5)] and choice.damping == jamlab.ContactDamping()
+        assert choice.arguments["rates"] == [pytest.approx(1e-3**0.5)] and choice.damping == jamlab.ContactDamping()
     for tolerance in (0.9 * model, model * (1 + 1e-6)):  # near its own error nothing is left for the average
         refused = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
         assert refused.way == "flow" and options(refused)["linear flow"] > tolerance >= refused.error
@@ -167,7 +165,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
 
 def test_steady_flow_runs_as_its_errors_were_measured(packing):
     film = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.4)
-    curve = film.call(packing)
+    curve = film.run(packing)
     assert curve.background == measurement._FLOW["background"] == BACKGROUND
     assert curve.strain + curve.discard == pytest.approx(film.strain)
 
@@ -286,20 +284,6 @@ def test_refused(packing, given, message):
         jamlab.choose_flow(packing, **given)
 
 
-def test_old_names_warn_and_work(packing):
-    with pytest.warns(DeprecationWarning, match="mass of choose_flow goes"):
-        choice = jamlab.choose_flow(packing, omega=1.0, mass=0.1)
-    with pytest.warns(DeprecationWarning, match="read `options`"):
-        assert choice.others == options(choice)
-    with pytest.warns(DeprecationWarning, match="read `outside`"):
-        assert choice.warning == ""
-    with pytest.warns(DeprecationWarning, match=r"use flow_curve\(..., dry_run=True\)"):
-        plan = jamlab.plan_flow(packing, [1.0, 0.1], strain=3.0)
-    assert plan.rates.tolist() == [0.1, 1.0] and np.all(plan.seconds == 3 * plan.seconds_per_strain)
-    with pytest.raises(jamlab.InputError, match="no rate fits"):
-        plan.check(1e-9)
-
-
 def test_the_study_measures_rows_of_the_table(packing, monkeypatch):
     """Each part at the conditions that it names; a condition that no run reaches has no row."""
     flows = [Flow("oscillation", 1.0, 1.0, 1e-3), Flow("oscillation", 0.5, 1e-6, 1e-3)]
@@ -312,5 +296,5 @@ def test_the_study_measures_rows_of_the_table(packing, monkeypatch):
 def test_cycles_are_counted_where_the_modulus_is_negative(beta):
     p = jamlab.pack(n=16, pressure=5e-3, seed=1)
     choice = jamlab.choose_flow(p, jamlab.ContactDamping(beta=beta), omega=1.0, amplitude=1e-3)
-    assert choice.way == "oscillation" and choice.call.keywords["cycles"] == 3 + MOST_CYCLES
+    assert choice.way == "oscillation" and choice.arguments["cycles"] == 3 + MOST_CYCLES
     assert choice.strain == pytest.approx(4e-3 * (3 + MOST_CYCLES))

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import StorageError
-from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES, plan_mean, reference_way, sample
+from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES, plan_mean, reference_way
 from jamlab.estimates.ways import ONSET, EnsembleWay, N, default_vertices, free_shape, read_ways, scatter
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies.least_model import FEW_VERTICES
@@ -48,16 +48,16 @@ def blind_trial(pool, truth, count, seed):
         error = float(f"{deviation * np.exp(rng.uniform(*np.log(ERRORS))):.2g}")
         plan = plan_mean(quantity, None if quantity == ONSET else rho, error, table=table)
         values = rng.permutation(droplets_at(truth, quantity, rho))
-        if plan.way == reference_way():
+        if plan.choice.way == reference_way():
             drawn, values = values[::2], values[1::2]
             make = _draw(drawn, np.full(len(drawn), plan.scatter.seconds), rng)
         else:
-            make = _draw(*_column(pool[plan.way], quantity, rho), rng)
-        found, _ = sample(plan, error, make)
-        value = float(np.mean(found.good)) + plan.correction
+            make = _draw(*_column(pool[plan.choice.way], quantity, rho), rng)
+        plan.fill(error, make)
+        value = float(np.mean(plan.good)) + plan.choice.correction[quantity]
         true = (float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))
-        cost = (len(found.good), plan.seconds, found.seconds)
-        rows.append((k, quantity, rho, error, str(plan.way), *cost, value, found.error, *true))
+        cost = (len(plan.good), plan.choice.seconds, plan.seconds)
+        rows.append((k, quantity, rho, error, str(plan.choice.way), *cost, value, plan.error, *true))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
