@@ -36,6 +36,9 @@ void CommandForces::command(int narg, char ** /*arg*/)
 double CommandForces::next_forces()
 {
   if (update->first_update == 0) error->all(FLERR, "jamlab/forces continues a run: use run 0 first");
+  if (force->angle || force->dihedral || force->improper || force->kspace || atom->torque_flag || domain->box_change)
+    error->all(FLERR, "jamlab/forces knows forces of pair and bond styles and of fixes alone, in a box that stays: use "
+               "run 0, or remove angles, dihedrals, impropers, kspace, torques and fixes that change the box");
 
   update->ntimestep++;
   if (neighbor->decide())

@@ -3,17 +3,13 @@
 
 #include "dense_panel.h"
 
+#include "wide_vectors.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 
-// compiled twice, for wider vectors too; without fused products, so that both give the same digits
-#if defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__)
-#define FOR_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
-#else
-#define FOR_WIDE_VECTORS
-#endif
 #define ALWAYS_INLINE inline __attribute__((always_inline))
 
 using namespace LAMMPS_NS;
@@ -47,7 +43,7 @@ using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 /* ---------------------------------------------------------------------- */
 
-FOR_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, int height, int stride)
+JAMLAB_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, int height, int stride)
 {
   for (int first = 0; first < width; first += COLUMNS) {
     const int last = std::min(first + COLUMNS, width);
@@ -78,7 +74,7 @@ FOR_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, int h
 
 /* ---------------------------------------------------------------------- */
 
-FOR_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, int height, int stride, double *product,
+JAMLAB_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, int height, int stride, double *product,
                                                 int apart)
 {
   for (int first = 0; first < height; first += COLUMNS)
@@ -129,13 +125,13 @@ static ALWAYS_INLINE void up(const double *panel, int width, int rows, int strid
   }
 }
 
-FOR_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int rows, int stride, double *own,
+JAMLAB_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int rows, int stride, double *own,
                                             double *below)
 {
   block == 2 ? down<2>(panel, width, rows, stride, own, below) : down<3>(panel, width, rows, stride, own, below);
 }
 
-FOR_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int rows, int stride, double *own,
+JAMLAB_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int rows, int stride, double *own,
                                           const double *below)
 {
   block == 2 ? up<2>(panel, width, rows, stride, own, below) : up<3>(panel, width, rows, stride, own, below);

@@ -79,7 +79,7 @@ void FixOverdamped::setup(int /*vflag*/)
 {
   if (last_timestep >= 0 && last_timestep != update->ntimestep) forget_velocities();
   for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // no mass, no kinetic energy or pressure
-  if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
+  if (state.end <= state.time) end_interval();
   if (!droplets) {
     start_disks();
     plan_disks();
@@ -113,6 +113,11 @@ void FixOverdamped::forget_velocities()
 
 void FixOverdamped::initial_integrate(int /*vflag*/)
 {
+  if (!droplets && !plan.made) {    // of `run ... pre no` after an interval, as if before this step
+    update->ntimestep--;
+    plan_disks();
+    update->ntimestep++;
+  }
   const double dt = update->dt, strain_step = droplets ? next_strain_step(dt) : plan.strain;
   at_start = state;
   if (droplets)
@@ -130,6 +135,30 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
   if (interval > 0.0 && fabs(state.end - state.time) < 1e-9 * dt) state.time = state.end;
   state.rate = driven_rate();
   lean(strain_step);
+  double farthest = 0.0;
+  const Motions &moves = droplets ? moved : plan.moved;
+  for (int i = 0; i < atom->nlocal; i++) farthest = std::max(farthest, hypot(moves[i].x, moves[i].y));
+  keep_neighbors(farthest, strain_step);
+}
+
+/* ----------------------------------------------------------------------
+   particles that come to touch must be in the neighbor list, whatever neigh_modify says: half the skin is for the
+   corrections of droplets, which come after
+------------------------------------------------------------------------- */
+
+void FixOverdamped::keep_neighbors(double farthest, double strain)
+{
+  MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (neighbor->ago == 0) approached = 0.0;
+  approached += 2.0 * farthest + fabs(strain) * neighbor->cutneighmax;
+  if (approached > 0.5 * neighbor->skin) next_reneighbor = update->ntimestep;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::end_interval()
+{
+  if (interval > 0.0) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -229,9 +258,13 @@ void FixOverdamped::final_integrate()
     set_time_step(up_to_end(std::min(state.step, longest_step())));
   } else {
     start_disks();
+    plan.made = false;
     if (!ended) plan_disks();    // a run that goes on from here plans anew
   }
-  if (ended) timer->force_timeout();
+  if (!ended) return;
+  end_interval();
+  stopped = true;
+  timer->force_timeout();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -239,7 +272,8 @@ void FixOverdamped::final_integrate()
 void FixOverdamped::post_run()
 {
   if (update->whichflag == 1) last_timestep = update->ntimestep;    // of a run, not of a minimisation
-  if (interval > 0.0 && state.time == state.end) timer->reset_timeout();
+  if (stopped) timer->reset_timeout();
+  stopped = false;
 }
 
 /* ----------------------------------------------------------------------

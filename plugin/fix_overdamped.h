@@ -73,7 +73,9 @@ class FixOverdamped : public Fix, private GhostExchange {
   DiskDrag *disks = nullptr;    // the solver, of disks
   std::vector<DiskDrag::Edge> restored;    // from a restart file
   double length_unit = 1.0;     // mean diameter of disks
-  double approached = 0.0;      // by two disks at most, since neighbors were found
+  double approached = 0.0;      // by two disks or vertices at most, since neighbors were found
+  double user_time_step = 0.0;  // that the fix changes
+  bool stopped = false;         // this run, at the end of an interval
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
   bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
   Motions now, before;        // velocities: of this step, and, of droplets, of the last one
@@ -105,6 +107,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     std::vector<double> thetas;
   } stages[3];
   struct Plan {     // the next step of disks: part `time` of a whole one
+    bool made = false;
     double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0, longest = 0.0;
     Motions moved, ahead;
     std::vector<DiskDrag::Change> changes;    // that happen in it
@@ -134,7 +137,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   double strain_after(double time, double step) const;
   double up_to_changes(double step, double allowed);
   void gather(std::vector<DiskDrag::Change> &) const;
-  void keep_neighbors();
+  void keep_neighbors(double farthest, double strain);
+  void end_interval();
   double all_speeds() const;
   double crowd() const;
   static Weights dense_weights(double part);

@@ -12,7 +12,6 @@
 #include "disk_drag.h"
 #include "domain.h"
 #include "error.h"
-#include "neighbor.h"
 #include "update.h"
 
 #include <algorithm>
@@ -255,7 +254,7 @@ void FixOverdamped::plan_disks()
       a = {a.x + v[s] * u.x, a.y + v[s] * u.y, a.spin + v[s] * u.spin};
     }
   }
-  keep_neighbors();
+  plan.made = true;
   set_time_step(plan.time);
 }
 
@@ -320,20 +319,6 @@ void FixOverdamped::gather(std::vector<DiskDrag::Change> &changes) const
     };
     if (std::none_of(changes.begin(), changes.end(), same)) changes.push_back(change);
   }
-}
-
-/* ----------------------------------------------------------------------
-   pairs that come to touch in a step must be in the neighbor list, which is made anew in time
-------------------------------------------------------------------------- */
-
-void FixOverdamped::keep_neighbors()
-{
-  double farthest = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) farthest = std::max(farthest, hypot(plan.moved[i].x, plan.moved[i].y));
-  MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
-  if (neighbor->ago == 0) approached = 0.0;
-  approached += 2.0 * farthest + fabs(plan.strain) * neighbor->cutneighmax;
-  if (approached > 0.5 * neighbor->skin) next_reneighbor = update->ntimestep + 1;
 }
 
 /* ---------------------------------------------------------------------- */

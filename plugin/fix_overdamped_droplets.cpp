@@ -132,10 +132,12 @@ double FixOverdamped::shortest_droplet_step() const
 bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_rate,
                                      const DragSolver::Result &result)
 {
-  if (!result.converged || farthest_correction(predicted) > FARTHEST) {
+  const double farthest = farthest_correction(predicted);
+  if (!result.converged || farthest > FARTHEST) {
     if (state.last_step < shortest_droplet_step()) refuse(result);
     return false;
   }
+  approached += 2.0 * farthest;
   const double extra = ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {

@@ -34,6 +34,7 @@ static constexpr double LAYER = 0.01;
 FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   read_arguments(narg, arg);
+  user_time_step = update->dt;
 
   time_integrate = 1;
   time_depend = 1;
@@ -61,6 +62,7 @@ FixOverdamped::~FixOverdamped()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
+  if (update) set_time_step(user_time_step);
   if (!modify) return;
   for (const char *name : {"virial", "energy"})    // they may be gone, by uncompute
     if (const auto own = fmt::format("{}_{}", id, name); modify->get_compute_by_id(own)) modify->delete_compute(own);
@@ -176,6 +178,7 @@ void FixOverdamped::init()
 {
   check();
   check_forces();
+  if (update->whichflag == 2) set_time_step(user_time_step);    // of a minimisation
   find_computes();
   make_solver();
 }
@@ -192,7 +195,7 @@ void FixOverdamped::find_computes()
 
 /* ----------------------------------------------------------------------
    Forces that are not those of the contacts would move particles without being in any stress, energy or
-   step: drag and stiffness are known of those of the model alone.
+   step: drag and stiffness are known of those of the model alone. So would fixes that move them or the box.
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::check_forces() const
@@ -213,8 +216,11 @@ void FixOverdamped::check_forces() const
     const int mask = modify->fmask[k];
     if (fix == this || utils::strmatch(fix->style, "^polygon/") || utils::strmatch(fix->style, "^enforce2d")) continue;
     if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, fix->style));
-    if (mask & (INITIAL_INTEGRATE | FINAL_INTEGRATE))
-      error->all(FLERR, "{}: fix {} of style {} moves atoms, too: unfix it", WHO, fix->id, fix->style);
+    const bool moves = fix->time_integrate || mask & (INITIAL_INTEGRATE | POST_INTEGRATE | FINAL_INTEGRATE);
+    const bool exchanges = mask & PRE_EXCHANGE && !utils::strmatch(fix->style, "^balance");
+    if (moves || exchanges || fix->box_change & ~Fix::BOX_CHANGE_DOMAIN)
+      error->all(FLERR, "{}: fix {} of style {} {}, too, which enters neither work nor steps: unfix it", WHO, fix->id,
+                 fix->style, moves ? "moves atoms" : exchanges ? "adds, removes or swaps atoms" : "changes the box");
   }
 }
 
@@ -255,7 +261,7 @@ void FixOverdamped::check() const
     error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "{}: works with run_style verlet only", WHO);
-  if (comm->procgrid[0] > 2)
+  if (comm->layout != Comm::LAYOUT_TILED && comm->procgrid[0] > 2)
     error->all(FLERR, "{}: {} ranks side by side along x: atoms may go to any of them when the box flips; use "
                "processors 1 * 1", WHO, comm->procgrid[0]);
   if (disks && disks->drag().tau == 0.0 && settings.background == 0.0)
@@ -265,7 +271,7 @@ void FixOverdamped::check() const
 }
 
 /* ----------------------------------------------------------------------
-   stresses over the area of the box; what is written in lammps_inputs/flow.output
+   stresses over the area of the box; the columns of the manual
 ------------------------------------------------------------------------- */
 
 double FixOverdamped::compute_vector(int n)

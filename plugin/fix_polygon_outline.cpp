@@ -17,6 +17,8 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
+static constexpr char ID[] = "POLYGON_OUTLINE";
+static bigint all_rebuilds = 0;    // of all instances: users may unfix one
 static constexpr int PER_ATOM = 7;     // of a link, on its way to another rank
 static constexpr int PER_GHOST = 5;
 
@@ -25,7 +27,8 @@ static constexpr int PER_GHOST = 5;
 ------------------------------------------------------------------------- */
 
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), unread(true), stale(true), longest(0.0), mean(0.0), built_at(-1), refreshed(0), nlocal(0), nghost(0)
+    Fix(lmp, narg, arg), unread(true), longest(0.0), mean(0.0), rebuilds(0), refreshed(0),
+    refreshed_for(-1, -1)
 {
   if (narg != 3) error->all(FLERR, "Fix POLYGON/OUTLINE takes no arguments");
   if (domain->dimension != 2) error->all(FLERR, "Polygons require a 2d simulation");
@@ -51,6 +54,7 @@ FixPolygonOutline::~FixPolygonOutline()
 
 FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
 {
+  if (auto *const made = dynamic_cast<FixPolygonOutline *>(lmp->modify->get_fix_by_id(ID))) return made;
   const std::string who(caller);
   if (lmp->domain->dimension != 2) lmp->error->all(FLERR, who + " requires a 2d simulation");
   if (!lmp->atom->molecule_flag) lmp->error->all(FLERR, who + " requires atoms with molecule IDs");
@@ -59,9 +63,7 @@ FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
   if (lmp->atom->map_style == Atom::MAP_NONE)
     lmp->error->all(FLERR, who + " requires an atom map: use atom_modify map array");
 
-  const auto found = lmp->modify->get_fix_by_style("^POLYGON/OUTLINE$");
-  Fix *fix = found.empty() ? lmp->modify->add_fix("POLYGON_OUTLINE all POLYGON/OUTLINE") : found.front();
-  return dynamic_cast<FixPolygonOutline *>(fix);
+  return dynamic_cast<FixPolygonOutline *>(lmp->modify->add_fix(fmt::format("{} all POLYGON/OUTLINE", ID)));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -75,7 +77,7 @@ int FixPolygonOutline::setmask()
 
 void FixPolygonOutline::init()
 {
-  unread = stale = true;
+  unread = true;
 }
 
 /* ----------------------------------------------------------------------
@@ -85,24 +87,27 @@ void FixPolygonOutline::init()
 
 void FixPolygonOutline::setup_post_neighbor()
 {
-  stale = true;
+  rebuilds = ++all_rebuilds;
 }
 
 void FixPolygonOutline::post_neighbor()
 {
-  stale = true;
+  rebuilds = ++all_rebuilds;
 }
 
 void FixPolygonOutline::min_post_neighbor()
 {
-  stale = true;
+  rebuilds = ++all_rebuilds;
 }
 
 /* ---------------------------------------------------------------------- */
 
 bigint FixPolygonOutline::refresh()
 {
-  if (!stale && built_at == neighbor->ncalls && fit_atoms()) return refreshed;
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  if (!unread && refreshed_for == lists() && static_cast<int>(tags.size()) == nall &&
+      std::equal(tags.begin(), tags.end(), atom->tag))
+    return refreshed;
 
   int changed = unread || outlines_changed();
   MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, world);
@@ -111,14 +116,9 @@ bigint FixPolygonOutline::refresh()
     warn_of_crossings();    // here, once a run, not for every style that reads them in its init()
   }
 
-  nlocal = atom->nlocal;
-  nghost = atom->nghost;
-  const int nall = nlocal + nghost;
-  copies.resize(nall);
-  for (int i = 0; i < nlocal; i++) {
-    const imageint image = atom->image[i];
-    copies[i] = {static_cast<int>(image & IMGMASK) - IMGMAX, static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX};
-  }
+  tags.assign(atom->tag, atom->tag + nall);
+  images.resize(nall);
+  for (int i = 0; i < nlocal; i++) images[i] = ImageOffset(atom->image[i]);
   comm->forward_comm(this);
 
   successor.resize(nall);
@@ -127,27 +127,38 @@ bigint FixPolygonOutline::refresh()
     successor[i] = same_copy(i, links[i].next);
     predecessor[i] = same_copy(i, links[i].prev);
   }
-  stale = false;
-  built_at = neighbor->ncalls;
+  refreshed_for = lists();
   return ++refreshed;
 }
 
 /* ---------------------------------------------------------------------- */
 
-bool FixPolygonOutline::fit_atoms() const
+bigint FixPolygonOutline::neighbor_calls() const
 {
-  return atom->nlocal == nlocal && atom->nghost == nghost;
+  return neighbor->ncalls;
 }
 
 /* ----------------------------------------------------------------------
-   in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or a bond
+   changes, where atom i is bonded to others than before
+------------------------------------------------------------------------- */
+
+int FixPolygonOutline::bonds_of(int i) const
+{
+  unsigned sum = 0;
+  for (int m = 0; m < atom->num_bond[i]; m++)
+    if (atom->bond_type[i][m] > 0) sum += 2654435761u * static_cast<unsigned>(atom->bond_atom[i][m]) + 1u;
+  return static_cast<int>(sum);
+}
+
+/* ----------------------------------------------------------------------
+   in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or have other bonds
 ------------------------------------------------------------------------- */
 
 bool FixPolygonOutline::outlines_changed() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
     const OutlineLink &own = links[i];
-    if (own.kind == UNKNOWN || own.bonds != atom->num_bond[i] || (own.next && atom->map(own.next) < 0) ||
+    if (own.kind == UNKNOWN || own.bonds != bonds_of(i) || (own.next && atom->map(own.next) < 0) ||
         (own.prev && atom->map(own.prev) < 0))
       return true;
   }
@@ -160,7 +171,7 @@ int FixPolygonOutline::same_copy(int i, tagint tag) const
 {
   if (!tag) return -1;
   int j = atom->map(tag);
-  while (j >= 0 && !(copies[j] == copies[i])) j = atom->sametag[j];
+  while (j >= 0 && !(images[j] == images[i])) j = atom->sametag[j];
   return j;
 }
 
@@ -172,7 +183,8 @@ void FixPolygonOutline::read_bonds()
 {
   struct Record {
     tagint molecule, tag, partner;    // partner 0: the atom itself
-    double x, y;
+    double x, y;              // in the box
+    ImageOffset image;
   };
   const int nprocs = comm->nprocs;
   std::vector<std::vector<Record>> records(nprocs);
@@ -183,12 +195,11 @@ void FixPolygonOutline::read_bonds()
     links[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0};
     if (molecule <= 0) continue;    // no molecule
     const int home = static_cast<int>(molecule % nprocs);
-    double r[3];
-    domain->unmap(atom->x[i], atom->image[i], r);
-    records[home].push_back({molecule, atom->tag[i], 0, r[0], r[1]});
+    const double *const x = atom->x[i];
+    records[home].push_back({molecule, atom->tag[i], 0, x[0], x[1], ImageOffset(atom->image[i])});
     asked[home].push_back(i);
     for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) records[home].push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0});
+      if (atom->bond_type[i][m] > 0) records[home].push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0, {}});
   }
 
   struct Place {
@@ -219,8 +230,11 @@ void FixPolygonOutline::read_bonds()
       const Record &record = places[end].record;
       if (record.partner)
         bonds.push_back({record.tag, record.partner});
-      else
-        atoms.push_back({record.tag, record.x, record.y});
+      else {
+        const ImageOffset image = record.image - places[begin].record.image;
+        atoms.push_back({record.tag, record.x + image.a * domain->xprd + image.b * domain->xy,
+                         record.y + image.b * domain->yprd});
+      }
     }
     const auto found = outline_links(atoms, bonds);
     lengths.add(atoms, found);
@@ -234,7 +248,7 @@ void FixPolygonOutline::read_bonds()
   MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
   MPI_Allreduce(&lengths.longest, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
   mean = sums[1] > 0.0 ? sums[0] / sums[1] : 0.0;
-  for (int i = 0; i < atom->nlocal; i++) links[i].bonds = atom->num_bond[i];
+  for (int i = 0; i < atom->nlocal; i++) links[i].bonds = bonds_of(i);
   unread = false;
 }
 
@@ -312,8 +326,8 @@ int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pb
     buf[0] = ubuf(links[i].next).d;
     buf[1] = ubuf(links[i].prev).d;
     buf[2] = links[i].kind;
-    buf[3] = copies[i].a - pbc[0];
-    buf[4] = copies[i].b - pbc[1];
+    buf[3] = images[i].a - pbc[0];
+    buf[4] = images[i].b - pbc[1];
   }
   return PER_GHOST * n;
 }
@@ -324,7 +338,7 @@ void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
 {
   for (int i = first; i < first + n; i++, buf += PER_GHOST) {
     links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]), 0, 0, 0};
-    copies[i] = {static_cast<int>(buf[3]), static_cast<int>(buf[4])};
+    images[i] = {static_cast<int>(buf[3]), static_cast<int>(buf[4])};
   }
 }
 
@@ -332,6 +346,6 @@ void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
 
 double FixPolygonOutline::memory_usage()
 {
-  return links.capacity() * sizeof(OutlineLink) + copies.capacity() * sizeof(Copy) +
-      (successor.capacity() + predecessor.capacity()) * sizeof(int);
+  return links.capacity() * sizeof(OutlineLink) + images.capacity() * sizeof(ImageOffset) +
+      (successor.capacity() + predecessor.capacity()) * sizeof(int) + tags.capacity() * sizeof(tagint);
 }

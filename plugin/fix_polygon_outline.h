@@ -5,8 +5,10 @@
 #define JAMLAB_FIX_POLYGON_OUTLINE_H
 
 #include "fix.h"
+#include "image_offset.h"
 #include "molecule_outline.h"
 
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -45,30 +47,28 @@ class FixPolygonOutline : public Fix {
   double longest_edge() const { return longest; }    // of all ranks, when the bonds were read
   double mean_edge() const { return mean; }
   bigint refresh();     // collective, before the first use after a neighbor build; number of the refresh
-
-  struct Copy {    // lattice vectors to add to get the unwrapped position
-    int a, b;
-    bool operator==(const Copy &o) const { return a == o.a && b == o.b; }
-    bool operator<(const Copy &o) const { return a < o.a || (a == o.a && b < o.b); }
-  };
+  // which neighbor lists these are: they change with the pair; 0 and more until this fix has seen them made
+  std::pair<bigint, bigint> lists() const { return {rebuilds, neighbor_calls()}; }
 
   // of owned atoms and ghosts, at the last refresh
   const OutlineLink &link(int i) const { return links[i]; }
-  const Copy &copy(int i) const { return copies[i]; }
+  const ImageOffset &image(int i) const { return images[i]; }
   int next(int i) const { return successor[i]; }      // local index in the same copy, -1 if absent
   int prev(int i) const { return predecessor[i]; }
-  bool fit_atoms() const;    // local and ghost atoms are as many as at the last refresh
 
  private:
   std::vector<OutlineLink> links;
-  std::vector<Copy> copies;
+  std::vector<ImageOffset> images;
+  std::vector<tagint> tags;    // of atoms and ghosts at the last refresh
   std::vector<int> successor, predecessor;
-  bool unread, stale;
+  bool unread;
   double longest, mean;
-  bigint built_at, refreshed;
-  int nlocal, nghost;
+  bigint rebuilds, refreshed;
+  std::pair<bigint, bigint> refreshed_for;    // lists
 
   bool outlines_changed() const;
+  bigint neighbor_calls() const;
+  int bonds_of(int i) const;
   int same_copy(int i, tagint tag) const;
   void warn_of_crossings() const;
 };

@@ -26,7 +26,7 @@ struct OutlineLink {
   int size;             // atoms of the ring or chain
   int first;            // 1 on one vertex of each ring or chain, that of the lowest ID
   int crossings;        // of a ring: pairs of its edges that pass through each other
-  int bonds = 0;        // that the atom itself listed: fix bond/break and bond/create change them in a run
+  int bonds = 0;        // sum over those that the atom itself lists: fix bond/swap and others change them in a run
 };
 
 struct OutlineAtom {

@@ -53,7 +53,7 @@ Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaw
   const double length = j < 0 ? BIG : std::hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
   if (length > laws.longest_edge) return {TOO_LONG, length, i};
   if (!same_law(laws, atom->ntypes, type, atom->type[j])) return {OTHER_LAW, length, i};
-  if (!(outline.copy(lmp->domain->closest_image(i, j)) == outline.copy(j))) return {OTHER_IMAGE, length, i};
+  if (!(outline.image(lmp->domain->closest_image(i, j)) == outline.image(j))) return {OTHER_IMAGE, length, i};
   return {};
 }
 
@@ -67,13 +67,20 @@ struct Report {
 double length_of_edge(LAMMPS *lmp, const tagint *ends)
 {
   const Atom *const atom = lmp->atom;
-  double r[6] = {0.0};
+  const Domain *const domain = lmp->domain;
+  double r[2][4] = {};    // x and y in the box, image
   for (int k = 0; k < 2; k++) {
     const int i = lmp->atom->map(ends[k]);
-    if (i >= 0 && i < atom->nlocal) lmp->domain->unmap(atom->x[i], atom->image[i], r + 3 * k);
+    if (i < 0 || i >= atom->nlocal) continue;
+    const ImageOffset image(atom->image[i]);
+    const double own[4] = {atom->x[i][0], atom->x[i][1], static_cast<double>(image.a), static_cast<double>(image.b)};
+    std::copy_n(own, 4, r[k]);
   }
-  MPI_Allreduce(MPI_IN_PLACE, r, 6, MPI_DOUBLE, MPI_SUM, lmp->world);
-  return std::hypot(r[3] - r[0], r[4] - r[1]);
+  MPI_Allreduce(MPI_IN_PLACE, r[0], 8, MPI_DOUBLE, MPI_SUM, lmp->world);
+  const auto image = [&](int k) { return ImageOffset(static_cast<int>(r[k][2]), static_cast<int>(r[k][3])); };
+  const ImageOffset apart = image(1) - image(0);
+  return std::hypot(r[1][0] - r[0][0] + apart.a * domain->xprd + apart.b * domain->xy,
+                    r[1][1] - r[0][1] + apart.b * domain->yprd);
 }
 
 void refuse_bonds(LAMMPS *lmp, const Report &report)

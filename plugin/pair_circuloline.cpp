@@ -30,7 +30,8 @@ static constexpr double ROOM = 1.5;
 /* ---------------------------------------------------------------------- */
 
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
-    Pair(lmp), given_width(nullptr), mixed_width(nullptr), in_use(), old_restart(false), outline(nullptr), facings(NUMBER_OF_CONTACT_FORMS, PolygonFacings(lmp))
+    Pair(lmp), in_use(), outline(nullptr), facings(NUMBER_OF_CONTACT_FORMS, PolygonFacings(lmp)), facings_for(-1, -1),
+    user_cutoff(0.0), raised_cutoff(-1.0)
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
@@ -48,6 +49,7 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) :
 PairCirculoline::~PairCirculoline()
 {
   if (copymode) return;
+  if (comm) lower_ghost_cutoff();
   if (allocated) {
     memory->destroy(setflag);
     memory->destroy(cutsq);
@@ -55,8 +57,6 @@ PairCirculoline::~PairCirculoline()
     memory->destroy(laws.width);
     memory->destroy(laws.start);
     memory->destroy(laws.form);
-    memory->destroy(given_width);
-    memory->destroy(mixed_width);
   }
 }
 
@@ -66,7 +66,7 @@ void PairCirculoline::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (neighbor->ago == 0) find_facings();
+  renew_facings();
 
   // LAMMPS clears what ghosts collect, and returns it, only if a newton flag is on
 
@@ -110,7 +110,6 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
 
 template <class Act> void PairCirculoline::visit_contacts(Act act)
 {
-  refuse_stale_facings();
   if (atom->nlocal == 0) return;
   pair_laws.set(laws, atom->ntypes, force->special_lj);
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
@@ -204,13 +203,30 @@ PairCirculoline::Push PairCirculoline::push_on_vertex(const Contact &contact) co
 }
 
 /* ----------------------------------------------------------------------
-   for computes: ghosts lag where fix deform or a flow has moved atoms since the forces
+   for computes, which any style may ask at any point of a step. Ghosts lag where fix deform or a flow has moved
+   atoms since the forces. Candidates are known by local and ghost index, which neighbor lists and commands change.
 ------------------------------------------------------------------------- */
 
 const std::vector<Contact> &PairCirculoline::present_contacts()
 {
+  const int nall = atom->nlocal + atom->nghost;
+  const auto lists = FixPolygonOutline::shared(lmp, WHO)->lists();
+  if ((lists == facings_for || lists.first == 0) && (static_cast<int>(tags.size()) != nall || !std::equal(tags.begin(), tags.end(), atom->tag)))
+    error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
   comm->forward_comm();
+  renew_facings();
   return find_contacts();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairCirculoline::renew_facings()
+{
+  outline = FixPolygonOutline::shared(lmp, WHO);    // users may unfix it
+  if (facings_for == outline->lists()) return;
+  find_facings();
+  facings_for = outline->lists();
+  tags.assign(atom->tag, atom->tag + atom->nlocal + atom->nghost);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -229,6 +245,7 @@ void PairCirculoline::find_facings()
 void PairCirculoline::init_style()
 {
   refuse_computes();
+  lower_ghost_cutoff();
   outline = FixPolygonOutline::shared(lmp, WHO);
   outline->read_bonds();
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
@@ -266,14 +283,14 @@ void PairCirculoline::refuse_computes() const
 }
 
 /* ----------------------------------------------------------------------
-   the edges near a vertex are known by local and ghost index, which a command
-   between two runs may change
+   ghosts reach as far as comm_modify says where this style no longer needs more
 ------------------------------------------------------------------------- */
 
-void PairCirculoline::refuse_stale_facings() const
+void PairCirculoline::lower_ghost_cutoff()
 {
-  if (!outline || !outline->fit_atoms())
-    error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
+  if (comm->cutghostuser == raised_cutoff) comm->cutghostuser = user_cutoff;
+  raised_cutoff = -1.0;
+  user_cutoff = comm->cutghostuser;
 }
 
 /* ----------------------------------------------------------------------
@@ -286,7 +303,7 @@ double PairCirculoline::init_one(int i, int j)
   const bool unknown = !setflag[i][j] && !(setflag[i][i] && setflag[j][j]);
   if (unknown && force->pair != this) return 0.0;    // left to other styles of pair_style hybrid
   if (!setflag[i][j]) mix(i, j);
-  if (i != j && given_width[i][j] < 0.0) mix_widths(i, j);
+  if (i != j && given(i, j).width < 0.0) mix_widths(i, j);
   laws.eps[j][i] = laws.eps[i][j];
   laws.width[j][i] = laws.width[i][j];
   laws.form[j][i] = laws.form[i][j];
@@ -303,7 +320,7 @@ double PairCirculoline::init_one(int i, int j)
   const double cutoff = laws.cutoff(i, j);
   const double ghosts = laws.disk(i) && laws.disk(j) ? cutoff : std::max(cutoff, start + laws.longest_edge);
   if (comm->mode != Comm::SINGLE) return ghosts;    // there each type has the ghosts of its own cutoff
-  comm->cutghostuser = std::max(comm->cutghostuser, ghosts + neighbor->skin);
+  comm->cutghostuser = raised_cutoff = std::max(comm->cutghostuser, ghosts + neighbor->skin);
   return cutoff;
 }
 
@@ -330,11 +347,12 @@ void PairCirculoline::mix(int i, int j)
 
 void PairCirculoline::mix_widths(int i, int j)
 {
-  if (laws.start[i][j] >= 0.0 && laws.width[i][j] != mixed_width[i][j]) return;
+  Given &pair = given(i, j);
+  if (laws.start[i][j] >= 0.0 && laws.width[i][j] != pair.mixed) return;
   if (laws.width[i][i] <= 0.0 || laws.width[j][j] <= 0.0)
     error->all(FLERR, "Pair style circuloline: types {} and {} have no widths of their own to mix: give pair_coeff {} {} "
                "eps delta", i, j, i, j);
-  laws.width[i][j] = mixed_width[i][j] = 0.5 * (laws.width[i][i] + laws.width[j][j]);
+  laws.width[i][j] = pair.mixed = 0.5 * (laws.width[i][i] + laws.width[j][j]);
 }
 
 /* ---------------------------------------------------------------------- */

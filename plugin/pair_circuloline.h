@@ -10,6 +10,7 @@
 #include "polygon_facings.h"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -60,11 +61,15 @@ class PairCirculoline : public Pair {
   ContactForm form;     // and their contact form
   ContactLaws laws;
   PairLaws pair_laws;
-  double **given_width;    // by pair_coeff, -1 where it is the mean of two types
-  double **mixed_width;    // that mean
+  struct Given {           // by pair_coeff, for a pair of types
+    double width = -1.0;   // -1: that of pair_style, or the mean of two types
+    double mixed = -1.0;   // that mean, if it is in use
+    int form = -1;         // ContactForm; -1: that of pair_style
+  };
+  std::vector<Given> given_coeffs;
+  Given &given(int i, int j) { return given_coeffs[i * (atom->ntypes + 1) + j]; }
   std::string role_types[DISK + 1];    // as pair_style names them: the number of types may come later
   bool in_use[NUMBER_OF_CONTACT_FORMS];
-  bool old_restart;
 
   class FixPolygonOutline *outline;
   std::vector<PolygonFacings> facings;    // one for each contact form
@@ -75,15 +80,19 @@ class PairCirculoline : public Pair {
   static constexpr int RETURNED = sizeof(Returned) / sizeof(double);
   std::vector<Returned> ghosts;
 
+  std::vector<tagint> tags;                  // of atoms and ghosts when facings were found
+  std::pair<bigint, bigint> facings_for;     // lists of neighbors
+  double user_cutoff, raised_cutoff;         // of ghosts: as comm_modify says, and as these contacts need it
+
   void allocate();
   void read_roles();
-  void set(int, int, double eps, double width, ContactForm);
-  ContactForm checked_form(int) const;
+  void set(int, int, double eps, double width, int form);
   template <class Value> void read_everywhere(FILE *, Value *, int count);
   void mix(int, int);
   void mix_widths(int, int);
   void find_facings();
-  void refuse_stale_facings() const;
+  void renew_facings();
+  void lower_ghost_cutoff();
   void refuse_computes() const;
   template <class Act> void visit_contacts(Act);
   template <bool OWN, bool TALLY> void push();

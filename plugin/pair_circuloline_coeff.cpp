@@ -41,13 +41,12 @@ void PairCirculoline::allocate()
   memory->create(laws.width, np1, np1, "pair:delta");
   memory->create(laws.start, np1, np1, "pair:start");
   memory->create(laws.form, np1, np1, "pair:form");
-  memory->create(given_width, np1, np1, "pair:given_width");
-  memory->create(mixed_width, np1, np1, "pair:mixed_width");
+  given_coeffs.assign(static_cast<std::size_t>(np1) * np1, Given());
   for (int i = 0; i < np1; i++)
     for (int j = 0; j < np1; j++) {
       setflag[i][j] = 0;
       laws.eps[i][j] = 0.0;
-      laws.width[i][j] = laws.start[i][j] = given_width[i][j] = mixed_width[i][j] = -1.0;
+      laws.width[i][j] = laws.start[i][j] = -1.0;
       laws.form[i][j] = form;
     }
   read_roles();
@@ -82,11 +81,12 @@ void PairCirculoline::settings(int narg, char **arg)
       error->all(FLERR, "{}: unknown keyword {}, expected contact, walls or disks", STYLE, arg[k]);
   }
 
-  // given again: types without a width of their own take the new one
+  // given again: types without a width or a form of their own take the new one
   if (!allocated) return;
   read_roles();
   for (int i = 1; i <= atom->ntypes; i++)
-    if (setflag[i][i] && given_width[i][i] < 0.0) laws.width[i][i] = delta;
+    for (int j = i; j <= atom->ntypes; j++)
+      if (setflag[i][j]) set(i, j, laws.eps[i][j], given(i, j).width, given(i, j).form);
 }
 
 /* ----------------------------------------------------------------------
@@ -123,7 +123,7 @@ void PairCirculoline::coeff(int narg, char **arg)
   if (eps < 0.0) error->all(FLERR, "{}: eps {} must not be negative", STYLE, arg[2]);
   const double width = narg > 3 ? utils::numeric(FLERR, arg[3], false, lmp) : -1.0;
   if (narg > 3 && width <= 0.0) error->all(FLERR, "{}: delta {} must be positive", STYLE, arg[3]);
-  const ContactForm of_pair = narg > 4 ? contact_form(lmp, arg[4]) : form;
+  const int of_pair = narg > 4 ? contact_form(lmp, arg[4]) : -1;
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)
@@ -136,11 +136,11 @@ void PairCirculoline::coeff(int narg, char **arg)
 
 /* ---------------------------------------------------------------------- */
 
-void PairCirculoline::set(int i, int j, double eps, double width, ContactForm of_pair)
+void PairCirculoline::set(int i, int j, double eps, double width, int of_pair)
 {
   setflag[i][j] = 1;
   laws.eps[i][j] = laws.eps[j][i] = eps;
-  given_width[i][j] = given_width[j][i] = width;
+  given(i, j) = given(j, i) = {width, -1.0, of_pair};
   laws.width[i][j] = laws.width[j][i] = width < 0.0 && i == j ? delta : width;
-  laws.form[i][j] = laws.form[j][i] = of_pair;
+  laws.form[i][j] = laws.form[j][i] = of_pair < 0 ? form : of_pair;
 }

@@ -10,35 +10,16 @@
 #include "error.h"
 #include "utils.h"
 
-#include <algorithm>
-#include <iterator>
-
 using namespace LAMMPS_NS;
 
-// stands where files of version 0.1.0 have delta, which is positive
-static constexpr double LAYOUT = -2.0;
-
-// number of each form in restart files, whose list began with segment
-static constexpr int STORED[NUMBER_OF_CONTACT_FORMS] = {1, 0, 2};
+static constexpr double LAYOUT = -3.0;    // stands where the first versions have delta, which is positive
 
 /* ---------------------------------------------------------------------- */
 
-void PairCirculoline::write_restart(FILE *fp)
+template <class Value> static void write(FILE *fp, const Value &value)
 {
-  write_restart_settings(fp);
-  for (int i = 1; i <= atom->ntypes; i++) {
-    fwrite(&laws.role[i], sizeof(Role), 1, fp);
-    for (int j = i; j <= atom->ntypes; j++) {
-      fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      if (!setflag[i][j]) continue;
-      const double values[2] = {laws.eps[i][j], i == j ? laws.width[i][j] : given_width[i][j]};
-      fwrite(values, sizeof(double), 2, fp);
-      fwrite(&STORED[laws.form[i][j]], sizeof(int), 1, fp);
-    }
-  }
+  fwrite(&value, sizeof(Value), 1, fp);
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <class Value> void PairCirculoline::read_everywhere(FILE *fp, Value *values, int count)
 {
@@ -48,59 +29,73 @@ template <class Value> void PairCirculoline::read_everywhere(FILE *fp, Value *va
 
 /* ---------------------------------------------------------------------- */
 
-void PairCirculoline::read_restart(FILE *fp)
+void PairCirculoline::write_restart(FILE *fp)
 {
-  read_restart_settings(fp);
-  allocate();
-
-  for (int i = 1; i <= atom->ntypes; i++) {
-    if (!old_restart) read_everywhere(fp, &laws.role[i], 1);
+  write_restart_settings(fp);
+  for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      read_everywhere(fp, &setflag[i][j], 1);
+      write(fp, setflag[i][j]);
       if (!setflag[i][j]) continue;
-      double values[2] = {0.0, -1.0};
-      read_everywhere(fp, values, old_restart ? 1 : 2);
-      int number = STORED[form];
-      if (!old_restart) read_everywhere(fp, &number, 1);
-      set(i, j, values[0], values[1], checked_form(number));
+      write(fp, laws.eps[i][j]);
+      write(fp, given(i, j));
     }
-  }
 }
 
 /* ---------------------------------------------------------------------- */
 
+void PairCirculoline::read_restart(FILE *fp)
+{
+  read_restart_settings(fp);
+  allocate();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      read_everywhere(fp, &setflag[i][j], 1);
+      if (!setflag[i][j]) continue;
+      double eps;
+      Given own;
+      read_everywhere(fp, &eps, 1);
+      read_everywhere(fp, &own, 1);
+      set(i, j, eps, own.width, own.form);
+    }
+}
+
+/* ----------------------------------------------------------------------
+   these alone are kept of a style in pair_style hybrid
+------------------------------------------------------------------------- */
+
 void PairCirculoline::write_restart_settings(FILE *fp)
 {
-  const double values[3] = {LAYOUT, delta, laws.longest_edge};
-  fwrite(values, sizeof(double), 3, fp);
-  fwrite(&STORED[form], sizeof(int), 1, fp);
+  write(fp, LAYOUT);
+  write(fp, delta);
+  write(fp, laws.longest_edge);
+  write(fp, form);
+  write(fp, mix_flag);
+  for (const auto &types : role_types) {
+    const int size = static_cast<int>(types.size());
+    write(fp, size);
+    fwrite(types.data(), 1, size, fp);
+  }
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::read_restart_settings(FILE *fp)
 {
+  double layout;
+  read_everywhere(fp, &layout, 1);
+  if (layout != LAYOUT)
+    error->all(FLERR, "Pair style circuloline: the restart file was written by another version of this plugin: start "
+               "from a data file");
   read_everywhere(fp, &delta, 1);
-  old_restart = delta > 0.0;
-  if (!old_restart) {
-    if (delta != LAYOUT)
-      error->all(FLERR, "Pair style circuloline: this plugin does not know layout {} of the restart file", -delta);
-    read_everywhere(fp, &delta, 1);
-  }
   read_everywhere(fp, &laws.longest_edge, 1);
-  int number = 0;
-  read_everywhere(fp, &number, 1);
-  form = checked_form(number);
-}
-
-/* ---------------------------------------------------------------------- */
-
-ContactForm PairCirculoline::checked_form(int number) const
-{
-  const int *found = std::find(std::begin(STORED), std::end(STORED), number);
-  if (found == std::end(STORED))
-    error->all(FLERR, "Pair style circuloline: contact form {} in the restart file is unknown to this plugin", number);
-  return static_cast<ContactForm>(found - STORED);
+  read_everywhere(fp, &form, 1);
+  read_everywhere(fp, &mix_flag, 1);
+  for (auto &types : role_types) {
+    int size;
+    read_everywhere(fp, &size, 1);
+    types.resize(size);
+    read_everywhere(fp, types.data(), size);
+  }
 }
 
 /* ---------------------------------------------------------------------- */

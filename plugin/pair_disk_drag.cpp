@@ -20,10 +20,10 @@
 
 using namespace LAMMPS_NS;
 
-// stands where restart files of version 0.2.0 have beta, which is not negative
-static constexpr double LAYOUT = -1.0;
+static constexpr double LAYOUT = -2.0;    // stands where the first restart files have beta, which is not negative
 
 static constexpr char WHO[] = "Pair style disk/drag";
+static constexpr double ROUNDING = 1e-12;    // of a mean of two diameters
 static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
 
 /* ---------------------------------------------------------------------- */
@@ -31,7 +31,7 @@ static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
 {
   writedata = 1;
-  comm_reverse = 1;
+  comm_forward = comm_reverse = 1;
   cite_contact_drag(lmp);
 }
 
@@ -52,7 +52,11 @@ void PairDiskDrag::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
   found.clear();
-  find_sizes();
+  if (!sizes.empty()) {
+    find_sizes();
+    comm->forward_comm(this);
+    if (neighbor->ago == 0) check_reach();
+  }
 
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
@@ -64,7 +68,7 @@ void PairDiskDrag::compute(int eflag, int vflag)
       const double factor = force->special_lj[sbmask(neighbors[jj])];
       const int j = neighbors[jj] & NEIGHMASK;
       const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
-      const double s = own ? 0.5 * (own[i] + own[j]) : reach[type[i]][type[j]];
+      const double s = contact_distance(i, j, type[i], type[j]);
       if (factor == 0.0) continue;
       const double K = factor * stiffness(type[i], type[j], s);
       remember(i, j, -dx, -dy, s, K);
@@ -121,13 +125,47 @@ void PairDiskDrag::unpack_reverse_comm(int n, int *list, double *buf)
 
 void PairDiskDrag::find_sizes()
 {
-  own = nullptr;
   if (sizes.empty()) return;
   int is_double = 0, columns = 0;
   const int index = atom->find_custom(sizes.c_str(), is_double, columns);
   if (index < 0 || is_double != 1 || columns != 0)
-    error->all(FLERR, "{}: no per-atom property d_{}: define it by fix property/atom d_{} ghost yes", WHO, sizes, sizes);
-  own = atom->dvector[index];
+    error->all(FLERR, "{}: no per-atom property d_{}: define it by fix property/atom d_{}", WHO, sizes, sizes);
+  const double *const values = atom->dvector[index];
+  own.assign(values, values + atom->nlocal);
+  own.resize(atom->nlocal + atom->nghost);
+}
+
+/* ----------------------------------------------------------------------
+   neighbor lists reach as far as the s of two types
+------------------------------------------------------------------------- */
+
+void PairDiskDrag::check_reach() const
+{
+  std::vector<double> largest(atom->ntypes + 1, 0.0);
+  for (int i = 0; i < atom->nlocal; i++) largest[atom->type[i]] = std::max(largest[atom->type[i]], own[i]);
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), atom->ntypes + 1, MPI_DOUBLE, MPI_MAX, world);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      const double s = 0.5 * (largest[i] + largest[j]);
+      if (s > (1.0 + ROUNDING) * reach[i][j])
+        error->all(FLERR, "{}: disks of types {} and {} touch at {}, with diameters up to {} and {}, and pair_coeff lets "
+                   "their neighbor lists reach {} only: raise its s", WHO, i, j, s, largest[i], largest[j], reach[i][j]);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairDiskDrag::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int * /*pbc*/)
+{
+  for (int k = 0; k < n; k++) buf[k] = own[list[k]];
+  return n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::unpack_forward_comm(int n, int first, double *buf)
+{
+  std::copy_n(buf, n, own.begin() + first);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -135,7 +173,7 @@ void PairDiskDrag::find_sizes()
 double PairDiskDrag::stiffness(int itype, int jtype, double s) const
 {
   const double K = strength[itype][jtype];
-  return own && power != 0.0 ? K * pow(s, power) : K;
+  return power != 0.0 ? K * pow(s, power) : K;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -213,7 +251,6 @@ void PairDiskDrag::settings(int narg, char **arg)
     error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
                WHO, law.alpha, LEAST_ALPHA);
   if (power != 0.0 && sizes.empty()) error->all(FLERR, "{}: power {} is for disks with sizes d_name", WHO, power);
-  restartinfo = sizes.empty() ? 1 : 0;    // a restart file has no place for the name: give the style again
   if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
     error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent, LARGEST_EXPONENT);
 }
@@ -303,22 +340,33 @@ void PairDiskDrag::read_restart(FILE *fp)
 
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
-  const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent};
-  fwrite(values, sizeof(double), 6, fp);
+  const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent, power};
+  const int size = static_cast<int>(sizes.size());
+  fwrite(values, sizeof(double), 7, fp);
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(sizes.data(), 1, size, fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
-  double values[6];
-  if (comm->me == 0) utils::sfread(FLERR, values, sizeof(double), 6, fp, nullptr, error);
-  MPI_Bcast(values, 6, MPI_DOUBLE, 0, world);
+  const auto read = [&](void *to, int size) {
+    if (comm->me == 0) utils::sfread(FLERR, to, 1, size, fp, nullptr, error);
+    MPI_Bcast(to, size, MPI_BYTE, 0, world);
+  };
+  double values[7];
+  read(values, sizeof(values));
   if (values[0] != LAYOUT)
     error->all(FLERR, "Pair style disk/drag: the restart file was written by another version of this plugin: start "
                "from a data file");
   law = {values[1], values[2], values[3], values[4] != 0.0};
   exponent = values[5];
+  power = values[6];
+  int size;
+  read(&size, sizeof(int));
+  sizes.resize(size);
+  read(sizes.data(), size);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -340,8 +388,7 @@ void PairDiskDrag::write_data_all(FILE *fp)
 
 double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor, double &fforce)
 {
-  find_sizes();
-  const double s = own ? 0.5 * (own[i] + own[j]) : reach[itype][jtype];
+  const double s = contact_distance(i, j, itype, jtype);
   const double r = sqrt(rsq), overlap = s - r;
   fforce = 0.0;
   if (overlap <= 0.0) return 0.0;

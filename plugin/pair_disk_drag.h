@@ -36,6 +36,8 @@ class PairDiskDrag : public Pair {
   double single(int, int, int, int, double, double, double, double &) override;
   void *extract(const char *, int &) override;
   void *extract_peratom(const char *, int &) override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
@@ -52,12 +54,17 @@ class PairDiskDrag : public Pair {
   std::vector<DiskPair> found;
   std::string sizes;       // per-atom property with the diameters; empty: those of the types
   double power = 0.0;      // of s in K, with diameters of the atoms' own
-  const double *own = nullptr;    // their diameters, of ghosts too, at this force evaluation
+  std::vector<double> own;        // their diameters, of ghosts too, at the last force evaluation
   bool counting = false;          // whether fix pair has asked for the contacts of each disk
   std::vector<double> degree;     // their numbers, of ghosts too
 
   void find_sizes();
-  double diameter(int i, int type) const { return own ? own[i] : reach[type][type]; }
+  void check_reach() const;
+  double diameter(int i, int type) const { return sizes.empty() ? reach[type][type] : own[i]; }
+  double contact_distance(int i, int j, int itype, int jtype) const
+  {
+    return sizes.empty() ? reach[itype][jtype] : 0.5 * (own[i] + own[j]);
+  }
   double stiffness(int itype, int jtype, double s) const;
   void allocate();
   void remember(int i, int j, double x, double y, double s, double strength);

@@ -190,7 +190,7 @@ void PolygonFacings::try_edge_with_edge(int i, int head, int listed, const Conta
 
 bool PolygonFacings::one_outline(int i, int j, const ContactLaws &laws) const
 {
-  return atom->molecule[i] == atom->molecule[j] && outline->copy(i) == outline->copy(j) &&
+  return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
       !laws.disk(atom->type[i]) && !laws.disk(atom->type[j]);
 }
 
@@ -220,7 +220,7 @@ bool PolygonFacings::excluded(int i, int j) const
 void PolygonFacings::add(int i, int listed, Edge edge)
 {
   const int tail = edge.tail, law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], listed >> SBBITS & 3);
-  candidates.push_back({atom->molecule[tail], atom->tag[tail], outline->copy(tail), edge, law});
+  candidates.push_back({atom->molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
 }
 
 /* ----------------------------------------------------------------------
@@ -252,7 +252,7 @@ void PolygonFacings::keep(int i, int j, bool by_outline)
 bool PolygonFacings::Candidate::operator<(const Candidate &o) const
 {
   if (molecule != o.molecule) return molecule < o.molecule;
-  if (!(copy == o.copy)) return copy < o.copy;
+  if (!(image == o.image)) return image < o.image;
   return tag < o.tag;
 }
 
@@ -263,7 +263,7 @@ bool PolygonFacings::Candidate::operator<(const Candidate &o) const
 bool PolygonFacings::earlier(int i, int j) const
 {
   if (atom->tag[i] != atom->tag[j]) return atom->tag[i] < atom->tag[j];
-  return outline->copy(i) < outline->copy(j);
+  return ImageOffset() < outline->image(j) - outline->image(i);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -58,12 +58,12 @@ class PolygonFacings : protected Pointers {
  private:
   struct Candidate {
     tagint molecule, tag;
-    FixPolygonOutline::Copy copy;
+    ImageOffset image;
     Edge edge;
     int law;
     bool same_outline(const Candidate &o) const
     {
-      return molecule == o.molecule && copy == o.copy && edge.tail != edge.head && o.edge.tail != o.edge.head;
+      return molecule == o.molecule && image == o.image && edge.tail != edge.head && o.edge.tail != o.edge.head;
     }
     bool operator<(const Candidate &) const;
   };

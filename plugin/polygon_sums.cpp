@@ -78,7 +78,7 @@ void PolygonSums::refuse_other_bonds(int groupbit) const
 
 void PolygonSums::refresh(int groupbit)
 {
-  if (!outline) outline = FixPolygonOutline::shared(lmp, who);
+  outline = FixPolygonOutline::shared(lmp, who);    // users may unfix it
   const bigint now = outline->refresh();
   if (now == outline_refresh) return;
   outline_refresh = now;
@@ -122,8 +122,7 @@ void PolygonSums::walk(int start, int polygon, int groupbit, std::vector<char> &
     if (prev < 0 || next < 0)
       error->one(FLERR, "{}: vertex {} cannot see its neighbors on polygon {}: raise comm_modify cutoff", who,
                  atom->tag[i], atom->molecule[i]);
-    const FixPolygonOutline::Copy &copy = outline->copy(i);
-    vertex_list.push_back({i, prev, next, copy.a, copy.b});
+    vertex_list.push_back({i, prev, next, outline->image(i)});
     polygon_list[polygon].first = polygon_list[polygon].first || outline->link(i).first;
     i = atom->map(outline->link(i).next);
   }
@@ -191,13 +190,22 @@ void PolygonSums::refuse_cut_polygons() const
 
 void PolygonSums::find_origins()
 {
-  std::vector<double> origin(2 * polygon_list.size(), 0.0);
+  std::vector<double> origin(4 * polygon_list.size(), 0.0);    // x and y in the box, image
   for (const auto &run : run_list)
-    for (int n = run.begin; n < run.end; n++)
-      if (outline->link(vertex_list[n].i).first)
-        position(vertex_list[n], polygon_list[run.polygon], &origin[2 * run.polygon]);
-  sum(origin, 2);
-  for (std::size_t k = 0; k < polygon_list.size(); k++) std::copy_n(&origin[2 * k], 2, polygon_list[k].origin);
+    for (int n = run.begin; n < run.end; n++) {
+      const Vertex &vertex = vertex_list[n];
+      if (!outline->link(vertex.i).first) continue;
+      const double own[4] = {atom->x[vertex.i][0], atom->x[vertex.i][1], static_cast<double>(vertex.image.a),
+                             static_cast<double>(vertex.image.b)};
+      std::copy_n(own, 4, &origin[4 * run.polygon]);
+    }
+  sum(origin, 4);
+  for (std::size_t k = 0; k < polygon_list.size(); k++) std::copy_n(&origin[4 * k], 2, polygon_list[k].origin);
+  for (const auto &run : run_list) {
+    const double *const own = &origin[4 * run.polygon];
+    const ImageOffset first(static_cast<int>(own[2]), static_cast<int>(own[3]));
+    for (int n = run.begin; n < run.end; n++) vertex_list[n].image = vertex_list[n].image - first;
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -205,8 +213,8 @@ void PolygonSums::find_origins()
 void PolygonSums::position(const Vertex &vertex, const Polygon &polygon, double *r) const
 {
   const double *x = atom->x[vertex.i];
-  r[0] = x[0] + vertex.a * domain->xprd + vertex.b * domain->xy - polygon.origin[0];
-  r[1] = x[1] + vertex.b * domain->yprd - polygon.origin[1];
+  r[0] = x[0] + vertex.image.a * domain->xprd + vertex.image.b * domain->xy - polygon.origin[0];
+  r[1] = x[1] + vertex.image.b * domain->yprd - polygon.origin[1];
 }
 
 /* ----------------------------------------------------------------------
@@ -271,8 +279,8 @@ void PolygonSums::measure(const Run &run, bool centers, double *value)
 
   for (int n = 0; n < size; n++) {
     const double *here = x[vertex[n].i];
-    px[n] = here[0] + vertex[n].a * xprd + vertex[n].b * xy - origin[0];
-    py[n] = here[1] + vertex[n].b * yprd - origin[1];
+    px[n] = here[0] + vertex[n].image.a * xprd + vertex[n].image.b * xy - origin[0];
+    py[n] = here[1] + vertex[n].image.b * yprd - origin[1];
   }
   for (int n = 1; n < size; n++) {
     ex[n] = px[n] - px[n - 1];

@@ -4,6 +4,7 @@
 #ifndef JAMLAB_POLYGON_SUMS_H
 #define JAMLAB_POLYGON_SUMS_H
 
+#include "image_offset.h"
 #include "lmptype.h"
 #include "pointers.h"
 
@@ -21,7 +22,7 @@ class PolygonSums : protected Pointers {
 
   struct Vertex {
     int i, prev, next;    // local or ghost indices
-    int a, b;             // image flags: lattice vectors from the box to the unwrapped place
+    ImageOffset image;    // from that of the first vertex of its polygon
   };
   struct Run {    // owned vertices that follow each other on a polygon
     int polygon, begin, end;
@@ -30,7 +31,7 @@ class PolygonSums : protected Pointers {
     tagint molecule;
     int size;            // vertices, also those of other ranks
     int owned;           // vertices of this rank
-    double origin[2];    // where its first vertex was at the last refresh
+    double origin[2];    // where its first vertex was in the box at the last refresh
     bool first;          // this rank owns that vertex
   };
 

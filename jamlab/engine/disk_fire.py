@@ -68,8 +68,7 @@ DELAY = 20  # steps downhill after which the time step grows
 MOST_UPHILL = 2000  # steps uphill on end after which it gives up
 SKIN = 0.2  # first extra reach of the neighbor list, mean diameter; the kernel adapts it
 
-_BOX_TOO_SMALL, _NOT_FINITE, _NO_MEMORY = -1, -2, -3
-_FAILURES = {_NOT_FINITE: "positions are not finite", _NO_MEMORY: "out of memory"}
+_BOX_TOO_SMALL, _NOT_FINITE = -1, -2
 
 _fire_disks = kernel(
     "fire_disks",
@@ -103,7 +102,8 @@ def fire_disks(
         disk) that two disks may meet in two images, which the kernel does not count.
 
     Raises:
-        EngineError: out of memory or threads.
+        EngineError: positions are not finite, or no threads can be started.
+        MemoryError: out of memory.
     """
     assert packing.diameters is not None
     positions, largest = packing.positions.copy(), np.zeros(1)
@@ -118,7 +118,8 @@ def fire_disks(
     if taken == _BOX_TOO_SMALL:
         return None
     if taken < 0:
-        raise EngineError(f"FIRE over {packing.n} disks stopped: {_FAILURES.get(taken, 'no threads could be started')}")
+        reason = "positions are not finite" if taken == _NOT_FINITE else "no threads could be started"
+        raise EngineError(f"FIRE over {packing.n} disks stopped: {reason}")
     moved: dict[str, Any] = {"positions": positions}
     if len(strains):
         # many small shears must not add up to a change of area

@@ -1,7 +1,8 @@
 """Call functions of the compiled library with numpy arrays.
 
 A kernel has the C interface `int64_t name(...)`: what it returns is a count, or a negative number that its caller turns
-into an error. Arrays are passed as bare pointers, so the types declared here refuse another dtype or memory layout.
+into an error. Lack of memory is a MemoryError. Arrays are passed as bare pointers, so the types declared here refuse
+another dtype or memory layout.
 """
 
 import ctypes
@@ -35,6 +36,7 @@ FLAGS: Any = _Pointer(np.bool_)
 REAL = ctypes.c_double
 INTEGER = ctypes.c_int64
 
+_NO_MEMORY = -1000  # NO_MEMORY of plugin/kernels/kernel.h
 _LESSON = 2**25 - 2**16  # bytes; glibc learns from less than 32 MB alone
 
 
@@ -61,6 +63,9 @@ def kernel(name: str, *arguments: Any) -> Callable[..., int]:
         return loaded
 
     def call(*values: Any) -> int:
-        return int(function()(*values))
+        found = int(function()(*values))
+        if found == _NO_MEMORY:
+            raise MemoryError(f"{name}: there is not enough memory for this packing")
+        return found
 
     return call

@@ -46,7 +46,7 @@ struct Corner {
 // Returns the number of loops, or -1 if `following` is no permutation.
 JAMLAB_KERNEL chain_loops(int64_t k, const int64_t *following, const int64_t *shift, int64_t *loop, int64_t *image,
                           int64_t *winding, int64_t *origin)
-{
+try {
   std::fill(loop, loop + k, -1);
   int64_t loops = 0;
   for (int64_t first = 0; first < k; ++first) {
@@ -65,6 +65,7 @@ JAMLAB_KERNEL chain_loops(int64_t k, const int64_t *following, const int64_t *sh
   }
   return loops;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Area to the right of each loop by Green's theorem; of a loop that winds around the torus, up to multiples of the cell.
 //   start, end (k, 2), radius, angle (k), loop (k), image (k, 2): pieces in line with the first of their loop;
@@ -72,7 +73,7 @@ JAMLAB_KERNEL chain_loops(int64_t k, const int64_t *following, const int64_t *sh
 JAMLAB_KERNEL loop_areas(int64_t k, int64_t loops, const double *start, const double *end, const double *radius,
                          const double *angle, const int64_t *loop, const int64_t *image, const int64_t *winding,
                          const int64_t *origin, const double *box, double *area)
-{
+try {
   std::vector<Vector> reference(loops);
   for (int64_t l = 0; l < loops; ++l) {
     const Vector first = point(start, origin[l]) + translation(image_at(image, origin[l]), box);
@@ -88,6 +89,7 @@ JAMLAB_KERNEL loop_areas(int64_t k, int64_t loops, const double *start, const do
   }
   return loops;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Sums over the pieces that bound each void.
 //   owner (k), start, end, centre (k, 2), radius, angle (k), loop (k), image (k, 2): pieces of the boundary;
@@ -100,7 +102,7 @@ JAMLAB_KERNEL sum_voids(int64_t k, int64_t voids, const int64_t *owner, const do
                         const int64_t *image, const int64_t *void_of_loop, const int64_t *loop_image,
                         const bool *counts, const bool *apart, double shortest, const double *box, int64_t *own_void,
                         int64_t *place, double *perimeter, int64_t *sides, double *reference, double *moment)
-{
+try {
   std::vector<int64_t> first(voids + 1, 0);
   for (int64_t piece = 0; piece < k; ++piece) {
     own_void[piece] = void_of_loop[loop[piece]];
@@ -141,3 +143,4 @@ JAMLAB_KERNEL sum_voids(int64_t k, int64_t voids, const int64_t *owner, const do
   }
   return voids;
 }
+JAMLAB_OR_NO_MEMORY

@@ -58,7 +58,7 @@ JAMLAB_KERNEL disk_chords(int64_t pairs, const int64_t *i, const int64_t *j, con
                           int64_t n, const double *radius, double touch, int64_t *disk, int64_t *other,
                           double *normal, double *distance, double *height, double *half, int64_t *pair,
                           int64_t *image, int64_t *first, bool *swallowed)
-{
+try {
   std::fill(swallowed, swallowed + n, false);
   for (int64_t k = 0; k < pairs; ++k) {
     const double apart = std::hypot(r[2 * k], r[2 * k + 1]);
@@ -104,6 +104,7 @@ JAMLAB_KERNEL disk_chords(int64_t pairs, const int64_t *i, const int64_t *j, con
   }
   return first[n];
 }
+JAMLAB_OR_NO_MEMORY
 
 // Length of each chord inside all other half planes n_k . x <= h_k of its disk.
 //
@@ -113,7 +114,7 @@ JAMLAB_KERNEL disk_chords(int64_t pairs, const int64_t *i, const int64_t *j, con
 // that coincide, that of the more distant disk is in front.
 JAMLAB_KERNEL clip_chords(int64_t n, const int64_t *first, const double *normal, const double *distance,
                           const double *height, const double *half, double *length)
-{
+try {
   for (int64_t d = 0; d < n; ++d)
     for (int64_t e = first[d]; e < first[d + 1]; ++e) {
       const Vector own = point(normal, e);
@@ -136,6 +137,7 @@ JAMLAB_KERNEL clip_chords(int64_t n, const int64_t *first, const double *normal,
     }
   return first[n];
 }
+JAMLAB_OR_NO_MEMORY
 
 // Arcs outside the union of the cut angles [theta - alpha, theta + alpha], alpha = arctan2(c, h), of every disk that is
 // not swallowed; arcs between chords first, then whole circles.
@@ -145,7 +147,7 @@ JAMLAB_KERNEL clip_chords(int64_t n, const int64_t *first, const double *normal,
 JAMLAB_KERNEL free_arcs(int64_t n, const int64_t *first, const double *normal, const double *height,
                         const double *half, const bool *swallowed, int64_t *disk, double *start, double *angle,
                         int64_t *from, int64_t *to)
-{
+try {
   int64_t count = 0;
   std::vector<Covered> cuts;
   std::vector<double> ends;
@@ -191,11 +193,12 @@ JAMLAB_KERNEL free_arcs(int64_t n, const int64_t *first, const double *normal, c
   }
   return count;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Whether two cuts of one circle overlap: a point then lies in three disks.
 JAMLAB_KERNEL cuts_overlap(int64_t n, const int64_t *first, const double *normal, const double *height,
                            const double *half)
-{
+try {
   for (int64_t d = 0; d < n; ++d)
     for (int64_t a = first[d]; a < first[d + 1]; ++a)
       for (int64_t b = a + 1; b < first[d + 1]; ++b) {
@@ -206,6 +209,7 @@ JAMLAB_KERNEL cuts_overlap(int64_t n, const int64_t *first, const double *normal
       }
   return 0;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Free arcs as pieces of the boundary, each followed by the arc of the disk that it meets.
 //   disk, start, angle, from, to (arcs): see DiskCells; pair, image: of the chords; positions (n, 2), radius (n);
@@ -214,7 +218,7 @@ JAMLAB_KERNEL draw_arcs(int64_t arcs, const int64_t *disk, const double *start, 
                         const int64_t *from, const int64_t *to, int64_t chords, const int64_t *pair,
                         const int64_t *image, const double *positions, const double *radius, double *begin,
                         double *end, double *centre, double *size, int64_t *following, int64_t *shift)
-{
+try {
   std::vector<int64_t> begins_at(chords, -1);
   for (int64_t a = 0; a < arcs; ++a)
     if (from[a] >= 0) begins_at[from[a]] = a;
@@ -232,3 +236,4 @@ JAMLAB_KERNEL draw_arcs(int64_t arcs, const int64_t *disk, const double *start, 
   }
   return arcs;
 }
+JAMLAB_OR_NO_MEMORY

@@ -2,19 +2,19 @@
 // same states to rounding, at less than half the price, unless disks are HEAVY. E. Bitzek et al., Phys. Rev. Lett. 97,
 // 170201 (2006); J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
 
+#include "../wide_vectors.h"
 #include "disk_neighbors.h"
 #include "kernel.h"
 #include "thread_team.h"
 
 #include <atomic>
 #include <limits>
-#include <new>
 
 using std::int64_t;
 
 namespace {
 
-constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_MEMORY = -3, NO_THREADS = -4;
+constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
 
 // U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the strength is an energy,
 // or else a stiffness; see DiskLaw in packing/force_laws.py.
@@ -62,7 +62,7 @@ struct Batch {
   double x[MOST], y[MOST], reach[MOST], force_x[MOST], force_y[MOST];
 };
 
-__attribute__((target_clones("avx2", "default"))) void repel(Batch &pairs, int count, Law law)
+JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
 {
   // divisions are made where nothing touches as well: a loop without branches runs on four pairs at a time
   for (int p = 0; p < count; ++p) {
@@ -267,14 +267,14 @@ class Minimizer {
         else if (!all.sort()) failure = NOT_FINITE;
       }
     } catch (const std::bad_alloc &) {
-      failure = NO_MEMORY;
+      failure = jamlab::NO_MEMORY;
     }
     team.meet();
     if (failure) return;
     try {
       each(k, [&](int s) { all.list(all.shares[s], skin); });
     } catch (const std::bad_alloc &) {
-      failure = NO_MEMORY;
+      failure = jamlab::NO_MEMORY;
     }
     team.meet();
   }
@@ -390,34 +390,31 @@ class Minimizer {
 //   strains (m, 3), m at most 3: of the box, as upper triangles xx, xy, yy; pressure outside
 //   largest (1) out: the largest force left, or stress times mean diameter
 // Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions that are not finite,
-// -3: no memory, -4: no threads.
+// -4: no threads.
 JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box, double strength,
                          int64_t relative, double exponent, double tolerance, int64_t steps, int64_t threads, double skin,
                          const double *fire, int64_t delay, int64_t most_uphill, int64_t m, const double *strains,
                          double pressure, double *largest)
-{
+try {
   if (n < 1 || n > DiskNeighbors::MOST || threads < 1 || threads > 4096 || m < 0 || m > 3) return BOX_TOO_SMALL;
-  try {
-    // as many shares whatever the threads: sums are made in one order, and results the same to the last digit
-    const int shares = static_cast<int>(std::clamp<int64_t>(n / SHARE, 1, MOST_SHARES));
-    const int members = static_cast<int>(std::min<int64_t>(threads, shares));
-    DiskNeighbors all(n, positions, diameters, {box[0], box[1], box[2]}, shares);
-    if (!all.fits(skin)) return BOX_TOO_SMALL;
-    const Fire settings{fire[0], fire[1], fire[2], fire[3], fire[4], fire[5], fire[6], fire[7], delay, most_uphill};
-    double size = 0.0;
-    for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
-    Border border{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
-    for (int64_t a = 0; a < m; ++a) border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
-    Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, border, members, skin);
-    const int64_t taken = minimizer.run(tolerance, steps);
-    if (taken < 0) return taken;
-    all.unwrapped(positions);
-    box[0] = all.box.xx;
-    box[1] = all.box.xy;
-    box[2] = all.box.yy;
-    largest[0] = minimizer.at_last();
-    return taken;
-  } catch (const std::bad_alloc &) {
-    return NO_MEMORY;
-  }
+  // as many shares whatever the threads: sums are made in one order, and results the same to the last digit
+  const int shares = static_cast<int>(std::clamp<int64_t>(n / SHARE, 1, MOST_SHARES));
+  const int members = static_cast<int>(std::min<int64_t>(threads, shares));
+  DiskNeighbors all(n, positions, diameters, {box[0], box[1], box[2]}, shares);
+  if (!all.fits(skin)) return BOX_TOO_SMALL;
+  const Fire settings{fire[0], fire[1], fire[2], fire[3], fire[4], fire[5], fire[6], fire[7], delay, most_uphill};
+  double size = 0.0;
+  for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
+  Border border{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
+  for (int64_t a = 0; a < m; ++a) border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
+  Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, border, members, skin);
+  const int64_t taken = minimizer.run(tolerance, steps);
+  if (taken < 0) return taken;
+  all.unwrapped(positions);
+  box[0] = all.box.xx;
+  box[1] = all.box.xy;
+  box[2] = all.box.yy;
+  largest[0] = minimizer.at_last();
+  return taken;
 }
+JAMLAB_OR_NO_MEMORY

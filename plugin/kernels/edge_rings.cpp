@@ -11,7 +11,7 @@ using namespace jamlab;
 JAMLAB_KERNEL edge_rings(int64_t polygons, const int64_t *offsets, const double *x, double shortest, int64_t *particle,
                          double *tail, double *length, double *along, double *normal, int64_t *before, int64_t *after,
                          double *turn)
-{
+try {
   int64_t m = 0;
   for (int64_t p = 0; p < polygons; ++p) {
     const int64_t low = offsets[p], high = offsets[p + 1], first = m;
@@ -43,3 +43,4 @@ JAMLAB_KERNEL edge_rings(int64_t polygons, const int64_t *offsets, const double 
   }
   return m;
 }
+JAMLAB_OR_NO_MEMORY

@@ -31,7 +31,7 @@ bool nearer(const Vector &r, double limit)
 JAMLAB_KERNEL periodic_neighbors(int64_t n_a, const double *a, const double *reach_a, int64_t n_b, const double *b,
                                  const double *reach_b, const double *box, int64_t once, double most_copies,
                                  int64_t room, int64_t *i, int64_t *j, double *r, int64_t *shift, double *search)
-{
+try {
   if (!n_a || !n_b) return 0;
   const Lattice lattice(box);
   const double rounding = 1e-14 * (largest_coordinate(n_a, a) + largest_coordinate(n_b, b) + lattice.longest);
@@ -80,12 +80,13 @@ JAMLAB_KERNEL periodic_neighbors(int64_t n_a, const double *a, const double *rea
   }
   return count;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Copies of points (n, 2) within reach of the primitive cell, the points moved into it first.
 //   source (room), shift (room, 2) out: point and translation in vectors of the box; search (5) out as above.
 JAMLAB_KERNEL periodic_copies(int64_t n, const double *points, const double *box, double reach, double most_copies,
                               int64_t room, int64_t *source, int64_t *shift, double *search)
-{
+try {
   const Lattice lattice(box);
   lattice.report(reach, search);
   if (lattice.too_many_images(reach, n, most_copies)) return TOO_MANY_IMAGES;
@@ -115,3 +116,4 @@ JAMLAB_KERNEL periodic_copies(int64_t n, const double *points, const double *box
       if (first || second) copy_to({first, second});
   return count;
 }
+JAMLAB_OR_NO_MEMORY

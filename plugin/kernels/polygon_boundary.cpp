@@ -107,7 +107,7 @@ JAMLAB_KERNEL free_outlines(int64_t m, int64_t particles, const int64_t *particl
                             double most_copies, int64_t room, int64_t *owner, double *start, double *end,
                             double *centre, double *radius, double *begin, double *angle, int64_t *following,
                             int64_t *crossing, double *search)
-{
+try {
   const Edges edges = {m, particle, tail, length, along, normal, before, after, turn, rim};
   const Lattice lattice(box);
   const EdgeGrid grid(edges, particles, lattice, most_copies, search);
@@ -143,3 +143,4 @@ JAMLAB_KERNEL free_outlines(int64_t m, int64_t particles, const int64_t *particl
   }
   return count;
 }
+JAMLAB_OR_NO_MEMORY

@@ -153,7 +153,7 @@ class Relaxation {
 JAMLAB_KERNEL relax_rigid_polygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
                                    int64_t shears, double *box, double *coordinates, double factor,
                                    const double *numbers, int64_t steps, int64_t saddles, double *out)
-{
+try {
   const Settings settings{numbers[0], numbers[1], numbers[2], numbers[3],  numbers[4],  numbers[5], numbers[6],
                           numbers[7], numbers[8], numbers[9], numbers[10], numbers[11], numbers[12]};
   RigidPolygons polygons(n, counts, radii, eps, delta, box, coordinates, shears != 0);
@@ -172,13 +172,14 @@ JAMLAB_KERNEL relax_rigid_polygons(int64_t n, const int64_t *counts, const doubl
   out[3] = polygons.contact_force;
   return polygons.crossed ? -1 : taken;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Energy and its derivatives: forces (n + shears, 3), stiffness (3 (n + shears), 3 (n + shears)) out; returns 0, or -1
 // if polygons cross.
 JAMLAB_KERNEL evaluate_rigid_polygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
                                       int64_t shears, const double *box, const double *coordinates, double *energy,
                                       double *forces, double *stiffness)
-{
+try {
   RigidPolygons polygons(n, counts, radii, eps, delta, box, coordinates, shears != 0);
   polygons.evaluate(true);
   *energy = polygons.energy;
@@ -186,3 +187,4 @@ JAMLAB_KERNEL evaluate_rigid_polygons(int64_t n, const int64_t *counts, const do
   polygons.write_stiffness(stiffness);
   return polygons.crossed ? -1 : 0;
 }
+JAMLAB_OR_NO_MEMORY

@@ -80,7 +80,7 @@ bool simple(const Ring &ring)
 //   offsets (polygons + 1), x (vertices, 2); doubtful (polygons) out.
 // Returns their number.
 JAMLAB_KERNEL doubtful_outlines(int64_t polygons, const int64_t *offsets, const double *x, bool *doubtful)
-{
+try {
   int64_t count = 0;
   Ring ring;
   for (int64_t p = 0; p < polygons; ++p) {
@@ -93,3 +93,4 @@ JAMLAB_KERNEL doubtful_outlines(int64_t polygons, const int64_t *offsets, const 
   }
   return count;
 }
+JAMLAB_OR_NO_MEMORY

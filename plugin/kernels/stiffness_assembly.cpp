@@ -12,7 +12,7 @@ using std::int64_t;
 // Returns the number of columns.
 JAMLAB_KERNEL joined_sites(int64_t size, int64_t terms, const int64_t *width, const int64_t *first, const int64_t *sites,
                            int64_t room, int64_t *start, int32_t *columns)
-{
+try {
   std::vector<int64_t> place(size + 1, 0);
   for (int64_t t = 0; t < terms; ++t)
     for (int64_t a = 0; a < width[t]; ++a) place[sites[first[t] + a] + 1] += width[t];
@@ -34,11 +34,12 @@ JAMLAB_KERNEL joined_sites(int64_t size, int64_t terms, const int64_t *width, co
   }
   return start[size];
 }
+JAMLAB_OR_NO_MEMORY
 
 // Add the blocks of terms, each (2 w, 2 w) for w sites, to the data of a CSC matrix with the pattern of `joined_sites`.
 JAMLAB_KERNEL add_blocks(int64_t terms, int64_t width, const int64_t *sites, const double *blocks, const int64_t *start,
                          const int32_t *columns, double *data)
-{
+try {
   for (int64_t t = 0; t < terms; ++t) {
     const int64_t *own = sites + t * width;
     const double *block = blocks + t * 4 * width * width;
@@ -57,11 +58,12 @@ JAMLAB_KERNEL add_blocks(int64_t terms, int64_t width, const int64_t *sites, con
   }
   return terms;
 }
+JAMLAB_OR_NO_MEMORY
 
 // Pattern of the matrix in compressed sparse columns, from the columns of `joined_sites`.
 JAMLAB_KERNEL coordinate_pattern(int64_t size, const int64_t *start, const int32_t *columns, int32_t *indptr,
                                  int32_t *indices)
-{
+try {
   int32_t *next = indices;
   for (int64_t i = 0; i < size; ++i)
     for (int64_t axis = 0; axis < 2; ++axis) {
@@ -74,3 +76,4 @@ JAMLAB_KERNEL coordinate_pattern(int64_t size, const int64_t *start, const int32
   indptr[2 * size] = static_cast<int32_t>(next - indices);
   return next - indices;
 }
+JAMLAB_OR_NO_MEMORY

@@ -185,7 +185,7 @@ JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const d
                               double reach, int64_t form, double most_copies, int64_t room, int64_t *vertex,
                               int64_t *tail, double *place, double *separation, double *shift, int64_t *crossing,
                               double *search)
-{
+try {
   const Polygons polygons(particles, offsets, x);
   std::vector<Meeting> all;
   const int64_t refusal = find_all(polygons, Lattice(box), reach, most_copies, search, all);
@@ -205,3 +205,4 @@ JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const d
   }
   return count;
 }
+JAMLAB_OR_NO_MEMORY

@@ -48,7 +48,7 @@ def trajectory(folder, state, style, step, steps):
 @pytest.mark.parametrize("style", STYLES)
 def test_energy_is_conserved_to_second_order(tmp_path, style):
     """Half the time step, a quarter of the error; at the end, both energies are those of numpy."""
-    state = outlines.scene(1, foreign=False)
+    state = outlines.scene(2, foreign=False)
     spread = []
     for step, steps in ((0.004, 2000), (0.002, 4000)):
         rows, end = trajectory(tmp_path, state, style, step, steps)
@@ -56,7 +56,7 @@ def test_energy_is_conserved_to_second_order(tmp_path, style):
         of_area = sum(outlines.KA / 2 * (o.area - o.a0) ** 2 for o in end.outlines)
         assert rows[-1, [1, 3]] == pytest.approx([outlines.energy(end), of_area], rel=1e-10)
         assert np.ptp(rows[:, 3]) > 0.001  # the area force is alive
-    assert spread[0] < 1e-4 * rows[:, 2].mean()
+    assert spread[0] < 2e-4 * rows[:, 2].mean()
     assert 3 < spread[0] / spread[1] < 5.5
 
 

@@ -86,7 +86,7 @@ HYBRID = "pair_style hybrid/overlay disk/drag 1 1 zero 1.0\npair_coeff * * disk/
         ("run_style respa 2 2", "1 1", "run_style verlet only"),
         # forces that enter neither stress nor energy nor steps
         ("fix push all addforce 0.1 0 0", "1 1", "fix push of style addforce pushes disks too, .* remove it"),
-        ("fix move all nve", "1 1", "fix move of style nve moves atoms, too: unfix it"),
+        ("fix move all nve", "1 1", "fix move of style nve moves atoms, too, .* unfix it"),
         (HYBRID, "1 1", "pair_style hybrid/overlay pushes disks too"),
         ("unfix area", STOKES, "droplets need one fix polygon/area, of group all"),
         # no Hessian of it is known: steps that took it as given lost 50 times the work
@@ -108,14 +108,14 @@ def test_a_solver_that_does_not_converge_says_what_is_left(tmp_path, disks):
             flow.run(1)
 
 
-@pytest.mark.parametrize(("layout", "who"), [(-18.0, "Fix overdamped"), (-1.0, "Pair style disk/drag")])
+@pytest.mark.parametrize(("layout", "who"), [(-18.0, "Fix overdamped"), (-2.0, "Pair style disk/drag")])
 def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
     """Those of 0.2.0 have a time where the fix now has its layout, and beta where the pair style has its own."""
     file = tmp_path / "flow.restart"
     with Flow(tmp_path, disks, "rate 1", "1 0.4") as flow:
         flow.run(1)
         flow.lmp.command(f"write_restart {file}")
-        ours = struct.pack("d", layout) + (b"" if layout < -1.0 else struct.pack("d", 0.4))
+        ours = struct.pack("d", layout) + (b"" if layout < -2.0 else struct.pack("d", 0.4))
         assert file.read_bytes().count(ours) == 1
         file.write_bytes(file.read_bytes().replace(ours, bytes(8) + ours[8:]))
         with pytest.raises(Exception, match=f"{who}: the restart file was written by another version"):

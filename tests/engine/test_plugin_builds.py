@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from importlib import metadata
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from jamlab.engine.installation import mpi_library
+from jamlab.kernels.library import INTEGER, kernel
 
 SOURCES = Path(__file__).parents[2] / "plugin"
 slow = pytest.mark.slow
@@ -220,3 +222,41 @@ def test_every_style_registers_itself(package, compile, tmp_path):
         )
         assert len(own) == wanted
         assert not compile(tmp_path / "all.cpp")
+
+
+def test_no_exception_leaves_a_kernel():
+    """Lack of memory is a MemoryError of Python; every function of a file that allocates takes care of it."""
+    with pytest.raises(MemoryError):
+        kernel("loop_areas", INTEGER, INTEGER)(0, 2**62)
+    for path in (SOURCES / "kernels").glob("*.cpp"):
+        functions = re.findall(r"(?ms)^JAMLAB_KERNEL \w+\([^;{]*?\)\n(.*?)^}\n(.*?)\n", path.read_text())
+        assert all((start[:4], end) == ("try ", "JAMLAB_OR_NO_MEMORY") for start, end in functions), path.name
+
+
+def preprocessed(*options):
+    """Of a function for wide vectors."""
+    text = '#include "wide_vectors.h"\nJAMLAB_WIDE_VECTORS void f();\n'
+    line = ["c++", "-E", "-P", "-xc++", f"-I{SOURCES}", *options, "-"]
+    return subprocess.run(line, input=text, capture_output=True, text=True, check=True).stdout.splitlines()[-1].strip()
+
+
+def test_attributes_of_other_systems():
+    """Functions for wide vectors stand in one header, which knows where the loader can choose between them."""
+    assert "target_clones" in preprocessed() or os.uname().machine != "x86_64"
+    for undefined in ("-U__x86_64__", "-U__linux__"):
+        assert preprocessed(undefined) == "void f();"
+    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".cpp", ".h")]
+    assert [p.name for p in sources if "target_clones" in p.read_text()] == ["wide_vectors.h"]
+    assert "-undefined dynamic_lookup" in (SOURCES / "CMakeLists.txt").read_text()
+
+
+CROSS = shutil.which("aarch64-linux-gnu-g++")
+
+
+@pytest.mark.skipif(not CROSS, reason="no cross compiler for aarch64")
+@pytest.mark.slow
+def test_the_kernels_compile_for_aarch64():
+    for path in [*(SOURCES / "kernels").glob("*.cpp"), SOURCES / "dense_panel.cpp", SOURCES / "block_cholesky.cpp"]:
+        line = [CROSS, "-std=c++17", "-O1", "-fopenmp-simd", "-Wall", "-Werror", "-S", "-o", "/dev/null", path]
+        done = subprocess.run(list(map(str, line)), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr

@@ -1,5 +1,7 @@
 """LAMMPS against plain loops, its own energy, jamlab.hessian and symmetry; contact forms, jammed and along paths."""
 
+import ctypes
+
 import contact_paths
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import shapely
 
 import jamlab
 from jamlab.engine.session import Session
+from jamlab.kernels.library import INTEGER, kernel
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import CONTACT_FORMS
@@ -411,3 +414,28 @@ def test_edges_that_cross_have_no_distance():
 @pytest.mark.parametrize("form", FORMS)
 def test_contacts_end_where_rims_part(form):
     assert squares(form, (1.1 - 1e-6, 0.4))[1] > 0 == squares(form, (1.1 + 1e-6, 0.4))[1]
+
+
+@pytest.mark.parametrize(("ending", "dtype", "bits"), [("", np.int32, 10), ("_wide", np.int64, 21)])
+def test_atoms_are_exchanged_in_both_sizes_of_integers(ending, dtype, bits):
+    """Ids and image flags of LAMMPS have 32 bits or 64: positions there and back, by numpy."""
+    rng = np.random.default_rng(3)
+    n, box = 5, np.array([[3.0, 0.0], [0.7, 2.0]])
+    ids, inside = rng.permutation(n).astype(dtype) + 1, rng.uniform(0, 1, (n, 2)) @ box
+    flags = rng.integers(-(2 ** (bits - 1)), 2 ** (bits - 1), (n, 2))
+    images, x = np.zeros(n, dtype), np.zeros((n, 3))
+    rows = (ctypes.c_void_p * n)(*(x[i].ctypes.data for i in range(n)))
+    pointer, call = ctypes.c_void_p, lambda name, *values: kernel(name + ending, *map(type, values))(*values)
+    own, image, of_box = (pointer(a.ctypes.data) for a in (ids, images, box))
+    inner, unwrapped = pointer(inside.ctypes.data), np.zeros((n, 2))
+    assert call("place_atoms", INTEGER(n), own, inner, pointer(flags.ctypes.data), rows, image) == n
+    out = pointer(unwrapped.ctypes.data)
+    assert call("take_positions", INTEGER(n), own, image, of_box, rows, out) == n
+    assert unwrapped == pytest.approx(inside + flags @ box, rel=1e-15)
+    x[:] = 0.0
+    assert call("put_positions", INTEGER(n), own, image, of_box, out, rows) == n
+    assert x[np.argsort(ids), :2] == pytest.approx(inside, abs=1e-9)
+    assert call("take_forces", INTEGER(n), own, rows, out) == n
+    assert np.array_equal(unwrapped, x[np.argsort(ids), :2])
+    ids[0] = n + 1
+    assert call("take_forces", INTEGER(n), own, rows, out) == -1

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_IMAGE_OFFSET_H
+#define JAMLAB_IMAGE_OFFSET_H
+
+#include "lmptype.h"
+
+namespace LAMMPS_NS {
+
+/* Lattice vectors from the box to the unwrapped place of an atom, by the image flags of LAMMPS along
+   x and y. Flags begin anew after 2 IMGMAX boxes: so do these, and only differences of them count. */
+
+struct ImageOffset {
+  int a = 0, b = 0;
+
+  ImageOffset() = default;
+  ImageOffset(int a, int b) : a(wrapped(a)), b(wrapped(b)) {}
+  explicit ImageOffset(imageint image) :
+      ImageOffset(static_cast<int>(image & IMGMASK) - IMGMAX,
+                  static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX)
+  {
+  }
+  ImageOffset operator-(const ImageOffset &o) const { return {a - o.a, b - o.b}; }
+  bool operator==(const ImageOffset &o) const { return a == o.a && b == o.b; }
+  bool operator<(const ImageOffset &o) const { return a < o.a || (a == o.a && b < o.b); }
+
+ private:
+  static int wrapped(int n) { return ((n + IMGMAX) & IMGMASK) - IMGMAX; }
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

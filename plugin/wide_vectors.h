@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_WIDE_VECTORS_H
+#define JAMLAB_WIDE_VECTORS_H
+
+/* A function that is compiled twice, for wider vectors too: the loader chooses, which other systems and
+   processors cannot. Without fused products, so that both give the same digits. */
+
+#if defined(__x86_64__) && defined(__linux__) && __has_include(<gnu/libc-version.h>)
+#define JAMLAB_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define JAMLAB_WIDE_VECTORS
+#endif
+
+#endif

@@ -1,0 +1,231 @@
+"""Styles of the plugin among commands of LAMMPS: restart files, styles given twice, computes asked at any point, image
+flags that begin anew, runs that skip their setup, fixes and lists that would make numbers wrong."""
+
+from pathlib import Path
+
+import numpy as np
+import outlines
+import pytest
+from disk_flows import Flow
+from droplet_flows import DropletFlow
+from engine.test_plugin_on_ranks import run
+
+import jamlab
+
+DISKS = """
+clear
+units lj
+dimension 2
+atom_style molecular
+atom_modify map array
+region box prism 0 6 0 6 -0.5 0.5 0 0 0
+create_box 2 box
+mass * 1
+create_atoms 1 single 2.0 3.0 0
+create_atoms 2 single 2.5 3.0 0
+special_bonds lj/coul 1 1 1
+"""
+LAWS = "pair_coeff 1 1 {circuloline} 1.0 0.8\npair_coeff 2 2 {circuloline} 4.0 0.6\n"
+RULES = {  # of eps = 1 and 4, widths 0.8 and 0.6
+    "geometric": 2.0,
+    "arithmetic": 2.0,
+    "sixthpower": 2 * 2.0 * (0.8 * 0.6) ** 3 / (0.8**6 + 0.6**6),
+}
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("style", ["circuloline", "hybrid circuloline"])
+def test_restart_files_keep_rules_and_roles(lmp, style, rule):
+    """Two disks whose law is mixed, by hand; of hybrid, LAMMPS writes no coefficients."""
+    hybrid = style.startswith("hybrid")
+    laws = LAWS.format(circuloline="circuloline" if hybrid else "")
+    outlines.commands(lmp, DISKS + f"pair_style {style} 0.5 1.0 disks 1*2\npair_modify mix {rule}\n{laws}")
+    wanted = RULES[rule] / 2 * (1 - 0.5 / 0.7) ** 2
+    again = "write_restart again.restart\nclear\nread_restart again.restart\n" + (laws if hybrid else "")
+    for text in ("", again):
+        outlines.commands(lmp, text + "thermo_modify norm no\nrun 0")
+        assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-13)
+
+
+def test_a_style_given_again(lmp):
+    """Forms that no pair_coeff names follow it: outside a corner two edges count, or one outline; other ones stay."""
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+    pair = outlines.Scene([outlines.Outline(corners + 1), outlines.Outline(corners + 2.1)], np.array([6.0, 6.0]))
+    one = 0.5 * (1 - np.hypot(0.1, 0.1) / 0.25) ** 2
+    outlines.start(lmp, Path(), pair, "pair_style circuloline 0.25 1.5\npair_coeff * * 1.0\n")
+    smooth = "pair_style circuloline 0.25 1.5 contact segment/smooth\n"
+    for text, meetings in (
+        ("", 2),
+        (smooth, 4),
+        ("pair_coeff * * 1.0 0.25 outline\n" + smooth, 2),
+        ("write_restart two.restart\npair_coeff * * 1.0\n", 4),
+    ):
+        outlines.commands(lmp, text + "run 0")
+        assert lmp.get_thermo("evdwl") == pytest.approx(meetings * one, rel=1e-12)
+
+
+SIZES = """
+clear
+units lj
+dimension 2
+atom_style atomic
+region box prism 0 5 0 5 -0.5 0.5 0 0 0
+create_box 1 box
+mass * 1
+fix d all property/atom d_diameter {ghost}
+create_atoms 1 single 0.4 2.0 0
+create_atoms 1 single 4.6 2.0 0
+set group all d_diameter 1.0
+pair_style disk/drag 0 0 exponent 2.5 sizes d_diameter power 0.5
+pair_coeff 1 1 0.5 {s}
+neighbor 0.05 bin
+thermo_modify norm no
+"""
+
+
+def test_diameters_of_single_disks(lmp):
+    """Through the boundary, whether or not the property has ghosts; after a restart; never beyond the lists."""
+    wanted = 0.5 * 0.2**2.5
+    for ghost in ("", "ghost yes"):
+        outlines.commands(lmp, SIZES.format(ghost=ghost, s=1.0) + "run 0\n")
+        assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-12)
+    again = "write_restart sizes.restart\nclear\nread_restart sizes.restart\nfix d all property/atom d_diameter\n"
+    outlines.commands(lmp, again + "thermo_modify norm no\nrun 0\n")
+    assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-12)
+    with pytest.raises(Exception, match=r"touch at 1,.* reach 0\.9 "):
+        outlines.commands(lmp, SIZES.format(ghost="", s=0.9) + "run 0\n")
+
+
+@pytest.fixture(scope="module")
+def disks():
+    return jamlab.pack(n=16, pressure=2e-2, seed=2)
+
+
+@pytest.fixture(scope="module")
+def droplets():
+    return jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+
+
+@pytest.mark.parametrize(
+    ("kind", "fix", "steps"),
+    [
+        (Flow, "rate 0.1 tolerance 1e-2 background 1e-2 stop 0.5", 1000),
+        (DropletFlow, "rate 0.1 tolerance 1e-2 drag 1 1 1 background 0.1 stop 0.5", 1000),
+    ],
+)
+def test_a_flow_that_skips_its_setup(tmp_path, disks, droplets, kind, fix, steps):
+    """Each interval ends where it should, with the numbers of a flow that does not skip it, to its tolerance."""
+    ends = {}
+    for pre in ("yes", "no"):
+        with kind(tmp_path, disks if kind is Flow else droplets, fix, "1 1" if kind is Flow else "") as flow:
+            flow.lmp.command("thermo_style custom step")  # no energy is known where an interval has ended a run
+            flow.run(3)
+            for n in (1, 2, 3):
+                flow.lmp.command(f"run {steps} pre {pre} post no")
+                assert flow.lmp.extract_fix("flow", 0, 1, 0, 0) == pytest.approx(0.5 * n, rel=1e-12)
+            ends[pre] = [flow.lmp.extract_fix("flow", 0, 1, k, 0) for k in (1, 3, 9, 10, 11)]
+    assert ends["no"] == pytest.approx(ends["yes"], rel=1e-2)
+
+
+def test_what_comes_after_a_flow_has_its_own_time_step(tmp_path, disks):
+    with Flow(tmp_path, disks, "rate 0.1 background 1e-2") as flow:
+        flow.lmp.command("unfix flow")
+        flow.lmp.commands_list(["timestep 0.003", "fix flow all overdamped rate 0.1 background 1e-2"])
+        flow.run(5)
+        assert flow.lmp.extract_global("dt") != 0.003
+        flow.lmp.command("unfix flow")
+        assert flow.lmp.extract_global("dt") == 0.003
+
+
+def test_contacts_of_a_flow_are_complete_whatever_neigh_modify_says(tmp_path, droplets):
+    rows = []
+    for setting in ("every 1 delay 0 check yes", "every 200 delay 200 check no"):
+        fix = "rate 0.1 tolerance 1e-2 drag 1 1 1 background 1e-2 stop 3"
+        with DropletFlow(tmp_path, droplets, fix, "") as flow:
+            flow.lmp.command(f"neigh_modify {setting}")
+            rows.append(flow.run())
+    assert rows[1]["contacts"] == rows[0]["contacts"]
+    assert rows[1]["energy"] == pytest.approx(rows[0]["energy"], rel=1e-5)
+
+
+MOVING = """
+fix move all nve
+timestep 0.002
+velocity all create 0.05 7 loop geom
+velocity all set NULL NULL 0.0
+neigh_modify every 1 delay 0 check no
+group a id <= 60
+group b id > 60
+compute g a polygon/group/group b
+compute shape rings polygon
+variable eps equal 1.7+0.1*c_g
+variable ka equal 20+c_shape[1][1]
+fix change all adapt 1 pair circuloline eps 1 1 v_eps
+run 40
+print "state-{name} $(pe:%.17g) $(ke:%.17g)"
+"""
+
+
+@pytest.mark.parametrize("boundary", ["p p p", "f f p"])  # with ghosts, whose number changes, and without
+def test_computes_are_asked_at_any_point_of_a_step(tmp_path, boundary):
+    """fix adapt asks between the neighbor build, which sorts atoms, and the forces: sorting changes nothing."""
+    state = outlines.scene(31)
+    if boundary[0] == "f":
+        state = outlines.Scene([outlines.Outline(o.points - state.points.min(axis=0) + 1.0, o.type, o.a0)
+                                for o in state.outlines], state.box + 3)  # fmt: skip
+    (tmp_path / "data").write_text(outlines.data(state))
+    deck = ""
+    for sort in (0, 3):
+        here = outlines.deck("data").replace("sort 0 0.0", f"sort {sort} 0.2").replace("p p p", boundary)
+        deck += here + MOVING.format(name=sort)
+    found = run(tmp_path, deck, 1)
+    assert found["state-3"] == pytest.approx(found["state-0"], rel=1e-10)
+
+
+@pytest.mark.parametrize("first", [511, -512, 260])
+def test_image_flags_begin_anew(lmp, tmp_path, first):
+    """A polygon over the boundary is whole where the flags of its vertices are not: energy and areas by numpy."""
+    state = outlines.scene(32).shifted(np.array([2.7, 0.4]))
+    wanted, areas = outlines.energy(state), [o.area for o in state.outlines if o.type == outlines.RING]
+    far = state.shifted(np.array([first, 0]) * state.box)
+    text = outlines.data(far).splitlines()
+    for k, line in enumerate(text):
+        words = line.split()
+        if len(words) == 9:  # an atom
+            words[6] = str((int(words[6]) + 512) % 1024 - 512)
+            text[k] = " ".join(words)
+    (tmp_path / "data").write_text("\n".join(text) + "\n")
+    shown = "compute shape rings polygon\nthermo_style custom pe c_shape[1][1]\nthermo_modify norm no\nrun 0\n"
+    outlines.commands(lmp, outlines.deck("data") + shown)
+    assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-11)
+    assert lmp.numpy.extract_compute("shape", 0, 2)[:, 0] == pytest.approx(areas, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        "deform 1 y erate -0.002 remap x",
+        "press/berendsen iso 1 1 1",
+        "nve",
+        "evaporate 10 1 whole 1",
+    ],
+)
+def test_fixes_that_move_what_a_flow_moves_are_refused(tmp_path, disks, other):
+    with Flow(tmp_path, disks, "rate 1e-2") as flow:
+        flow.lmp.commands_list(["region whole block INF INF INF INF INF INF", f"fix squeeze all {other}"])
+        with pytest.raises(Exception, match=f"fix squeeze of style {other.split()[0]}"):
+            flow.run(1)
+
+
+def test_commands_that_the_styles_survive(lmp, tmp_path):
+    """An unfix of the internal fix; atoms that came; a style that needs fewer ghosts than the one before."""
+    state = outlines.scene(33)
+    outlines.start(lmp, tmp_path, state, "run 0\n")
+    ghosts = lmp.extract_setting("nghost")
+    for text in ("jamlab/forces", "run 0"):
+        outlines.commands(lmp, f"unfix POLYGON_OUTLINE\n{text}")
+        assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
+    outlines.commands(lmp, "pair_style circuloline 0.25 3.0 walls 2 disks 3\nrun 0\n")
+    assert lmp.extract_setting("nghost") > ghosts
+    outlines.commands(lmp, "pair_style circuloline 0.25 1.2 walls 2 disks 3\nrun 0\n")
+    assert lmp.extract_setting("nghost") == ghosts
