@@ -61,7 +61,6 @@ def test_masked_entries_are_refused_wherever_an_array_is_one(random_disks):
             call()
 
 
-@pytest.mark.filterwarnings("ignore:bright=:FutureWarning")
 @pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
 def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

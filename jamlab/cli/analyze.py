@@ -53,7 +53,6 @@ def analyze(
         Path | None, typer.Option(help="Label image, mask, or outlines (JSON, beside their picture), to be measured.")
     ] = None,
     channel: Annotated[str, typer.Option(help="Picture in colours: grey, red, green or blue.")] = "grey",
-    dark: Annotated[bool | None, typer.Option("--dark/--bright", help="Old name of --contrast.", hidden=True)] = None,
     periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
     overlay: Annotated[
         Path | None,
@@ -75,7 +74,6 @@ def analyze(
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
     if file is None and labels is None:
         raise InputError("no FILE is given: name a file, a picture or a folder, or a label image by --labels")
-    contrast = contrast if dark is None else "dark" if dark else "bright"
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
     if file is None:
         assert labels is not None

@@ -16,8 +16,8 @@ import numpy as np
 from scipy import ndimage
 
 from jamlab.arrays import Array, Mask
-from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
+from jamlab.micrographs.segmentation import granulometry
 
 ENVELOPE = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
 ROUNDS = 12  # of an asymmetric fit: its weights settle in six to ten

@@ -14,10 +14,10 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, LEAST_ROOM, ShapeForces, ShapePressures, shape_forces
-from jamlab.micrographs.picture_numbers import Mean, Number, mean_of, share_of
-from jamlab.micrographs.quality import LEAST_RING
+from jamlab.micrographs.quality import LEAST_RING, Mean, Number, mean_of, share_of
 from jamlab.micrographs.segmentation import borders
 from jamlab.packing.short_repr import short_repr
+from jamlab.protocols.packing_of_picture import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.file_endings import check_ending
 
@@ -276,8 +276,6 @@ class Micrograph:
             >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-3
             (True, True)
         """
-        from jamlab.protocols.packing_of_picture import packing_of_picture
-
         upward = self.centres * np.array([1.0, -1.0])
         return packing_of_picture(upward, self.areas, self.cells, self.rho, model, seed, **parameters)
 
@@ -287,19 +285,26 @@ class Micrograph:
         Raises:
             StorageError: the file cannot be written.
         """
+        from matplotlib.figure import Figure
+
+        from jamlab.micrographs.overlay import overlay_size
+
         check_ending(path, "png")
         check_target(path)
-        buffer = BytesIO()
-        figure: Any = self.plot().figure
+        figure, buffer = Figure(figsize=overlay_size(self), layout="constrained"), BytesIO()
+        self.plot(figure.subplots())
         figure.savefig(buffer, format="png", dpi=DPI)
         with atomic_file(path) as temporary:
             temporary.write_bytes(buffer.getvalue())
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the same on axes of matplotlib."""
-        from jamlab.micrographs.overlay import draw_overlay
+        """Draw the same on axes of matplotlib, by default those of a new figure."""
+        from jamlab.micrographs.overlay import draw_overlay, overlay_size
+        from jamlab.plotting.axes import axes_for
 
-        return draw_overlay(self, ax)
+        with axes_for(ax, {}, overlay_size(self)) as axes:
+            draw_overlay(axes, self)
+        return axes
 
 
 @dataclass(frozen=True)

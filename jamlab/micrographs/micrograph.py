@@ -15,7 +15,6 @@ Sources: F. M. Schaller et al., Philos. Mag. 93, 3993 (2013), for cells; K. Desm
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,8 +25,9 @@ from jamlab.arrays import Array, Mask
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
+from jamlab.micrographs.droplet_sources import DropletSource, GreyDroplets, LabelledDroplets, RingDroplets
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
-from jamlab.micrographs.labels import ROUGH, label_darkness, label_segments, labelled, looks_labelled, read_labels
+from jamlab.micrographs.labels import ROUGH, label_segments, labelled, looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
@@ -44,7 +44,6 @@ def micrograph(
     picture: str | Path | ArrayLike | None = None,
     pixel: float | None = None,
     film: float | None = None,
-    bright: bool | None = None,
     periodic: bool = False,
     contrast: str = "auto",
     labels: str | Path | ArrayLike | Mask | None = None,
@@ -59,7 +58,6 @@ def micrograph(
         picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours; with `labels` it may be left out.
         pixel: size of a pixel in the unit of length wanted; None measures lengths in pixels.
         film: widest gap, in pixels, between droplets in contact; None takes it from the gaps of the picture.
-        bright: what `contrast` was called: True for "bright", False for "dark".
         periodic: the picture is one period of a periodic one, as rendered from a simulation.
         contrast: droplets are "bright" on dark ground, "dark" on bright ground, or "ring": dark walls with light on
             both sides, as bubbles and oil in brightfield. "auto" finds out: the one under which droplets are roundest.
@@ -90,7 +88,7 @@ def micrograph(
     for name, value in (("pixel", pixel), ("film", film)):
         if value is not None and not 1 / LARGEST <= value <= LARGEST:  # beyond, areas are 0 or infinite
             raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
-    contrast = _contrast(contrast, bright)
+    check_choice("contrast", contrast, CONTRASTS)
     check_choice("channel", channel, CHANNELS)
     if picture is None and labels is None:
         raise InputError("give a picture, or labels, or both")
@@ -101,8 +99,7 @@ def micrograph(
         if periodic or contrast != CONTRASTS[0]:
             raise InputError("with labels there is nothing to find: leave out `periodic` and `contrast`")
         found = read_labels(labels, None if grey is None else grey.shape)
-        shown, parts = found.coverage if grey is None else grey, (label_darkness(found), label_segments(found))
-        return Measurement(shown, "labels", *parts, film=film, labelled=found).result(pixel)
+        return Measurement(found.coverage if grey is None else grey, LabelledDroplets(found, film)).result(pixel)
     assert grey is not None and picture is not None
     if contrast == "auto":
         if looks_labelled(np.asarray(picture)):
@@ -112,36 +109,26 @@ def micrograph(
             )
         contrast = find_contrast(grey)
     margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
-    if contrast == "ring":
-        return _measure_rings(grey, margin, film).result(pixel)
-    darkness, drawn = _without_background(grey if contrast == "bright" else 1 - grey)
-    segments = find_droplets(darkness.wrapped(margin).smooth, darkness.noise)
-    if segments is None:
-        raise InputError(f"no droplet found: check `contrast` ({contrast}) and the picture")
-    wide, bars = darkness.wrapped(margin), drawn.wrapped(margin)
-    return Measurement(grey, contrast, wide, segments, margin, film, bars).result(pixel)
+    find = _find_rings if contrast == "ring" else _find_by_grey
+    return Measurement(grey, find(grey, contrast, margin, film), margin).result(pixel)
 
 
-def _contrast(contrast: str, bright: bool | None) -> str:
-    """Contrast as asked for, by its own name or by the old one."""
-    check_choice("contrast", contrast, CONTRASTS)
-    if bright is None:
-        return contrast
-    own = "bright" if bright else "dark"
-    warnings.warn(f"bright={bright} is now contrast={own!r}", FutureWarning, stacklevel=4)
-    if contrast not in ("auto", own):
-        raise InputError(f"contrast is {contrast!r} and bright is {bright}: give one of them")
-    return own
-
-
-def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
-    """Droplets with dark walls, as labels."""
+def _find_rings(grey: Array, contrast: str, margin: int, film: float | None) -> DropletSource:
+    """Droplets with dark walls, as labels, of a picture repeated around itself."""
     rings = find_rings(np.pad(grey, margin, mode="wrap"))
     if rings is None or not rings.labels.any():
-        raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
-    found = labelled(rings.labels, rings.finer, rings.light)
-    parts = label_darkness(found), label_segments(found)
-    return Measurement(grey, "ring", *parts, margin, film, labelled=found, rings=rings)
+        raise InputError(f"no droplet with a dark wall around it: check `contrast` ({contrast}) and the picture")
+    return RingDroplets(labelled(rings.labels, rings.finer, rings.light), film, rings)
+
+
+def _find_by_grey(grey: Array, contrast: str, margin: int, film: float | None) -> DropletSource:
+    """Bright or dark droplets of a picture repeated around itself."""
+    darkness, drawn = _without_background(grey if contrast == "bright" else 1 - grey)
+    wide = darkness.wrapped(margin)
+    segments = find_droplets(wide.smooth, darkness.noise)
+    if segments is None:
+        raise InputError(f"no droplet found: check `contrast` ({contrast}) and the picture")
+    return GreyDroplets(contrast, wide, segments, film, drawn.wrapped(margin))
 
 
 def _without_background(grey: Array) -> tuple[Darkness, Annotations]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import matplotlib.patheffects
 import numpy as np
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from jamlab.arrays import Array, Indices
@@ -15,8 +14,6 @@ from jamlab.plotting.palette import BLUE, ORANGE, OTHER, RATTLER, SIDE_COLOURS
 from jamlab.plotting.palette import OUTLINE as CUT
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from jamlab.micrographs.measured_droplets import Micrograph
 
 OUTLINE, CONTACT = ORANGE, BLUE
@@ -25,12 +22,16 @@ LEAST_FONT, LARGEST_FONT = 3.0, 11.0  # points
 LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned
 
 
-def draw_overlay(found: Micrograph, ax: Any = None) -> Axes:
-    """Draw droplets, contacts and voids over their picture, on axes of matplotlib; None makes a figure."""
+def overlay_size(found: Micrograph) -> tuple[float, float]:
+    """Width and height of a figure in inches."""
     height, width = found.picture.shape
-    if ax is None:
-        scale = INCHES / max(height, width)
-        ax = Figure(figsize=(width * scale + 0.2, height * scale + 1.0), layout="constrained").subplots()
+    scale = INCHES / max(height, width)
+    return width * scale + 0.2, height * scale + 1.0
+
+
+def draw_overlay(ax: Any, found: Micrograph) -> None:
+    """Draw droplets, contacts and voids over their picture, on axes of matplotlib."""
+    height, width = found.picture.shape
     pixel, cut, sides = found.pixel or 1.0, found.cut_outlines, found.voids.sides
     radius = float(np.sqrt(np.median(found.areas) / np.pi)) / pixel
     points = 72 * ax.figure.get_size_inches().min() * radius / min(height, width)  # radius of a droplet as drawn
@@ -53,8 +54,6 @@ def draw_overlay(found: Micrograph, ax: Any = None) -> Axes:
     ax.set_title(_title(found), fontsize=11)
     handles = _legend(bool(found.rattlers.any()), bool(cut), sides)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False)
-    axes: Axes = ax
-    return axes
 
 
 def _title(found: Micrograph) -> str:

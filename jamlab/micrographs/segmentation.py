@@ -1,25 +1,30 @@
 """Divide a picture into droplets and their cells: markers from granulometry, watershed from distance and darkness.
 
-A droplet has a marker where the distance from the ground has a maximum that stands out: on the way to any higher one
-the distance falls by the factor `NECK` at least. Droplets smaller than part of what granulometry finds are specks. The
-watershed floods from the markers over darkness - distance/radius: walls run along dark films where there are any, and
-through the necks where droplets merge without one.
+Granulometry gives the scale: what openings by discs of growing radius leave. It needs no segmentation, since droplets
+that merge still hold discs of their own size. A droplet has a marker where the distance from the ground has a maximum
+that stands out: on the way to any higher one the distance falls by the factor `NECK` at least. Droplets smaller than
+part of what granulometry finds are specks. The watershed floods from the markers over darkness - distance/radius: walls
+run along dark films where there are any, and through the necks where droplets merge without one.
 
-Sources: S. Beucher & C. Lantuejoul, Int. Workshop on Image Processing, Rennes (1979); F. Meyer, Signal Processing 38,
-113 (1994).
+Sources: G. Matheron, Random Sets and Integral Geometry (1975), for granulometry; S. Beucher & C. Lantuejoul, Int.
+Workshop on Image Processing, Rennes (1979), and F. Meyer, Signal Processing 38, 113 (1994), for the watershed.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
 
+RADII = 20  # discs, in equal ratios
+LONGEST = 600  # pixels along a side on which openings are made
+COARSEST = 14  # pixels that the largest disc keeps there
+SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller ones than `Granulometry.smallest`
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
 SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
 EDGE_SPECK = 0.1  # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
@@ -30,6 +35,47 @@ STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves
 NARROW = 0.4  # pixels, standard deviation of a Gaussian whose middle pixel holds most of it, so that no pixel moves
 PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 FILM = 1.0  # weight of darkness beside distance over radius
+
+
+@dataclass(frozen=True)
+class Granulometry:
+    """Scale of the foreground of a picture."""
+
+    radius: float  # pixels: half of the foreground lies in larger discs; 0 without foreground
+    smallest: float  # pixels: all but 8 % of the foreground lies in larger discs
+
+
+def granulometry(mask: Mask) -> Granulometry:
+    """Open a mask by discs, only by those between which the wanted shares lie. `mask`: (h, w), True in droplets."""
+    step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
+    depth = _depth(mask[::step, ::step])
+    coarser = max(1, int(depth.max() / COARSEST))
+    step *= coarser
+    depth = depth if coarser == 1 else _depth(mask[::step, ::step])
+    widest, total = float(depth.max()), int(np.count_nonzero(mask[::step, ::step]))
+    if widest <= 0.5:
+        return Granulometry(0.0, 0.0)
+    radii, gone = np.geomspace(1.0, max(1.01 * widest, 1.1), RADII), {RADII: 1.0}
+
+    def lost(k: int) -> float:
+        if k not in gone:
+            centres = depth >= radii[k]
+            left = np.count_nonzero(distance_inside(~centres) < radii[k]) if centres.any() else 0
+            gone[k] = 1 - min(left / total, 1.0)
+        return gone[k]
+
+    def radius_at(share: float) -> float:
+        k = bisect_left(range(RADII), share, key=lost)
+        if k == 0 or k == RADII:
+            return float(radii[min(k, RADII - 1)])
+        return float(np.interp(share, [lost(k - 1), lost(k)], radii[k - 1 : k + 1]))
+
+    return Granulometry(step * radius_at(0.5), step * radius_at(SMALLEST_SHARE))
+
+
+def _depth(mask: Mask) -> Array:
+    """Distance from the ground; beyond the edge of the picture droplets go on."""
+    return np.zeros(mask.shape) if mask.all() else distance_inside(mask)
 
 
 @dataclass(frozen=True)

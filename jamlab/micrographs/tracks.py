@@ -129,8 +129,8 @@ def follow(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
 
     Raises:
-        InputError: fewer than two pictures, a memory below 0, names without a clear order, a table without a column or with another
-            strain of its own, or what `jamlab.micrograph` raises.
+        InputError: fewer than two pictures, a memory below 0, names without a clear order, a table without a column or
+            with another strain of its own, or what `jamlab.micrograph` raises.
 
     Example:
         >>> import pandas as pd
@@ -186,7 +186,7 @@ def _checked_table(table: Any) -> Any:
 
 
 def _link(tables: list[Any], memory: int = 0) -> Any:
-    """One table of all pictures, with `particle` the same for the same droplet, also if it was missed `memory` times."""
+    """One table of all pictures; the same droplet has the same `particle`, also if it was missed `memory` times."""
     import pandas as pd
 
     lost = pd.DataFrame()  # droplets seen before, with their last place

@@ -1,4 +1,4 @@
-"""Walls between droplets: how wide the dark gap is everywhere along them, which of it is film, which is void.
+"""Walls between droplets: how wide the dark gap is everywhere along them, which of it is film, which is void; outlines.
 
 A wall is where two cells meet. The darkness on a strip along it, integrated across, is the width that the gap would
 have were it sharp and black: blur spreads darkness but keeps the integral, and noise averages out. Two droplets touch
@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import Darkness
-from jamlab.micrographs.picture_files import distance_inside
+from jamlab.micrographs.picture_files import distance_inside, scikit_image
 from jamlab.micrographs.segmentation import PAIR
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
@@ -31,6 +31,8 @@ ALONG = 2.5  # pixels along a wall over which its width is averaged
 BLURS = 2.5  # standard deviations of blur in half a strip
 STRIP = 0.04  # of the radius, in half a strip beside them, for films
 SCATTERED_FILM = 0.16  # of the radius: the gaps of so wide films scatter by more than light and noise make them
+MODES = 8  # Fourier modes of an outline
+POINTS = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
 LEAST_WALL = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
 
 
@@ -185,3 +187,50 @@ def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
         for side in (a, b):
             pair[side][differ] = np.maximum(pair[side][differ], name)
     return pair >= 0, pair
+
+
+def outlines(cells: Indices, inside: Array) -> list[Array]:
+    """Outlines of droplets, half a gap from the walls of their cells, smoothed to their first Fourier modes.
+
+    The outline of pixels is longer than that of the droplet by steps of a pixel, however fine they are; its first modes
+    hold flats and corners but not the steps. More modes hold more of the corners, and more of the noise: outlines of a
+    packing at rho = 0.95, with rims and without noise, lose 0.009 of A with 8 modes and 0.004 with 16, but in the good
+    pictures of `micrograph_errors.csv` errors of A are -0.010 to 0.018 with 8 modes, -0.008 to 0.020 with 10, and pass
+    0.024 with 16.
+
+    Returns:
+        (k, 2) outline of the droplet in every cell, x and y in pixels; (0, 2) where there is none.
+    """
+    skimage, inside = scikit_image(), np.clip(inside, -1, 1)
+    found = []
+    for label, box in enumerate(ndimage.find_objects(cells + 1)):
+        if box is None:
+            found.append(np.zeros((0, 2)))
+            continue
+        own = np.pad(np.where(cells[box] == label, inside[box], -0.5), 2, constant_values=-0.5)
+        rings = skimage.measure.find_contours(own, 0.0)
+        ring = max(rings, key=_enclosed, default=np.zeros((0, 2)))
+        corner = np.array([box[0].start, box[1].start]) - 2
+        found.append((_smoothen(ring) + corner)[:, ::-1] if len(ring) > 4 else np.zeros((0, 2)))
+    return found
+
+
+def _enclosed(ring: Array) -> float:
+    y, x = ring.T
+    return float(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+
+
+def _smoothen(ring: Array) -> Array:
+    curve = ring @ np.array([1.0, 1j])
+    place = np.concatenate([[0], np.cumsum(np.abs(np.diff(curve)))])
+    modes = np.fft.fft(np.interp(np.linspace(0, place[-1], POINTS, endpoint=False), place, curve))
+    modes[MODES + 1 : -MODES] = 0
+    even = np.fft.ifft(modes)
+    return np.column_stack([even.real, even.imag])
+
+
+def shape_factor(outline: Array) -> float:
+    """perimeter^2/(4 pi area) of a closed outline (k, 2); nan without area."""
+    area = _enclosed(outline) if len(outline) else 0.0
+    length = float(np.hypot(*(np.roll(outline, -1, axis=0) - outline).T).sum())
+    return length**2 / (4 * np.pi * area) if area > 0 else float("nan")

@@ -234,7 +234,7 @@ COMMANDS = {  # each with an option or argument that nothing can start from
     ("pack", "--out", "absent/o.h5"): ["--n", "--pressure", "--seed", "--ensemble", "--tolerance"],
     ("compress", "absent.h5"): ["--to", "--step", "--nearest", "--frame", "--out", "--by"],
     ("compress", "run.h5", "--out", "."): ["--to", "--step", "--nearest", "--frame"],
-    ("analyze", "absent.h5"): ["--pixel", "--film", "--dark"],
+    ("analyze", "absent.h5"): ["--pixel", "--film", "--contrast"],
     ("analyze", "run.h5"): ["--pixel", "--film", "--json"],
     ("gstar", "absent.h5"): ["--out", "--damping", "--beta", "--n", "--pressure", "--seed", "--points"],
     ("campaign", "plan", "absent.toml"): ["--out", "--workers", "--only"],

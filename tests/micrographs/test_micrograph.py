@@ -11,8 +11,7 @@ from scipy import stats
 
 import jamlab
 from jamlab.errors import InputError, StorageError
-from jamlab.micrographs.picture_numbers import mean_of
-from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few
+from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few, mean_of
 from jamlab.packing.free_droplet import regular_polygon
 from jamlab.packing.quantities import COLUMNS
 

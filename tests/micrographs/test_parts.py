@@ -7,13 +7,11 @@ from scipy import ndimage
 import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import _long_runs, fill_in, find_drawn, find_flat, sort_annotations
-from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.illumination import noise_level, remove_background
 from jamlab.micrographs.measured_droplets import size_distribution
-from jamlab.micrographs.measurement import shape_factor
 from jamlab.micrographs.picture_files import distance_inside
-from jamlab.micrographs.segmentation import _flood, find_markers
-from jamlab.micrographs.walls import LABEL_TOLERANCE, _film_between_labels
+from jamlab.micrographs.segmentation import _flood, find_markers, granulometry
+from jamlab.micrographs.walls import LABEL_TOLERANCE, _film_between_labels, shape_factor
 
 pytest.importorskip("skimage")
 Y, X = np.mgrid[:150, :160]

@@ -261,10 +261,3 @@ def test_command_takes_labels_and_contrast(tmp_path, numbers):
     assert shown["contrast"] == "ring"
     done = call(tmp_path, "analyze", "photo.png", "--contrast", "striped")
     assert done.exit_code == 1 and "striped" in done.stderr
-
-
-def test_old_name_of_contrast_still_works():
-    away, _ = distance(2.0)
-    with pytest.warns(FutureWarning, match="contrast='bright'"):
-        found = jamlab.micrograph(1 / (1 + np.exp(away)), bright=True)
-    assert found.contrast == "bright"

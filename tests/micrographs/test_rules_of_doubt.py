@@ -7,7 +7,6 @@ import pytest
 
 import jamlab
 from jamlab.micrographs import measurement, quality
-from jamlab.micrographs.picture_numbers import Mean
 from jamlab.micrographs.ring_segmentation import Candidates
 
 pytest.importorskip("skimage")
@@ -102,8 +101,8 @@ def test_rings_too_small_to_be_judged_are_not_called_odd_and_pieces_leave_their_
     ],
 )
 def test_few_droplets_are_doubted(count, change, reason):
-    means = {name: Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
-    assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == []
+    means = {name: quality.Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
+    assert quality.doubt_few(40, {name: quality.Mean(1.0, 0.001, 40) for name in means}) == []
     (found,) = quality.doubt_few(count, means)
     assert reason in found.text and found.numbers == (change.keys() or {"rho", "z", "shape_rim"})
 
