@@ -1,55 +1,72 @@
-"""`jamlab demo`: both models through jamming, as one HTML page."""
+"""`jamlab demo`: both models through jamming, as tables and one page to look through."""
 
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.text import Text
 
-from jamlab.cli.console import (
-    err_console,
-    out_console,
-    print_json,
-    print_not_stable,
-    print_note,
-    print_table,
-    progress_bars,
-)
-from jamlab.cli.gstar import print_spectra
+from jamlab.cli.console import print_note, print_packings, progress_bars
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Force, Json, N, Seed
+from jamlab.cli.options import Force, N, Seed
+from jamlab.errors import InputError
+
+if TYPE_CHECKING:
+    from jamlab.packing.packing import Packing
+    from jamlab.processes.progress import Progress
+
+_ONSET = {"sp": 0.9, "dp": 0.5}  # share of a run to rho = 0.95 until onset; measured with 64 particles
+_LEAD = (
+    "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.01 in ρ to dense packings. The box "
+    "is sheared until no shear stress is left, so that no stable state has a negative shear modulus."
+)
 
 
 def demo(
     n: N = 64,
     seed: Seed = 1,
     to: Annotated[float, typer.Option(help="Last true packing fraction.")] = 0.95,
-    out: Annotated[Path, typer.Option(help="Folder for HDF5, PNG and HTML.")] = Path("jamlab-demo"),
+    out: Annotated[Path, typer.Option(help="Folder for HDF5 and HTML.")] = Path("jamlab-demo"),
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
-    """Take both models from a random start through jamming to rho = 0.95: tables, pictures, one HTML page."""
-    from jamlab.cli.demo_run import G_NOTE, HEADINGS, run_demo, table_rows, unconverged, unstable
+    """Take both models from a random start through jamming to rho = 0.95: tables, and one HTML page."""
+    from jamlab.checks import check_bidisperse, check_number
+    from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
+    from jamlab.figures.html_page import Section, write_report
+    from jamlab.packing.hdf5 import read_observables
     from jamlab.plotting.palette import MODEL_STYLE
+    from jamlab.processes.side_by_side import run_side_by_side
+    from jamlab.storage.atomic_file import check_targets, make_folder
+    from jamlab.storage.verified_file import versions
 
+    check_bidisperse(n, seed, 1.0)
+    check_number("to", to, 1.0)
+    make_folder(out)
+    check_targets(out, ("index.html", "sp.h5", "dp.h5"), replace=force)
     expect_output(out)
-    with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}) as progress:
-        sweeps, spectrum = run_demo(n, seed, to, out, progress, force=force)
-    if as_json:
-        tables: dict[str, Any] = {m: {k: v.tolist() for k, v in sweep.measured.items()} for m, sweep in sweeps.items()}
-        onset = {m: sweep.packings[0].onset for m, sweep in sweeps.items()}
-        print_json({"out": str(out), "onset": onset, "not_converged": unconverged(sweeps), **tables})
-    else:
-        for model, sweep in sweeps.items():
-            label, onset_rho = MODEL_STYLE[model]["label"], sweep.packings[0].onset
-            title = f"{label}: onset at ρ_J = {onset_rho:.5f}, {sweep.seconds:.0f} s"
-            print_table(title, HEADINGS, table_rows(sweep))
-            print_not_stable(unstable(sweep))
-        print_note(G_NOTE)
-        if spectrum is not None:
-            print_spectra("G*_xy(omega) of the densest SP packing, contact damping, β = 1", spectrum, every=5)
-        out_console.print(Text(f"Open {out / 'index.html'}"), soft_wrap=True)
-    if spectrum is None:
-        err_console.print("G*(omega) left out: the densest SP packing is not stable", soft_wrap=True)
-    for line in unconverged(sweeps):
-        err_console.print(f"not converged: {line}", soft_wrap=True)
+    names = {"sp": "soft particles", "dp": "deformable polygons"}
+    with progress_bars(names) as progress:
+        run = partial(sweep, n=n, seed=seed, to=to)
+        found = run_side_by_side(run, [*names], len(names), report=lambda model, *step: progress[model](*step))
+    sections = []
+    for model, packings in zip(names, found, strict=True):
+        file = out / f"{model}.h5"
+        print_packings(packings, file, False)
+        shown = explorer_fragment(packings, observables=read_observables(file))
+        sections.append(Section(f"Sweep of {MODEL_STYLE[model]['label']}", fragment=shown))
+    title = "Jamming of disks and deformable polygons"
+    write_report(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()}, explorer_assets())
+    print_note(f"Open {out / 'index.html'}")
+
+
+def sweep(model: str, report: "Progress", *, n: int, seed: int, to: float) -> "list[Packing]":
+    """Take one model from onset to the densest state."""
+    from jamlab.protocols.compression import compress
+    from jamlab.protocols.onset import jam
+
+    first = _ONSET[model]
+    how = {"ensemble": "shear-stabilized", "progress": lambda share, text: report(first * share, text)}
+    onset = jam(model, n, seed, **how)  # type: ignore[arg-type]
+    if to <= onset.phi:
+        raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
+    return [onset, *compress(onset, to, progress=lambda share, text: report(first + (1 - first) * share, text))]

@@ -3,10 +3,8 @@
 All share the options of drag, accuracy and files, and how they print and write what they found.
 """
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
-from functools import wraps
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -26,38 +24,55 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+File = Annotated[Path, typer.Argument(help="HDF5 file with a packing of disks or droplets.")]
+Tolerance = Annotated[
+    float | None,
+    typer.Option(help="Relative error of velocities in a step; flow by a rate: 1e-2, small strains: 1e-3."),
+]
+Background = Annotated[
+    float | None,
+    typer.Option(
+        help="Background (Stokes) drag added to contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2; "
+        "small strains: 0."
+    ),
+]
+Within = Annotated[float | None, typer.Option(help="Do not start if the predicted run time exceeds this, s.")]
+Plot = Annotated[
+    Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.", callback=written_as("picture"))
+]
+Csv = Annotated[
+    Path | None, typer.Option(help="Table of all rows to write as well, .csv.", callback=written_as("table"))
+]
+
 
 @dataclass(frozen=True)
-class FlowOptions:
-    """Options of every command of flow; each name and default is that of the command line."""
+class FlowRun:
+    """What a flow starts from, and where its results go."""
 
-    file: Annotated[Path, typer.Argument(help="HDF5 file with a packing of disks or droplets.")]
-    beta: Beta = 1.0
-    alpha: Alpha = 1.0
-    tau: Tau = 1.0
-    stokes: Stokes = False
-    eta_f: EtaF = 1.0
-    tolerance: Annotated[
-        float | None,
-        typer.Option(help="Relative error of velocities in a step; flow by a rate: 1e-2, small strains: 1e-3."),
-    ] = None
-    background: Annotated[
-        float | None,
-        typer.Option(
-            help="Drag of every particle beside contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2; "
-            "small strains: 0."
-        ),
-    ] = None
-    frame: Frame = -1
-    out: Out = Path("flow.h5")
-    plot: Annotated[
-        Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.", callback=written_as("picture"))
-    ] = None
-    csv: Annotated[
-        Path | None, typer.Option(help="Table of all rows to write as well, .csv.", callback=written_as("table"))
-    ] = None
-    force: Force = False
-    as_json: Json = False
+    file: Path
+    frame: int
+    law: "Damping | None"  # None: quasi-static
+    accuracy: dict[str, float | None]  # tolerance and background; None is left to the flow
+    out: Path
+    plot: Path | None
+    csv: Path | None
+    force: bool
+    as_json: bool
+
+    def drive(self, flow: Callable[..., T], name: str, *point: Any, **how: Any) -> T:
+        """Drive the packing at a point, such as frequency and amplitude, below a bar of this name. With `force` a file
+        of another run is replaced; one of the same run is gone on with."""
+        from jamlab.flow.run_file import OtherRunError
+
+        how |= {"out": self.out, **{key: value for key, value in self.accuracy.items() if value is not None}}
+        while True:
+            try:
+                with progress_bar(name, resumed=True) as progress:
+                    return flow(self.packing(), *point, self.law, progress=progress, **how)
+            except OtherRunError:
+                if not self.force:
+                    raise
+                self.out.unlink()
 
     def packing(self) -> "Packing":
         """Packing of the file."""
@@ -65,84 +80,39 @@ class FlowOptions:
 
         return read(self.file, self.frame)
 
-    def law(self) -> "Damping":
-        """Drag law."""
-        return drag_law(self.stokes, self.beta, self.alpha, self.tau, self.eta_f)
+    def say_seconds(self, rates: list[float], strain: float, within: float | None, processes: int = 1) -> None:
+        """Say how long flow at some rates will take, unless it is resumed; refuse what takes longer than `within`."""
+        from jamlab.flow.flow_cost import cost_of_flow, require_time
 
-    @property
-    def accuracy(self) -> dict[str, Any]:
-        """Arguments of every flow that are given; the others are left to it."""
-        given = {"tolerance": self.tolerance, "background": self.background}
-        return {name: value for name, value in given.items() if value is not None}
-
-    def run(self, drive: Callable[..., T], name: str, *point: float, **how: Any) -> T:
-        """Drive the packing at a point, such as frequency and amplitude, below a bar of this name."""
-        with progress_bar(name, resumed=True) as progress:
-            how |= {"out": self.out, "progress": progress, **self.accuracy}
-            return drive(self.packing(), *point, self.law(), **how)
-
-
-Result = tuple["Flow", Sequence[str]]  # with notes
-Run = Callable[..., Result]
-
-
-def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Callable[..., None]]:
-    """Make a command of a function that takes `FlowOptions` and options of its own, and returns a result and notes;
-    `other` are defaults that differ from those of `FlowOptions`."""
-
-    def decorate(run: Run) -> Callable[..., None]:
-        _, *own = inspect.signature(run).parameters.values()
-        file, *shared = (
-            inspect.Parameter(
-                f.name,
-                inspect.Parameter.POSITIONAL_OR_KEYWORD,
-                default=inspect.Parameter.empty if f.default is MISSING else other.get(f.name, f.default),
-                annotation=f.type,
-            )
-            for f in fields(FlowOptions)
-        )
-        parameters = [file, *own, *shared]
-
-        @wraps(run)
-        def command(**values: Any) -> None:
-            options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
-            from jamlab.flow.run_file import OtherRunError
-
-            expect_files(options)
-            try:
-                found, notes = run(options, **values)
-            except OtherRunError:
-                if not options.force:
-                    raise
-                options.out.unlink()
-                found, notes = run(options, **values)
-            give(found, columns, notes, options)
-
-        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        command.__annotations__ = {each.name: each.annotation for each in parameters}
-        return command
-
-    return decorate
+        if self.out.exists():
+            return
+        how = {key: value for key, value in self.accuracy.items() if value is not None}
+        cost = cost_of_flow(self.packing(), rates, self.law, strain=strain, **how)
+        if within is not None:
+            require_time(cost, within)
+        seconds = cost["seconds"]
+        print_stage(f"about {max(seconds.sum() / processes, seconds.max()):.2g} s")
 
 
 _HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁", "z_all": "z all"}
 _LINES = 15  # of a table on the screen
 
 
-def expect_files(options: FlowOptions) -> None:
+def expect_files(run: FlowRun) -> FlowRun:
     """Refuse, before anything runs, what cannot be written at the end."""
-    out, plot = options.out, options.plot
-    check_target(out, options.file)
-    for path in (plot, options.csv):
+    out = run.out
+    check_target(out, run.file)
+    for path in (run.plot, run.csv):
         if path is not None:
-            check_target(path, options.file, out, replace=options.force)
+            check_target(path, run.file, out, replace=run.force)
     kept = f"kept {out} as it was last saved; the same command goes on from there"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
+    return run
 
 
-def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], options: FlowOptions) -> None:
+def give(run: FlowRun, found: "Flow", columns: Mapping[str, str], *notes: str) -> None:
     """Write picture and table of a result that is in its file already, and print columns in formats, with notes."""
-    if options.plot is not None:
+    if run.plot is not None:
         from matplotlib.figure import Figure
 
         from jamlab.figures.html_page import save_picture
@@ -150,24 +120,24 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
 
         figure = Figure(figsize=CURVES, layout="constrained")
         found.plot(figure.subplots())
-        save_picture(figure, options.plot)
-    if options.csv is not None:
+        save_picture(figure, run.plot)
+    if run.csv is not None:
         import pandas as pd
 
-        write_rows(pd.DataFrame(_rows(found)), options.csv)
-    if options.as_json:
+        write_rows(pd.DataFrame(_rows(found)), run.csv)
+    if run.as_json:
         content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
         content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
         plain = {f.name: getattr(found, f.name) for f in fields(found)}
         content |= {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
-        print_json(content | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
+        print_json(content | {"verdict": found.verdict, "out": str(run.out), "drag": found.describe()})
         return
     table = {name: values for name in columns if (values := _column(found, name)) is not None}
     count = len(next(iter(table.values())))
     shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
     lines = [[f"{values[k]:{columns[name]}}" for name, values in table.items()] for k in shown]
     print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in table], lines)
-    for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {options.out}"):
+    for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {run.out}"):
         print_note(note)
 
 
@@ -193,120 +163,180 @@ _SHEAR_COLUMNS = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stre
 _SHEAR_COLUMNS |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".3f"}
 
 
-@flow_command(_SHEAR_COLUMNS, out=Path("shear.h5"))
 def shear(
-    options: FlowOptions,
+    file: File,
     rate: Annotated[float, typer.Option(help="Rate of shear, 1/tau_1; 0: quasi-static.")],
     strain: Annotated[float, typer.Option(help="Strain at the end.")] = 1.0,
     step: Annotated[float | None, typer.Option(help="Rate 0: strain between two minima; default 1e-4.")] = None,
     rows: Annotated[int | None, typer.Option(help="Rows of the result, but at rate 0; default 200.")] = None,
     frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
-    within: Annotated[float | None, typer.Option(help="Refuse a run that will take longer, s.")] = None,
-) -> "Result":
-    """Shear a packing at a constant rate, without inertia; a run that was interrupted goes on from its file."""
-    from jamlab.flow.flow_cost import cost_of_flow, require_time
-    from jamlab.flow.shear import shear as run
+    within: Annotated[
+        float | None, typer.Option(help="Do not start if the predicted run time exceeds this, s.")
+    ] = None,
+    beta: Beta = 1.0,
+    alpha: Alpha = 1.0,
+    tau: Tau = 1.0,
+    stokes: Stokes = False,
+    eta_f: EtaF = 1.0,
+    tolerance: Tolerance = None,
+    background: Background = None,
+    frame: Frame = -1,
+    out: Out = Path("shear.h5"),
+    plot: Plot = None,
+    csv: Csv = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Shear a packing at a constant rate, without inertia; interrupted runs resume from the output file."""
+    from jamlab.flow.shear import shear as flow
 
-    packing, law, how = options.packing(), None, {}
-    if rate != 0:  # options of drag have no say in quasi-static shear
-        law, how = options.law(), options.accuracy
-    if rate > 0 and law is not None and not options.out.exists():
-        cost = cost_of_flow(packing, [rate], law, strain=strain, **how)
-        if within is not None:
-            require_time(cost, within)
-        print_stage(f"about {cost['seconds'].sum():.2g} s")
-    with progress_bar("shear", resumed=True) as progress:
-        how |= {"step": step, "rows": rows, "frames": frames}
-        found = run(packing, rate, strain, law, out=options.out, progress=progress, **how)
-    return found, [f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"]
+    # options of drag have no say in quasi-static shear
+    law = drag_law(stokes, beta, alpha, tau, eta_f) if rate != 0 else None
+    accuracy = {"tolerance": tolerance, "background": background} if rate != 0 else {}
+    run = expect_files(FlowRun(file, frame, law, accuracy, out, plot, csv, force, as_json))
+    if rate > 0:
+        run.say_seconds([rate], strain, within)
+    found = run.drive(flow, "shear", rate, strain, step=step, rows=rows, frames=frames)
+    note = f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"
+    give(run, found, _SHEAR_COLUMNS, note)
 
 
-_MEANS = {"stress": ".5g", "stress_error": ".1g", "pressure": ".5g", "pressure_error": ".1g"}
+_MEANS = {"rates": ".4g", "stress": ".5g", "stress_error": ".1g", "pressure": ".5g", "pressure_error": ".1g"}
 _MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".4g", "plastic_events": ".3g"}
-_MEANS |= {"imbalance": ".1e"}
+_MEANS |= {"imbalance": ".1e", "finished": ""}
 
 
-@flow_command({"rates": ".4g", **_MEANS, "finished": ""}, out=Path("flow-curve.h5"))
 def flow_curve(
-    options: FlowOptions,
+    file: File,
     rates: Annotated[list[float], typer.Option("--rate", help="Rate of shear, 1/tau_1; give it several times.")],
     strain: Annotated[float, typer.Option(help="Strain of the average at each rate.")] = 4.0,
-    discard: Annotated[float, typer.Option(help="Strain of start-up before.")] = 1.0,
-    processes: Annotated[int, typer.Option(help="Rates side by side, each on one core.")] = 1,
-    within: Annotated[float | None, typer.Option(help="Refuse rates that will take longer, s.")] = None,
-) -> "Result":
+    discard: Annotated[float, typer.Option(help="Transient strain discarded before averaging.")] = 1.0,
+    processes: Annotated[int, typer.Option(help="Rates run in parallel, one core each.")] = 1,
+    within: Annotated[
+        float | None, typer.Option(help="Do not start if the predicted run time exceeds this, s.")
+    ] = None,
+    beta: Beta = 1.0,
+    alpha: Alpha = 1.0,
+    tau: Tau = 1.0,
+    stokes: Stokes = False,
+    eta_f: EtaF = 1.0,
+    tolerance: Tolerance = None,
+    background: Background = None,
+    frame: Frame = -1,
+    out: Out = Path("flow-curve.h5"),
+    plot: Plot = None,
+    csv: Csv = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
     """Measure steady flow at several rates, with a Herschel-Bulkley fit; rates in the file are not run again."""
     from jamlab.errors import JamlabError
-    from jamlab.flow.flow_cost import cost_of_flow, require_time
-    from jamlab.flow.flow_curve import flow_curve as run
+    from jamlab.flow.flow_curve import flow_curve as flow
 
-    packing, law, how = options.packing(), options.law(), options.accuracy
-    if not options.out.exists():
-        cost = cost_of_flow(packing, rates, law, strain=strain + discard, **how)
-        if within is not None:
-            require_time(cost, within)
-        seconds = cost["seconds"]
-        print_stage(f"about {max(seconds.sum() / processes, seconds.max()):.2g} s")
-    with progress_bar("flow curve", resumed=True) as progress:
-        how |= {"strain": strain, "discard": discard, "processes": processes}
-        found = run(packing, rates, law, out=options.out, progress=progress, **how)
+    law, accuracy = drag_law(stokes, beta, alpha, tau, eta_f), {"tolerance": tolerance, "background": background}
+    run = expect_files(FlowRun(file, frame, law, accuracy, out, plot, csv, force, as_json))
+    run.say_seconds(rates, strain + discard, within, processes)
+    found = run.drive(flow, "flow curve", rates, strain=strain, discard=discard, processes=processes)
     try:
         fit = f"Herschel-Bulkley: {found.herschel_bulkley()}"
     except JamlabError as error:
         fit = f"no Herschel-Bulkley fit: {error}"
-    return found, [fit]
+    give(run, found, _MEANS, fit)
 
 
 _OSCILLATE_COLUMNS = {"time": ".5g", "strain": ".4g", "stress": ".6g", "elastic_stress": ".6g", "viscous_stress": ".5g"}
 _OSCILLATE_COLUMNS |= {"pressure": ".5g", "z_all": ".3f"}
 
 
-@flow_command(_OSCILLATE_COLUMNS, out=Path("oscillate.h5"))
 def oscillate(
-    options: FlowOptions,
+    file: File,
     omega: Annotated[float, typer.Option(help="Angular frequency, 1/tau_1.")],
     amplitude: Annotated[float, typer.Option(help="Amplitude of the strain.")],
     cycles: Annotated[int, typer.Option(help="Cycles at most; it ends when the answer repeats.")] = 20,
     points: Annotated[int, typer.Option(help="Rows in a cycle.")] = 32,
-) -> "Result":
-    """Shear a packing to and fro: harmonics of the stress; the picture is the Lissajous figure."""
-    from jamlab.flow.oscillate import oscillate as run
+    beta: Beta = 1.0,
+    alpha: Alpha = 1.0,
+    tau: Tau = 1.0,
+    stokes: Stokes = False,
+    eta_f: EtaF = 1.0,
+    tolerance: Tolerance = None,
+    background: Background = None,
+    frame: Frame = -1,
+    out: Out = Path("oscillate.h5"),
+    plot: Plot = None,
+    csv: Csv = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Oscillatory shear: G', G'' and higher harmonics of the stress; the picture is the Lissajous figure."""
+    from jamlab.flow.oscillate import oscillate as flow
 
-    found = options.run(run, "oscillate", omega, amplitude, cycles=cycles, points=points)
-    return found, [f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"]
+    law, accuracy = drag_law(stokes, beta, alpha, tau, eta_f), {"tolerance": tolerance, "background": background}
+    run = expect_files(FlowRun(file, frame, law, accuracy, out, plot, csv, force, as_json))
+    found = run.drive(flow, "oscillate", omega, amplitude, cycles=cycles, points=points)
+    note = f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"
+    give(run, found, _OSCILLATE_COLUMNS, note)
 
 
 _RELAX_STRESS_COLUMNS = {"time": ".5g", "modulus": ".6g", "stress": ".6g", "elastic_stress": ".6g"}
 _RELAX_STRESS_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "z_all": ".3f"}
 
 
-@flow_command(_RELAX_STRESS_COLUMNS, out=Path("relax-stress.h5"))
 def relax_stress(
-    options: FlowOptions,
+    file: File,
     strain: Annotated[float, typer.Option(help="Strain of the step; 0 stops a flow.")],
     duration: Annotated[float, typer.Option(help="Time, tau_1.")],
     step_time: Annotated[float, typer.Option(help="Time that the step takes, tau_1.")] = 1e-2,
-) -> "Result":
+    beta: Beta = 1.0,
+    alpha: Alpha = 1.0,
+    tau: Tau = 1.0,
+    stokes: Stokes = False,
+    eta_f: EtaF = 1.0,
+    tolerance: Tolerance = None,
+    background: Background = None,
+    frame: Frame = -1,
+    out: Out = Path("relax-stress.h5"),
+    plot: Plot = None,
+    csv: Csv = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
     """Strain a packing by a step and follow its stress, the relaxation modulus G(t); or stop a flow."""
-    from jamlab.flow.relax_stress import relax_stress as run
+    from jamlab.flow.relax_stress import relax_stress as flow
 
-    found = options.run(run, "relax", strain, duration, step_time=step_time)
-    return found, [f"elastic stress before {found.residual:.5g}"]
-
-
-_COLUMNS = {"time": ".5g", "strain": ".5g", "compliance": ".6g", "rate": ".4g", "elastic_stress": ".5g"}
-_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "z_all": ".3f"}
+    law, accuracy = drag_law(stokes, beta, alpha, tau, eta_f), {"tolerance": tolerance, "background": background}
+    run = expect_files(FlowRun(file, frame, law, accuracy, out, plot, csv, force, as_json))
+    found = run.drive(flow, "relax", strain, duration, step_time=step_time)
+    give(run, found, _RELAX_STRESS_COLUMNS, f"elastic stress before {found.residual:.5g}")
 
 
-@flow_command(_COLUMNS, out=Path("creep.h5"))
+_CREEP_COLUMNS = {"time": ".5g", "strain": ".5g", "compliance": ".6g", "rate": ".4g", "elastic_stress": ".5g"}
+_CREEP_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "z_all": ".3f"}
+
+
 def creep(
-    options: FlowOptions,
+    file: File,
     stress: Annotated[float, typer.Option(help="Stress beside the residual one, in units of the packing.")],
     duration: Annotated[float, typer.Option(help="Time, tau_1.")],
     largest_strain: Annotated[float, typer.Option(help="Strain at which it ends early.")] = 10.0,
-) -> "Result":
-    """Load a packing with a shear stress and follow its strain; says whether it comes to rest, creeps on or flows."""
-    from jamlab.flow.creep import creep as run
+    beta: Beta = 1.0,
+    alpha: Alpha = 1.0,
+    tau: Tau = 1.0,
+    stokes: Stokes = False,
+    eta_f: EtaF = 1.0,
+    tolerance: Tolerance = None,
+    background: Background = None,
+    frame: Frame = -1,
+    out: Out = Path("creep.h5"),
+    plot: Plot = None,
+    csv: Csv = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Load a packing with a shear stress and follow its strain; reports whether it arrests, creeps or flows."""
+    from jamlab.flow.creep import creep as flow
 
-    found = options.run(run, "creep", stress, duration, largest_strain=largest_strain)
-    return found, [f"residual stress {found.residual:.5g}"]
+    law, accuracy = drag_law(stokes, beta, alpha, tau, eta_f), {"tolerance": tolerance, "background": background}
+    run = expect_files(FlowRun(file, frame, law, accuracy, out, plot, csv, force, as_json))
+    found = run.drive(flow, "creep", stress, duration, largest_strain=largest_strain)
+    give(run, found, _CREEP_COLUMNS, f"residual stress {found.residual:.5g}")

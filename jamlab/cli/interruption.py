@@ -1,18 +1,13 @@
-"""End on SIGINT and SIGTERM with one line that says what was kept, within seconds, whatever is running.
+"""End on SIGINT and SIGTERM with one line that says what was kept; a second signal ends at once.
 
-Python runs a signal handler only between two of its own steps, and one call of LAMMPS may take minutes. So a thread
-ends the process if the handler's exception has not done so in time. Files are written to the side and renamed, so what
-is there is whole; child processes die with this one.
+Files are written to the side and renamed, so what is there is whole; child processes die with this one.
 """
 
-import os
 import shlex
 import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, NoReturn, Self
@@ -23,16 +18,10 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
 
-_GRACE = 3.0  # s for the clean way out
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NOTHING = "nothing was written"
 _describe: Callable[[], str] = lambda: _NOTHING  # noqa: E731
-_printed = threading.Event()
 _came: list[int] = []  # numbers of the signals that ended the command
-
-
-class Interrupted(BaseException):
-    """A signal to end came; no `except Exception` may stop it, nor what libraries do about KeyboardInterrupt."""
 
 
 def describe_kept(describe: Callable[[], str]) -> None:
@@ -55,33 +44,17 @@ def expect_output(path: "Path") -> None:
     describe_kept(describe)
 
 
-@contextmanager
-def ending_on_signals() -> Iterator[Callable[[], None]]:
-    """End the process with one line and exit code 128 + number when a signal comes; main thread only. Yields a function
-    to call when imports are done: until then a signal ends the process at once, since an exception in the middle of an
-    import can be taken for a broken library."""
-    reader, writer = os.pipe()
-    os.set_blocking(writer, False)
-    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
-    threading.Thread(target=_end_late, args=(reader,), name="jamlab signals", daemon=True).start()
-    _set_handlers(lambda number, _: _leave(number))
-    try:
-        yield lambda: _set_handlers(_raise)
-    except Interrupted as stop:
-        _print_line()
-        sys.exit(128 + int(stop.args[0]))
+def interrupt_on_signals() -> None:
+    """Raise KeyboardInterrupt in the main thread when a signal comes, also where the shell ignores SIGINT."""
+    for number in _SIGNALS:
+        signal.signal(number, _interrupt)
 
 
-def _set_handlers(handler: "Callable[[int, FrameType | None], object]") -> None:
-    for number in _SIGNALS:  # also where the shell ignores SIGINT for a job in the background
-        signal.signal(number, handler)
-
-
-def _raise(number: int, _: "FrameType | None") -> NoReturn:
-    for each in _SIGNALS:  # one is enough: a second would interrupt the clean way out
-        signal.signal(each, signal.SIG_IGN)
+def _interrupt(number: int, _: "FrameType | None") -> NoReturn:
+    for each in _SIGNALS:  # a second one ends the process
+        signal.signal(each, signal.SIG_DFL)
     _came.append(number)
-    raise Interrupted(number)
+    raise KeyboardInterrupt
 
 
 def stopping_signal() -> int | None:
@@ -89,23 +62,9 @@ def stopping_signal() -> int | None:
     return _came[0] if _came else None
 
 
-def _end_late(reader: int) -> None:
-    while (number := os.read(reader, 1)[0]) not in _SIGNALS:
-        pass
-    time.sleep(_GRACE)
-    _leave(number)
-
-
-def _leave(number: int) -> NoReturn:
-    _print_line()
-    os._exit(128 + number)
-
-
-def _print_line() -> None:
-    if not _printed.is_set():
-        _printed.set()
-        shown = "\r\x1b[K\x1b[?25h" if os.isatty(2) else ""  # a progress bar may have hidden the cursor
-        os.write(2, f"{shown}interrupted: {_describe()}\n".encode(errors="replace"))
+def last_line() -> str:
+    """What is printed when a signal has come."""
+    return f"interrupted: {_describe()}"
 
 
 _INTERVAL = 10.0  # s between two files on the way, of which a killed command leaves the last
@@ -125,7 +84,7 @@ class KeptStates:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: BaseException | TracebackType | None) -> None:
-        worth_it = kind is None or issubclass(kind, Interrupted) or stopping_signal() is not None
+        worth_it = kind is None or issubclass(kind, KeyboardInterrupt) or stopping_signal() is not None
         if worth_it and len(self.states) > 1:
             self._save()
 
@@ -143,10 +102,6 @@ class KeptStates:
 
     def _describe(self) -> str:
         if not self._written:
-            return "nothing was written"
-        return f"kept {self._written} states in {self._out}; `{_this_command()}` resumes"
-
-
-def _this_command() -> str:
-    """The words of the shell, but for the one that would begin anew."""
-    return shlex.join(["jamlab", *(word for word in sys.argv[1:] if word != "--force")])
+            return _NOTHING
+        command = shlex.join(["jamlab", *(word for word in sys.argv[1:] if word != "--force")])
+        return f"kept {self._written} states in {self._out}; `{command}` resumes"

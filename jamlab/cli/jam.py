@@ -35,20 +35,20 @@ def jam(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Make a packing at jamming onset, after Boromand et al., section 2.3; interrupted, it leaves nothing, since what
-    it passes is at no onset."""
-    _make("jam", "to onset", **locals())
+    """Make a packing at jamming onset, after Boromand et al., section 2.3.
 
-
-def _make(command: str, stage: str, law: list[str] | None, out: Path, force: bool, as_json: bool, **how: Any) -> None:
-    """Make a packing by `jamlab.jam` or `jamlab.pack`, with all options of the command that have a value."""
+    No file is written if interrupted: intermediate states are not at onset.
+    """
     import jamlab
 
     check_target(out, replace=force)
     expect_output(out)
-    given = {name: value for name, value in how.items() if value is not None} | options.law_values(law)
-    with progress_bar(stage) as progress:
-        packing = getattr(jamlab, command)(progress=progress, **given)
+    given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
+    how: dict[str, Any] = {"ratio": ratio, "large": large, "sizes": sizes, "search": search, "ensemble": ensemble}
+    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
+    how |= {name: value for name, value in given.items() if value is not None}
+    with progress_bar("to onset") as progress:
+        packing = jamlab.jam(model, n, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
 
 
@@ -67,9 +67,19 @@ def pack(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe; interrupted, it
-    leaves nothing, since what it passes has another pressure."""
-    _make("pack", "to pressure", **locals())
+    """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe.
+
+    No file is written if interrupted: intermediate states have other pressures.
+    """
+    import jamlab
+
+    check_target(out, replace=force)
+    expect_output(out)
+    how: dict[str, Any] = {"ratio": ratio, "large": large, "sizes": sizes, "ensemble": ensemble}
+    how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
+    with progress_bar("to pressure") as progress:
+        packing = jamlab.pack(n, pressure, seed, progress=progress, **how)
+    print_packings([packing], out, as_json)
 
 
 def compress(

@@ -18,7 +18,7 @@ from jamlab.cli.doctor import decks, doctor
 from jamlab.cli.estimate import estimate
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
-from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal
+from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
 from jamlab.cli.jam import compress, jam, pack
 from jamlab.errors import JamlabError, JamlabWarning
 
@@ -40,16 +40,17 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
             raise
-        except Exception as error:
+        except (Exception, KeyboardInterrupt) as error:
             if (number := stopping_signal()) is not None:
-                raise Interrupted(number) from error
+                err_console.print(last_line(), soft_wrap=True, highlight=False)
+                raise typer.Exit(128 + number) from None
             if self.debug:
                 raise
             err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)
             raise typer.Exit(1) from None
 
 
-def _line(error: Exception) -> str:
+def _line(error: BaseException) -> str:
     if isinstance(error, JamlabError):
         return " ".join(str(error).split())
     if isinstance(error, BrokenPipeError):
@@ -71,13 +72,20 @@ STUDIES = {  # command that left -> what replaced it, in a checkout
 
 
 class OwnCommands(Commands):
-    """The commands of `jamlab`: a name of a study says where studies are."""
+    """The commands of `jamlab`, in groups; a name of a study says where studies are."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command of a word."""
         if args and args[0] in STUDIES:
             ctx.fail(f"{args[0]} is a study, run from a checkout of jamlab: python -m studies {STUDIES[args[0]]}")
         return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands below the headings of their groups."""
+        for heading in COMMANDS:
+            with formatter.section(heading):
+                found = [name for name in self.list_commands(ctx) if _HEADINGS[name] == heading]
+                formatter.write_dl([(name, self.commands[name].short_help or "") for name in found])
 
 
 app = typer.Typer(
@@ -108,38 +116,53 @@ def options(
     warnings.simplefilter("ignore", JamlabWarning)  # commands print such words as notes
 
 
-COMMANDS = (  # command, what it does, example of its words
-    (demo, "Both models through jamming: tables, pictures, a page.", "--out jamlab-demo"),
-    (jam, "Make a packing at jamming onset.", "--model dp --n 16 --seed 3 --out onset.h5"),
-    (compress, "Compress a packing in steps, each to a minimum.", "onset.h5 --to 0.95 --step 0.005 --out sweep.h5"),
-    (pack, "Make disks at a target pressure.", "--n 256 --pressure 1e-4 --out packing.h5"),
-    (
-        analyze,
-        "Measure packings of a file, or a picture of droplets.",
-        "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
+Command = tuple[Any, str, str]  # the function, what it does, example of its words
+COMMANDS: dict[str, tuple[Command, ...]] = {
+    "Make packings": (
+        (jam, "Make a packing at jamming onset.", "--model dp --n 16 --seed 3 --out onset.h5"),
+        (pack, "Make disks at a target pressure.", "--n 256 --pressure 1e-4 --out packing.h5"),
+        (compress, "Compress a packing in steps, each to a minimum.", "onset.h5 --to 0.95 --step 0.005 --out sweep.h5"),
     ),
-    (gstar, "Compute the complex shear modulus G*(omega).", "--n 256 --pressure 1e-3 --out gstar.png"),
-    (shear, "Shear at a constant rate, or quasi-statically.", "packing.h5 --rate 1e-2 --strain 2 --plot shear.png"),
-    (flow_curve, "Measure steady stress at several rates.", "packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1"),
-    (oscillate, "Shear to and fro: harmonics of the stress.", "packing.h5 --omega 0.1 --amplitude 1e-4"),
-    (creep, "Load with a stress and follow the strain.", "packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png"),
-    (relax_stress, "Strain by a step and follow the stress.", "packing.h5 --strain 1e-5 --duration 1e4"),
-    (estimate, "Estimate a mean to an error, the cheapest way.", "z --rho 0.9 --error 0.05"),
-    (explore, "Write a page to look through a sweep.", "sweep.h5 --out page.html"),
-    (decks, "List or copy the LAMMPS decks.", "--copy my-decks"),
-    (doctor, "Check what is installed.", ""),
-)
-for command, short, words in COMMANDS:
-    name = command.__name__.replace("_", "-")
-    app.command(name, short_help=short, epilog=f"Example: jamlab {name} {words}".rstrip())(command)
+    "Measure and look": (
+        (
+            analyze,
+            "Measure packings of a file, or a picture of droplets.",
+            "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
+        ),
+        (gstar, "Compute the complex shear modulus G*(omega).", "--n 256 --pressure 1e-3 --out gstar.png"),
+        (explore, "Write an interactive HTML viewer of a sweep.", "sweep.h5 --out page.html"),
+    ),
+    "Flow in time": (
+        (shear, "Shear at a constant rate, or quasi-statically.", "packing.h5 --rate 1e-2 --strain 2 --plot shear.png"),
+        (flow_curve, "Measure steady stress at several rates.", "packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1"),
+        (oscillate, "Oscillatory shear: G', G'' and higher harmonics.", "packing.h5 --omega 0.1 --amplitude 1e-4"),
+        (
+            creep,
+            "Load with a stress and follow the strain.",
+            "packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png",
+        ),
+        (relax_stress, "Strain by a step and follow the stress.", "packing.h5 --strain 1e-5 --duration 1e4"),
+    ),
+    "Ensembles": ((estimate, "Estimate an ensemble mean to a requested uncertainty.", "z --rho 0.9 --error 0.05"),),
+    "Start and check": (
+        (demo, "Both models through jamming: tables and a page.", "--out jamlab-demo"),
+        (decks, "List or copy the LAMMPS decks.", "--copy my-decks"),
+        (doctor, "Check what is installed.", ""),
+    ),
+}
+_HEADINGS = {"campaign": "Ensembles"}
+for heading, group in COMMANDS.items():
+    for command, short, words in group:
+        name = command.__name__.replace("_", "-")
+        _HEADINGS[name] = heading
+        app.command(name, short_help=short, epilog=f"Example: jamlab {name} {words}".rstrip())(command)
 app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
 
 
 def main() -> None:
-    """Run the words of the shell; `jamlab.cli.start` also watches for signals during the imports above."""
-    with ending_on_signals() as imports_are_done:
-        imports_are_done()
-        app()
+    """Run the words of the shell."""
+    interrupt_on_signals()
+    app()
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""Start the command `jamlab`; imports come last, so that a signal ends them with one line too."""
+"""Start the command `jamlab`."""
 
-from jamlab.cli.interruption import ending_on_signals
+import signal
 
 
 def main() -> None:
-    """Run the words of the shell."""
-    with ending_on_signals() as imports_are_done:
-        from jamlab.cli.main import app
+    """Run the words of the shell. A signal during the imports ends the process: nothing has begun."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
+    from jamlab.cli.main import main as run
 
-        imports_are_done()
-        app()
+    run()

@@ -27,8 +27,7 @@ from jamlab.packing.packing_plot import (
     size_colours,
 )
 from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
-from jamlab.plotting.drawable import label_axes
-from jamlab.plotting.palette import COLOURS, MODEL_STYLE, OUTLINE, PARTICLE, RATTLER, ordered_colours
+from jamlab.plotting.palette import COLOURS, OUTLINE, PARTICLE, RATTLER, ordered_colours
 from jamlab.plotting.periodic_cell import fill_everywhere, frame_cell, lattice_moves, line_everywhere
 from jamlab.rheology.mean_spectrum import Spectra
 
@@ -43,31 +42,6 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     frame_cell(axes, packing.box)
     add_size_bar(axes, packing)
     axes.set_title(title, fontsize=12)
-
-
-def packings_figure(packings: Mapping[str, Packing], titles: Mapping[str, str]) -> Figure:
-    """Draw packings side by side, one for each model."""
-    figure = Figure(figsize=(6.2 * len(packings), 6.4), layout="constrained")
-    for axes, (model, packing) in zip(
-        figure.subplots(1, len(packings), squeeze=False)[0], packings.items(), strict=True
-    ):
-        draw_packing(axes, packing, titles[model])
-    return figure
-
-
-def curve_figure(tables: Mapping[str, Mapping[str, NDArray[np.float64]]], column: str, label: str) -> Figure:
-    """Draw a measured column over the true packing fraction, one curve per model; the legend counts missing values."""
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
-    axes = figure.subplots()
-    for model, table in tables.items():
-        style: dict[str, Any] = MODEL_STYLE[model]
-        axes.plot(table["rho"], table[column], linewidth=1.4, markersize=6, **style)
-        missing = int(np.isnan(table[column]).sum())
-        if missing:
-            axes.plot([], [], " ", label=f"{missing} {model.upper()} state(s) without a stable value left out")
-    label_axes(axes, r"true packing fraction $\rho$", label)
-    axes.legend(fontsize=10)
-    return figure
 
 
 def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -> Figure:

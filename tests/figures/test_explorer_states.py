@@ -235,14 +235,6 @@ def test_a_modulus_below_zero_is_explained():
     assert row["g"] < 0 and "would shear by itself" in row["why"]
 
 
-def test_the_old_order_of_arguments_works_with_a_warning(tmp_path):
-    disks = jamlab.pack(n=16, pressure=1e-2, seed=1)
-    with pytest.warns(FutureWarning, match="give the path first"):
-        jamlab.write_page(disks, tmp_path / "old.html")
-    jamlab.write_page(tmp_path / "new.html", disks)
-    assert (tmp_path / "old.html").read_bytes() == (tmp_path / "new.html").read_bytes()
-
-
 @pytest.mark.parametrize("name", ["page.png", "page.h5"])
 def test_a_page_does_not_go_into_a_file_of_another_kind(tmp_path, name):
     with pytest.raises(jamlab.InputError, match=r"\.html"):

@@ -75,13 +75,6 @@ def test_pictures_of_lines_are_the_same_every_time(tmp_path, kind):
     assert first == second and first.startswith({"pdf": b"%PDF", "svg": b"<?xml"}[kind])
 
 
-def test_states_without_a_value_are_counted_not_drawn():
-    table = {"rho": np.array([0.84, 0.86, 0.88]), "g": np.array([np.nan, 0.1, 0.2])}
-    axes = figures.curve_figure({"dp": table}, "g", "G").axes[0]
-    assert any("1 DP state(s)" in text.get_text() for text in axes.get_legend().get_texts())
-    assert axes.get_xlabel() and axes.get_ylabel() == "G"
-
-
 def some_disks(positions, diameters, box):
     return Packing("sp", np.asarray(box), np.atleast_2d(positions), {"eps": 1.0}, diameters=diameters)
 

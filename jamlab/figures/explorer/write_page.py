@@ -5,8 +5,6 @@ One page holds states of the same particles, in the same units, and not too much
 
 from __future__ import annotations
 
-import os
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.resources import files
@@ -95,8 +93,8 @@ _PAGES = Environment(loader=PackageLoader("jamlab.figures.explorer", ""), autoes
 
 @checked
 def write_page(
-    path: FilePath | Packing | Iterable[Packing],
-    packings: Packing | Iterable[Packing] | FilePath,
+    path: FilePath,
+    packings: Packing | Iterable[Packing],
     *,
     every: int = 1,
     observables: Mapping[str, ArrayLike] | None = None,
@@ -110,8 +108,7 @@ def write_page(
 
     Args:
         path: HTML file to create or replace, .html.
-        packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`. The order of
-            0.2, packings before path, works for one more release, with a warning.
+        packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`.
         every: take every k-th state, from the first on.
         observables: name -> (states,) numbers known already, as of `jamlab.read_observables`: rho, z, z_all,
             rattlers, pressure, g. Others are measured.
@@ -129,13 +126,6 @@ def write_page(
         >>> Path("page.html").read_text()[:15]
         '<!doctype html>'
     """
-    if isinstance(packings, str | os.PathLike) and not isinstance(path, str | os.PathLike):
-        warnings.warn(
-            "write_page(packings, path): give the path first, as to jamlab.write", FutureWarning, stacklevel=3
-        )
-        path, packings = packings, path
-    if not isinstance(path, str | os.PathLike) or isinstance(packings, str | os.PathLike):
-        raise InputError("write_page takes the path of an HTML file and packings")
     check_ending(path, "page")
     check_target(path)
     states = [packings] if isinstance(packings, Packing) else list(packings)
