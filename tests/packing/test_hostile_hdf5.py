@@ -189,12 +189,3 @@ def test_groups_of_other_files_are_not_followed(path, tmp_path, name, target):
     for function in (read, read_all, read_observables):
         with pytest.raises(StorageError, match=f"/{name} lies in another file"):
             function(path)
-
-
-def test_large_numbers_that_are_packed_a_thousandfold_are_refused(path):
-    """400 MB of zeros in 400 KB: jamlab does not compress, and numbers of packings do not compress by much."""
-    with edited(path) as file:
-        del file["observables/g/value"]
-        file.create_dataset("observables/g/value", data=np.zeros(3_000_000), compression="gzip", compression_opts=9)
-    with pytest.raises(StorageError, match=r"declared with 2\.4e\+07 bytes, which the file does not hold"):
-        read_observables(path)
