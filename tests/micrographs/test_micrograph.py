@@ -11,8 +11,7 @@ from scipy import stats
 
 import jamlab
 from jamlab.errors import InputError, StorageError
-from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few, mean_of
-from jamlab.packing.free_droplet import regular_polygon
+from jamlab.micrographs.quality import FEWEST, LIMITS
 from jamlab.packing.quantities import COLUMNS
 
 skimage = pytest.importorskip("skimage")
@@ -77,15 +76,6 @@ def test_means_say_how_far_they_are_known(rendered):
     assert found.reasons[-1] == f"12 whole droplets only, needs {FEWEST}: means over more may differ"
 
 
-def test_enough_droplets_that_differ_too_much_are_doubted():
-    tight, wide = mean_of(np.full(30, 0.9)), mean_of(np.arange(30) % 5.0)
-    assert tight.half_width < 1e-12 and wide.half_width == pytest.approx(0.54, abs=0.01)
-    assert doubt_few(30, {"rho": tight, "z": tight, "shape_rim": tight}) == []
-    (doubt,) = doubt_few(30, {"rho": tight, "z": wide, "shape_rim": tight})
-    assert doubt.text.startswith("z is known to within 0.54 over 30 droplets")
-    assert mean_of(np.empty(0)).text(".2f") == "none" and mean_of(np.ones(1)).text(".1f") == "1.0"
-
-
 def test_table_has_a_row_per_droplet(touching):
     table = touching.table()
     assert len(table) == touching.count and set(table["quality"]) == {"good"}
@@ -100,7 +90,7 @@ def test_overlay_is_a_picture_and_whole(touching, tmp_path):
         assert image.width > 600
     labels = [text.get_text() for text in touching.plot().texts]
     assert labels == [str(k) for k in range(1, touching.count + 1)]
-    with pytest.raises(StorageError, match="no folder"):
+    with pytest.raises(StorageError):
         touching.draw(tmp_path / "nowhere" / "overlay.png")
     assert [path.name for path in tmp_path.iterdir()] == ["overlay.png"]
 
@@ -150,53 +140,10 @@ def test_edges_cut_droplets(dp_dense):
     assert set(LIMITS) < set(row) and row["quality"] == "doubtful" and "whole droplets only" in row["reasons"]
 
 
-def test_true_shape_is_that_of_the_outline_that_is_drawn():
-    """A square with its rim: the perimeter drawn is how the area drawn grows with the rim."""
-    square = regular_polygon(4, 0.6, 0.3)
-    law = {"gamma": 0.4, "ka": 50.0, "eps": 1.0, "eta": 1.0, "contact": "outline", "a0": [0.6]}
-    thin, middle, thick = (
-        jamlab.Packing("dp", 2 * np.eye(2), square + 1.0, law | {"delta": 2 * rim}, offsets=[0, 4])
-        for rim in (0.075, 0.125, 0.175)
-    )
-    area = {p: jamlab.synthetic_micrograph(p, 256, film=0.0, blur=0.0).sum() / 128**2 for p in (thin, middle, thick)}
-    seen = ((area[thick] - area[thin]) / 0.1) ** 2 / (4 * np.pi * area[middle])
-    assert truth(middle).shape == pytest.approx(seen, abs=0.01)
-    assert jamlab.shape_factors(middle)[0] > seen + 0.1 and np.isnan(truth(middle).z)
-
-
 def test_one_droplet_has_no_walls():
     found = jamlab.micrograph(discs([(40, 40)], 25, shape=(80, 80)), contrast="bright")
     assert found.count == 1 and found.areas[0] == pytest.approx(np.pi * 25**2, rel=0.02) and found.reasons
     assert found.blur > 0
-
-
-def test_a_picture_without_grey_pixels_has_no_blur():
-    picture = discs([(20, 20), (60, 20), (20, 60), (60, 60)], 15, shape=(80, 80)) > 0.5
-    assert jamlab.micrograph(picture.astype(float), contrast="bright").blur == 0.0
-
-
-def test_noise_without_end_is_doubted_or_refused(dp_dense):
-    assert picture_errors(dp_dense, 80, noise=0.9)["quality"] in ("doubtful", "refused")
-
-
-@pytest.mark.parametrize(
-    ("picture", "options", "message"),
-    [
-        (np.zeros((20, 20)), {}, "not all the same"),
-        (np.full((20, 20), np.nan), {}, "finite"),
-        (np.zeros((20, 20, 7)), {}, r"\(20, 20, 7\)"),
-        (np.zeros((0, 0)), {}, r"\(0, 0\)"),
-        (np.dstack([2 * np.eye(20)] * 4), {}, "opacity"),
-        (np.eye(20), {"film": 0.0}, "film is 0"),
-        (np.eye(20), {"pixel": -1.0}, "pixel is -1"),
-        ("nowhere.png", {}, "nowhere.png: No such file"),
-        (np.random.default_rng(1).normal(size=(60, 60)), {}, "stand out from light and noise"),
-        (np.mgrid[:60, :60][0] / 60, {}, "stand out from light and noise"),
-    ],
-)
-def test_refusals(picture, options, message):
-    with pytest.raises(InputError, match=message):
-        jamlab.micrograph(picture, **options)
 
 
 @pytest.mark.parametrize(
@@ -227,23 +174,52 @@ def test_command_writes_overlay_and_csv_and_names_the_unit(rendered, tmp_path):
     assert len(rows) > 1 and table.count("?") == 4  # rho, z, A, rattlers
 
 
-def test_command_refuses_in_one_line(tmp_path):
-    Image.fromarray(np.random.default_rng(2).integers(0, 255, (50, 50), dtype=np.uint8)).save(tmp_path / "noise.png")
-    done = call(tmp_path, "analyze", "noise.png", "--csv", "x.csv")
-    assert done.exit_code == 1 and done.stdout == "" and done.stderr.strip().count("\n") == 0
-    assert "stand out" in done.stderr and not (tmp_path / "x.csv").exists()
-    done = call(tmp_path, "analyze", "noise.png", "--overlay", "noise.png")
-    assert done.exit_code == 1 and "it is what is read" in done.stderr
+SQUARE = np.eye(20)
+BAD = {
+    "one level": (np.zeros((20, 20)), {}),
+    "not finite": (np.full((20, 20), np.nan), {}),
+    "seven colours": (np.zeros((20, 20, 7)), {}),
+    "no pixels": (np.zeros((0, 0)), {}),
+    "opacity of 2": (np.dstack([2 * SQUARE] * 4), {}),
+    "film": (SQUARE, {"film": 0.0}),
+    "pixel": (SQUARE, {"pixel": -1.0}),
+    "no file": ("nowhere.png", {}),
+    "noise": (np.random.default_rng(1).normal(size=(60, 60)), {}),
+    "a ramp": (np.mgrid[:60, :60][0] / 60, {}),
+    "no channel": (SQUARE, {"channel": "red"}),
+    "nothing": (None, {}),
+    "one label": (None, {"labels": np.ones((50, 50), dtype=int)}),
+    "no label pixels": (None, {"labels": np.zeros((0, 0))}),
+    "below zero": (None, {"labels": -np.eye(50, dtype=int)}),
+    "probabilities": (None, {"labels": np.eye(50) / 2}),
+    "labels not finite": (None, {"labels": np.full((50, 50), np.nan)}),
+    "label colours": (None, {"labels": np.dstack([np.eye(50), np.zeros((50, 50)), np.eye(50)])}),
+    "letters": (None, {"labels": np.array([["a", "b"]])}),
+    "stack of labels": (None, {"labels": np.zeros((3, 50, 50, 4), dtype=int)}),
+    "no label file": (None, {"labels": "nowhere.npy"}),
+    "no outlines": (None, {"labels": "nowhere.zip"}),
+    "inverted": (None, {"labels": lattice(4.0) < 0.5}),
+    "all cut": (None, {"labels": np.kron([[1, 0, 2], [0, 0, 0], [3, 0, 4]], np.ones((20, 20), dtype=int))}),
+    "other size": (np.random.default_rng(1).random((60, 60)), {"labels": np.eye(50, dtype=int)}),
+    "both": (None, {"labels": np.eye(50, dtype=int), "contrast": "ring"}),
+}
 
 
-def test_json_holds_verdict_and_voids(tmp_path):
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_no_picture_of_droplets_is_refused_in_one_line(name):
+    picture, options = BAD[name]
+    with pytest.raises(InputError) as error:
+        jamlab.micrograph(picture, **options)
+    assert "\n" not in str(error.value)
+
+
+def test_command_prints_json_and_refuses(tmp_path):
     Image.fromarray((255 * lattice(1.0, shape=(185, 190))).astype(np.uint8)).save(tmp_path / "lattice.png")
     shown = json.loads(call(tmp_path, "analyze", "lattice.png", "--json").stdout)
     assert shown["quality"] == "good" and shown["reasons"] == [] and shown["unit"] == "pixels"
-    assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0]
-    assert {number["quality"] for number in shown["numbers"].values()} == {"good"}
-    low, high = shown["numbers"]["z"]["interval"]
-    assert (low, high) == (5.6, 6.4)
-    assert shown["standard_error"]["z"] == 0 and shown["interval_95"]["z"] == [6.0, 6.0]
-    low, high = shown["interval_95"]["rho"]
-    assert low < shown["rho"][0] < high < low + 0.01
+    assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0] and shown["interval_95"]["z"] == [6.0, 6.0]
+    Image.fromarray(np.random.default_rng(2).integers(0, 255, (50, 50), dtype=np.uint8)).save(tmp_path / "noise.png")
+    for more in (("--csv", "x.csv"), ("--overlay", "noise.png")):
+        done = call(tmp_path, "analyze", "noise.png", *more)
+        assert done.exit_code == 1 and done.stdout == "" and done.stderr.strip().count("\n") == 0
+    assert not (tmp_path / "x.csv").exists()

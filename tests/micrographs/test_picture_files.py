@@ -43,10 +43,10 @@ def test_several_pages_and_damaged_files_are_refused(tmp_path):
     (tmp_path / "half.png").write_bytes((tmp_path / "whole.png").read_bytes()[:60])
     (tmp_path / "text.tif").write_text("no picture")
     (tmp_path / "empty.png").touch()
-    for name, message in (("pages.tif", "3 pages"), ("half.png", "half"), ("text.tif", "text"), ("empty.png", "empty")):
-        with pytest.raises(InputError, match=message) as error:
+    for name in ("pages.tif", "half.png", "text.tif", "empty.png"):
+        with pytest.raises(InputError) as error:
             read_grey(tmp_path / name)
-        assert "\n" not in str(error.value)
+        assert name in str(error.value) and "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("top", [255, 65535, 1.0])

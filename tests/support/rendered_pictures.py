@@ -213,15 +213,6 @@ def rendered_ring(
     return ring_picture(away, wall, blur, noise, light, seed), away
 
 
-def lattice_distance(radius: float, gap: float, turned: bool, pixels: int = 220) -> Array:
-    """`wall_distance` of circles on a square lattice, straight or turned by 45 degrees: its voids are large."""
-    y, x = (np.mgrid[: FINER * pixels, : FINER * pixels] + 0.5) / FINER
-    if turned:
-        x, y = (x + y) / np.sqrt(2), (x - y) / np.sqrt(2)
-    period = 2 * radius + gap
-    return np.asarray(np.hypot(np.mod(x, period) - period / 2, np.mod(y, period) - period / 2) - radius)
-
-
 def ring_conditions(count: int, seed: int) -> list[dict[str, Any]]:
     """Arguments of `rendered_ring` for that many pictures: narrow to wide sizes, wet to dry, thin to thick walls."""
     rng = np.random.default_rng(seed)
@@ -264,7 +255,7 @@ def small_ring_conditions(count: int, seed: int) -> list[dict[str, Any]]:
 
 
 SMALL_RINGS_TO_JUDGE = small_ring_conditions(12, 8000)  # never used for a rule; those from 7000 on were
-RINGS_TO_FIT, RINGS_TO_JUDGE = ring_conditions(16, 1), ring_conditions(30, 2)  # the latter were never used for a rule
+RINGS_TO_JUDGE = ring_conditions(30, 2)  # never used for a rule
 PIXELS = 450  # width of a picture of 64 droplets: radius 30 pixels
 PLAIN: dict[str, Any] = {"light": 1.0, "noise": 0.02, "blur": 0.7, "film": 2.0}  # what does not vary
 SWEEPS: dict[str, tuple[float, ...]] = {
