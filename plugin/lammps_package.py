@@ -181,9 +181,9 @@ def write(folder: Path) -> None:
     )
     for name in PAGES:
         (pages / f"{name}.rst").write_text(page(name))
-    for path in [*(ROOT / "lammps_inputs" / "examples").iterdir(), ROOT / "lammps_inputs" / "polygon12.mol"]:
+    for path in [*(ROOT / "lammps_inputs" / "examples").iterdir(), ROOT / "lammps_inputs" / "parts" / "polygon12.mol"]:
         name = f"log.22Jul2025.{path.suffix[1:]}.g++.1" if path.name.startswith("log.") else path.name
-        (examples / name).write_text(american(path.read_text().replace("../polygon12.mol", "polygon12.mol")))
+        (examples / name).write_text(american(path.read_text().replace("../parts/polygon12.mol", "polygon12.mol")))
     sys.path += [str(ROOT / "tests" / "support"), str(ROOT)]
     from force_styles import Mixture, write_all
 

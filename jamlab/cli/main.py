@@ -13,8 +13,9 @@ from typer.exceptions import TyperException
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze, explore
 from jamlab.cli.console import err_console
+from jamlab.cli.decks import deck, decks
 from jamlab.cli.demo import demo
-from jamlab.cli.doctor import decks, doctor
+from jamlab.cli.doctor import doctor
 from jamlab.cli.estimate import estimate
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
@@ -146,7 +147,8 @@ COMMANDS: dict[str, tuple[Command, ...]] = {
     "Ensembles": ((estimate, "Estimate an ensemble mean to a requested uncertainty.", "z --rho 0.9 --error 0.05"),),
     "Start and check": (
         (demo, "Both models through jamming: tables and a page.", "--out jamlab-demo"),
-        (decks, "List or copy the LAMMPS decks.", "--copy my-decks"),
+        (decks, "List, show or copy the LAMMPS decks.", "--copy my-decks"),
+        (deck, "Run a LAMMPS deck, its variables checked.", "in.sp.jam --n 64 --to 0.9"),
         (doctor, "Check what is installed.", ""),
     ),
 }
@@ -155,7 +157,9 @@ for heading, group in COMMANDS.items():
     for command, short, words in group:
         name = command.__name__.replace("_", "-")
         _HEADINGS[name] = heading
-        app.command(name, short_help=short, epilog=f"Example: jamlab {name} {words}".rstrip())(command)
+        free = {"allow_extra_args": True, "ignore_unknown_options": True} if command is deck else {}
+        example = f"Example: jamlab {name} {words}".rstrip()
+        app.command(name, short_help=short, epilog=example, context_settings=free)(command)
 app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
 
 

@@ -1,22 +1,35 @@
-"""Defaults of the models and the protocols, read from the LAMMPS decks that use them.
+"""Decks of LAMMPS and the defaults in them, which decks and Python share.
 
-`lammps_inputs/*.parameters` hold lines `variable NAME index VALUE`. The decks include these files and this module reads
-them, so each default is written once.
+A line `# [NAME]` of a deck or part opens a section; the lines `variable NAME index VALUE` below it are defaults, which
+this module reads, so each is written once.
 """
 
 import re
+from functools import cache
 from pathlib import Path
 
 from jamlab.errors import EngineError, StorageError
 from jamlab.kernels.installed_files import installed
 from jamlab.storage.atomic_file import atomic_file, make_folder
 
-_DEFAULT = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
-_SUMMARY = re.compile(r"(.*?)(?:, by plain LAMMPS|[.:] |[.]$)")
+_INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
+_SECTION = re.compile(r"^# \[(\S+)\].*\n((?:variable .*\n)+)", re.MULTILINE)
+_INCLUDED = re.compile(r"include \"\$\{dir\}/([\w./${}]+)\"")
+# beside those of decks: `jam` and moduli of droplets have steps that decks do without
+_OF_PYTHON: dict[str, dict[str, float | str]] = {
+    "onset": {
+        "phi_near": 0.70,  # from here on the first increment is step_near
+        "step_near": 2e-3,
+        "step_paper": 1e-4,  # search="paper": first increment of Boromand et al.
+        "step_fine": 2.5e-4,  # where jammed, this close above unjammed: go down to onset
+        "phi_carried": 0.80,  # droplets: up to here, or until they jam, disks carry them
+    },
+    "strain": {"strain_droplets": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
+}
 
 
 def deck(name: str) -> Path:
-    """Path of an installed deck or include file, e.g. `deck("sp.force")`."""
+    """Path of an installed deck or part, e.g. `deck("parts/sp")`."""
     path = installed("lammps_inputs") / name
     if not path.is_file():
         raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
@@ -24,12 +37,8 @@ def deck(name: str) -> Path:
 
 
 def summaries(folder: Path) -> dict[str, str]:
-    """Names of the decks in a folder, each with what the first sentence of its comment says it does."""
-    found = {}
-    for path in sorted(folder.glob("in.*")):
-        comment = " ".join(line.removeprefix("#").strip() for line in path.read_text().split("\n\n")[0].splitlines())
-        found[path.name] = _SUMMARY.match(comment)[1]  # type: ignore[index]
-    return found
+    """Names of the decks in a folder, each with the first line of its comment."""
+    return {path.name: path.read_text().splitlines()[0].removeprefix("# ") for path in sorted(folder.glob("in.*"))}
 
 
 def copy_decks(folder: Path) -> Path:
@@ -54,13 +63,32 @@ def copy_decks(folder: Path) -> Path:
     return folder.resolve()
 
 
+def settings(folder: Path, name: str, model: str = "") -> dict[str, str]:
+    """Variables that `lmp -var` may set in a deck, each with its default: its own, then those of what it includes."""
+    text = (folder / name).read_text()
+    found = dict(reversed(_INDEX.findall(text)))  # of two lines for one name the first counts
+    model = model or found.get("model", "")
+    for part in _INCLUDED.findall(text):
+        found = settings(folder, part.replace("${model}", model), model) | found
+    return found
+
+
 def defaults(name: str) -> dict[str, float | str]:
-    """Values of `lammps_inputs/<name>.parameters`: numbers as float, the rest as str."""
+    """Values of the section `# [name]` of the decks: numbers as float, the rest as str."""
+    if name not in _sections():
+        raise EngineError(f"no deck has the section {name}: reinstall jamlab with `pip install --force-reinstall .`")
+    return {key: _parsed(value) for key, value in _INDEX.findall(_sections()[name])} | _OF_PYTHON.get(name, {})
 
-    def parsed(text: str) -> float | str:
-        try:
-            return float(text)
-        except ValueError:
-            return text
 
-    return {key: parsed(value) for key, value in _DEFAULT.findall(deck(f"{name}.parameters").read_text())}
+@cache
+def _sections() -> dict[str, str]:
+    folder = installed("lammps_inputs")
+    files = [*folder.glob("parts/*"), *folder.glob("in.*")]
+    return {name: lines for path in files for name, lines in _SECTION.findall(path.read_text())}
+
+
+def _parsed(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text

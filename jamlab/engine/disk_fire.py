@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.engine.box_border import Border
-from jamlab.engine.deck_defaults import deck
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
 from jamlab.packing.force_laws import disk_law
@@ -22,7 +22,7 @@ from jamlab.packing.packing import Packing
 
 @dataclass(frozen=True)
 class FireSettings:
-    """Numbers of the method, in the order of the kernel; those without a value stand in `lammps_inputs/minimize.fire`.
+    """Numbers of the method, in the order of the kernel; those without a value stand in `lammps_inputs/parts/minimum`.
 
     Attributes:
         timestep: at first.
@@ -53,8 +53,7 @@ class FireSettings:
 @cache
 def fire_settings() -> FireSettings:
     """The numbers that decks use as well."""
-    words = " ".join(line.split("#")[0] for line in deck("minimize.fire").read_text().splitlines()).split()
-    return FireSettings(**{name: float(words[words.index(name) + 1]) for name in ("timestep", "tmax", "dmax")})
+    return FireSettings(**{name: float(defaults("minimizers")[name]) for name in ("timestep", "tmax", "dmax")})
 
 
 @cache

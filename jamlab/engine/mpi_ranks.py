@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,13 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.lammps_files import write_data
+from jamlab.packing.force_laws import lammps_variables
+from jamlab.packing.lammps_files import MAX_TYPES, types, write_data
 from jamlab.packing.packing import Packing
 from jamlab.processes.child import child_environment
 from jamlab.processes.dying_program import dying_line
 
-_NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked for
+NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked for
 COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
 _FEW = 8  # ranks that any machine may run, if slowly
 
@@ -59,26 +61,45 @@ def minimize_on_ranks(
         InputError: for polygons, which one rank minimises faster.
     """
     check_ranks(ranks, packing.model)
-    variables: dict[str, object] = {"minimizer": style, "force": f"{COMPONENT * force:.17g}"}
-    variables |= {"steps": steps, "stretch": stretch or steps}  # the data file says law and sizes
-    programs = Path(sys.executable).parent
-    inputs = deck("in.sp.minimize")
+    variables = {"minimizer": style, "force": COMPONENT * force, "steps": steps, "stretch": stretch or steps}
     with tempfile.TemporaryDirectory() as folder:
         write_data(Path(folder) / "packing.data", packing)
-        # ranks share one machine: inside a job of SLURM mpiexec would ask it to start them
-        line: list[object] = [programs / "mpiexec", "-launcher", "fork", "-n", ranks]
-        line += [programs / "lmp", "-in", inputs, "-log", "none", "-nocite"]
-        for name, value in {"dir": inputs.parent, **variables}.items():
-            line += ["-var", name, value]
+        line = lammps_line(deck("in.sp.minimize"), variables | law_settings(packing), ranks, "-log", "none")
         try:
-            words, modules = dying_line([str(word) for word in line]), child_environment()
-            done = subprocess.run(words, cwd=folder, env=modules, capture_output=True, text=True, check=False)
+            done = subprocess.run(
+                line, cwd=folder, env=child_environment(), capture_output=True, text=True, check=False
+            )
         except OSError as error:
-            raise EngineError(f"no mpiexec and lmp in {programs} for ranks = {ranks}: run `jamlab doctor`") from error
-        if done.returncode not in (0, _NOT_CONVERGED):
+            raise EngineError(f"no mpiexec and lmp for ranks = {ranks}: run `jamlab doctor`") from error
+        if done.returncode not in (0, NOT_CONVERGED):
             last = [text for text in (done.stdout + done.stderr).splitlines() if text.strip()]
             errors = [text for text in last if "ERROR" in text or "REFUSED" in text] or last or ["no output"]
             raise EngineError(f"LAMMPS on {ranks} ranks stopped: {errors[-1]}")
-        reached = "sp.unconverged.dump" if done.returncode else "sp.minimum.dump"
-        rows = np.loadtxt(Path(folder) / reached, skiprows=9, ndmin=2)
-    return np.ascontiguousarray(rows[:, 1:3])
+        rows = np.loadtxt(Path(folder) / "sp.minimum.dump", skiprows=9, ndmin=2)
+    return np.ascontiguousarray(rows[:, 2:4])
+
+
+def law_settings(packing: Packing) -> dict[str, object]:
+    """Variables by which a deck knows the force law of a packing and, of disks, their diameters by type.
+
+    Raises:
+        InputError: more sizes than types, which decks take a size from.
+    """
+    found = lammps_variables(packing)
+    if packing.model == "sp":
+        if (table := types(packing)).classes:
+            raise InputError(f"more than {MAX_TYPES} sizes of disks: decks take a size from its type; use Python")
+        found |= {f"d{k}": d for k, d in enumerate(table.values, start=1)}
+    return found
+
+
+def lammps_line(path: Path, variables: Mapping[str, object], ranks: int, *words: str) -> list[str]:
+    """Command line of plain `lmp` for a deck, on some ranks of this machine; it ends with this process and needs
+    `child_environment`. `words`: more of its arguments."""
+    programs = Path(sys.executable).parent
+    # inside a job of SLURM mpiexec would ask it to start the ranks
+    line: list[object] = [programs / "mpiexec", "-launcher", "fork", "-n", ranks] if ranks > 1 else []
+    line += [programs / "lmp", "-in", path, "-nocite", *words]
+    for name, value in {"dir": path.parent, **variables}.items():
+        line += ["-var", name, f"{value:.17g}" if isinstance(value, float) else value]
+    return dying_line([str(word) for word in line])

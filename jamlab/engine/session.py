@@ -1,6 +1,6 @@
 """One LAMMPS session: build from a Packing, set the box, minimise, evaluate, read back.
 
-The session runs the same include files as the decks in `lammps_inputs/`, so the force laws are written there once. One
+The session runs the same parts as the decks in `lammps_inputs/`, so the force laws are written there once. One
 LAMMPS instance serves a whole sweep: new positions or a new box cost a few microseconds, a new set of particles a few
 milliseconds.
 
@@ -211,9 +211,13 @@ class Session:
             self.command(f'variable {name} index "{_text(value)}"')
 
     @checked
-    def include(self, part: str) -> None:
-        """Run a part of the decks, such as "sp.force"."""
-        self.command(f'include "{deck(part)}"')
+    def use_minimizer(self, style: str) -> None:
+        """Choose "cg" (line search on the force) or "fire" of LAMMPS, with the numbers of the decks."""
+        numbers = defaults("minimizers")
+        self.command(f"timestep {numbers['timestep']}")
+        self.command(f"min_style {style}")
+        own = f"tmax {numbers['tmax']}" if style == "fire" else "line forcezero"
+        self.command(f"min_modify {own} norm max dmax {numbers['dmax']}")
 
     def evaluate(self) -> Evaluation:
         """Energy, forces and stress of the present state, from a full LAMMPS setup."""
@@ -242,7 +246,7 @@ class Session:
                 power of all forces together turns negative; in large packings soft modes then swing for long.
             border: FIRE over disks: strains that the box takes as well, by default none. A box of less than three
                 diameters keeps its shape.
-            fire: FIRE over disks: numbers of the method, default those of `minimize.fire`, by which LAMMPS descends
+            fire: FIRE over disks: numbers of the method, default those of decks, by which LAMMPS descends
                 where the box is too small for the kernel.
 
         Returns:
@@ -268,7 +272,7 @@ class Session:
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
             self._set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
             return self.evaluate()
-        self.include(f"minimize.{style}")
+        self.use_minimizer(style)
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
             self.command(f"minimize 0.0 {_text(component)} {stretch} {10 * stretch}")
@@ -393,34 +397,25 @@ class Session:
         packing = self._packing
         table = types(packing)
         settings = lammps_variables(packing)
-        settings |= {"ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
+        settings |= {"out": packing.model, "of_python": "yes", "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         own = packing.model == "sp" and table.classes  # diameters go by disk instead of by type
         if own:
             settings["own_sizes"] = f"sizes d_diameter power {_text(disk_law(packing).power_of_reach)}"
+            settings["section"] = "fix d_diameter NULL d_diameter"
         if packing.model == "dp":
             settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
 
         self.command("clear")
         self.command(f"newton {'on' if self._newton else 'off'}")
-        self.include("common.settings")
-        self.command(f"atom_style {'atomic' if packing.model == 'sp' else 'molecular'}")
-        self.command("variable own_sizes delete")
-        self.set_variables(settings)
+        for name in ("own_sizes", "section"):
+            self.command(f"variable {name} delete")
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
             with _plain_name(file) as name:
-                if packing.model == "dp":
-                    self.command("fix d_a0 all property/atom d_a0")
-                    self.command(f'read_data "{name}" fix d_a0 NULL d_a0')
-                elif own:
-                    self.command("fix d_diameter all property/atom d_diameter ghost yes")
-                    self.command(f'read_data "{name}" fix d_diameter NULL d_diameter')
-                else:
-                    self.command(f'read_data "{name}"')
-        self.include(f"{packing.model}.force")
-        self.include("common.output")
+                self.set_variables(settings | {"data": name})
+                self.command(f'include "{deck(f"parts/{packing.model}")}"')
         self.command("thermo 1")  # so that energy and virial are summed at every step
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
@@ -479,8 +474,8 @@ def _text(value: object) -> str:
 
 @contextmanager
 def _plain_name(file: Path) -> Iterator[str]:
-    """Name a file by what LAMMPS takes inside quotes, whatever letters its folder has (TMPDIR)."""
-    if str(file).isascii() and not set('"$&#\\') & set(str(file)):
+    """Name a file by what LAMMPS takes for one word, whatever letters its folder has (TMPDIR)."""
+    if str(file).isascii() and not set("\"'$&#\\ \t\n") & set(str(file)):
         yield str(file)
         return
     with open(file, "rb") as opened:

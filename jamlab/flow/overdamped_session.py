@@ -134,8 +134,10 @@ class OverdampedSession:
             if packing.model == "sp":
                 self._take_disk_style()
                 self._session.load(packing, anew=True)  # by the other pair style
-            else:
-                self._session.include("flow.edges")
+            else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
+                faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
+                eta = max(float(packing.params["eta"]), faded) / self._session.scales.length
+                self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
             self.close()
@@ -148,10 +150,8 @@ class OverdampedSession:
         self.close()
 
     def _take_disk_style(self) -> None:
-        if not self._damping.at_contacts:
-            self._session.command('variable disk_style string "disk/drag 0 0"')
-        else:
-            self._session.include("flow.law")
+        style = "${tau} ${beta} alpha ${alpha} arms ${arms}" if self._damping.at_contacts else "0 0"
+        self._session.command(f'variable disk_style string "disk/drag {style}"')
 
     def close(self) -> None:
         """End LAMMPS and free its memory."""
@@ -166,10 +166,12 @@ class OverdampedSession:
         if self._driven:
             self._session.command("unfix flow")
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
-        self._session.set_variables({"drive": words, "interval": interval})
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
         with self._flow_errors():
-            self._session.include("flow.fix")
+            self._session.command(
+                f"fix flow all overdamped {words} tolerance ${{accuracy}} solver ${{solver}} fluid ${{fluid}} "
+                f"background $(v_background*v_tau*v_strength:%.17g) stop {interval:.17g}"
+            )
             self._driven = True
             self._session.command("run 0 post no")
         state = self.state()
@@ -297,12 +299,12 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background
-    return 0.0 if not damping.at_contacts else float(defaults("flow")[f"background_{packing.model}"])
+    return 0.0 if not damping.at_contacts else float(defaults(f"flow.{packing.model}")["background"])
 
 
 # Of small strains of a packing at rest: moduli are wanted better than stresses in flow, and need no background
 SMALL_STRAIN_TOLERANCE = 1e-3
-SMALL_STRAIN_BACKGROUND = float(defaults("flow")["background_rest"])
+SMALL_STRAIN_BACKGROUND = float(defaults("flow.rest")["background"])
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:

@@ -21,7 +21,7 @@ class DiskLaw:
 
     Law "eps": U = (eps/alpha)(1 - r/s)^alpha, Boromand et al. eq 5. Law "k": U = (k s^2/alpha)(1 - r/s)^alpha,
     Baumgarten & Tighe eq 3. alpha is 2 in both papers, 5/2 for the elastic spheres of Hertz. Whatever depends on how
-    disks repel asks this object; `lammps_inputs/sp.force` says the same to LAMMPS.
+    disks repel asks this object; `lammps_inputs/parts/sp` says the same to LAMMPS.
     """
 
     name: str  # "eps" or "k", the parameter that holds the strength
@@ -73,7 +73,7 @@ class DiskLaw:
         return float(np.sqrt(energy) if self.exponent == 2 else energy ** (1 / self.exponent))
 
     def lammps_variables(self) -> dict[str, object]:
-        """Variables that `lammps_inputs/sp.force` needs to know the law."""
+        """Variables that `lammps_inputs/parts/sp` needs to know the law."""
         return {"law": self.name, self.name: self.strength, "exponent": self.exponent}
 
     @property
@@ -109,7 +109,7 @@ def has_springs(packing: Packing) -> bool:
 
 
 def lammps_variables(packing: Packing) -> dict[str, object]:
-    """Variables that `lammps_inputs/sp.force` or `dp.force` needs to know the force law of a packing."""
+    """Variables that a part of the decks needs to know the force law of a packing."""
     if packing.model == "sp":
         return disk_law(packing).lammps_variables()
     return {"law": "eps"} | {name: packing.params[name] for name in FORCE_LAW["dp", "eps"] if name != "a0"}

@@ -10,7 +10,7 @@ LAMMPS has no place for the force law, so a data file has a comment line for it,
 `d1` .. are the diameters of the atom types. Beyond 64 sizes types are classes of size, and the section `d_diameter`
 holds the diameter of each disk. A deck appends such a line to a file of `write_data` by `print ... append`.
 
-In a LAMMPS deck, after the commands of `common.settings`:
+In a LAMMPS deck, after `units lj`, `dimension 2` and `atom_modify map array`:
     SP: atom_style atomic;     read_data FILE
         beyond 64 sizes: fix d all property/atom d_diameter ghost yes;  read_data FILE fix d NULL d_diameter
     DP: atom_style molecular;  fix d_a0 all property/atom d_a0;  read_data FILE fix d_a0 NULL d_a0

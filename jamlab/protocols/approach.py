@@ -24,7 +24,7 @@ State = TypeVar("State", bound=Dense)
 class Approach(ABC, Generic[State]):
     """Steps of phi up to a jammed state and down to onset."""
 
-    protocol: dict[str, float]  # numbers of `lammps_inputs/onset.parameters`
+    protocol: dict[str, float]  # numbers of the section `onset` of decks
     settings: SolverSettings
 
     @abstractmethod

@@ -99,7 +99,7 @@ def random_disks(
 
 def disk_params(units: str, **changes: float) -> dict[str, Any]:
     """Give force-law parameters of disks. `units`: "eps" or "k"; `changes`: optional parameters of the law, see
-    `OPTIONAL`; its strength is that of `lammps_inputs/sp.parameters`."""
+    `OPTIONAL`; its strength is that of `lammps_inputs/parts/sp`."""
     unknown = sorted(changes.keys() - OPTIONAL["sp"].keys())
     if unknown:
         known = f"use {', '.join(OPTIONAL['sp'])}; " if OPTIONAL["sp"] else ""
@@ -136,7 +136,7 @@ def droplet_params(
         sizes: instead, (n,) in any unit: droplets have the rest areas (size over mean size)^2.
         vertices: of all droplets, or (n,) of each; by default in proportion to the size, so that edges are alike, and
             (nv_small + nv_large)/2 for the mean size, but at least three.
-        changes: values that replace those of `lammps_inputs/dp.parameters`.
+        changes: values that replace those of `lammps_inputs/parts/dp`.
 
     Returns:
         (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.

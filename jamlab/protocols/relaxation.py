@@ -192,7 +192,7 @@ def quench(
     left in the state reached; `noise`: largest force over pressure; `floor`: pressure below which a packing counts as
     loose, and need not be relaxed any further; `steps`: at most, in each of a few stages; `border`: strains that the
     box may take, down to the same noise in their stress; by default none; `fire`: numbers of the method, default those
-    of `minimize.fire`; `settings`: numbers of the stages."""
+    of decks; `settings`: numbers of the stages."""
     state = session.evaluate()
     for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(state.pressure, floor)

@@ -154,7 +154,7 @@ class BoxShearSettings:
 
 @dataclass(frozen=True)
 class OnsetSettings:
-    """Numbers of the search for onset that `lammps_inputs/onset.parameters` does not share with the decks. Halved or
+    """Numbers of the search for onset that `lammps_inputs/parts/onset` does not share with the decks. Halved or
     doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no state, over
     five sweeps of disks and droplets: `tests/protocols/benchmark_solver_settings.py`."""
 
@@ -247,7 +247,7 @@ class SweepSettings:
 
 @dataclass(frozen=True)
 class PressureSettings:
-    """Numbers of the search for a pressure that `lammps_inputs/pressure.parameters` does not share with the deck."""
+    """Numbers of the search for a pressure that `lammps_inputs/in.sp.pressure` does not share with the deck."""
 
     # force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the next is
     # tried, or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2, phi of 50

@@ -57,7 +57,7 @@ class DragLaw:
         return []
 
     def lammps_variables(self) -> dict[str, float | str]:
-        """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
+        """Variables of `lammps_inputs/parts/flow`."""
         raise NotImplementedError
 
     def outline_words(self) -> str:
@@ -177,7 +177,7 @@ class ContactDamping(DragLaw):
         return free
 
     def lammps_variables(self) -> dict[str, float | str]:
-        """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
+        """Variables of `lammps_inputs/parts/flow`."""
         return asdict(self)
 
     def outline_words(self) -> str:

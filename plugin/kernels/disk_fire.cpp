@@ -1,4 +1,4 @@
-// FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of minimize.fire: the
+// FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of decks: the
 // same states to rounding, at less than half the price, unless disks are HEAVY. E. Bitzek et al., Phys. Rev. Lett. 97,
 // 170201 (2006); J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
 

@@ -72,7 +72,7 @@ def try_fire(jolted: Jolted, tolerance: float, timestep: float, dmax: float = 0.
     """FIRE of plain LAMMPS decks with another time step and another longest move."""
 
     def descend(session: Session) -> Evaluation:
-        session.include("minimize.fire")
+        session.use_minimizer("fire")
         session.command(f"timestep {timestep}")
         session.command(f"min_modify dmax {dmax}")
         session.command(f"minimize 0.0 {0.5 * tolerance:g} {_STEPS} {10 * _STEPS}")

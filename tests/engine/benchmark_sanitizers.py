@@ -26,7 +26,7 @@ MORE = [
     *(f"lmp -in in.dp.jam -var n 8 -var contact {form} -var to 0.86" for form in ("segment", "segment/smooth")),
     "mpiexec -n 2 lmp -in in.dp.shear -var phi_target 0",
     "mpiexec -n 2 lmp -in in.dp.startup -var rate 0.1 -var strain 0.02 -var viscous stokes",
-    "mpiexec -n 2 lmp -in in.sp.startup -var rate 0.1 -var strain 0.02",
+    "mpiexec -n 2 lmp -in in.sp.startup -var law eps -var ratio 1.4 -var rate 0.1 -var strain 0.02",
 ]
 
 

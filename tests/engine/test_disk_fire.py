@@ -5,7 +5,6 @@ import pytest
 
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
-from jamlab.engine.deck_defaults import deck
 from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings, lively_fire
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
@@ -18,7 +17,7 @@ ALL = np.concatenate([COMPRESSION, SHEARS])
 def by_lammps(packing, steps):
     """Positions after steps of `min_style fire` itself."""
     with jamlab.Session(packing, scales=Scales()) as session:
-        session.command(f'include "{deck("minimize.fire")}"')
+        session.use_minimizer("fire")
         session.command(f"minimize 0.0 1e-13 {steps} {10 * steps}")
         return session.positions()
 

@@ -6,27 +6,26 @@ atom IDs shuffled, half of the rings clockwise; on 1, 2 and 4 ranks, newton on a
 
 import numpy as np
 import pytest
+from deck_runs import OUTPUT as OF_DECKS
+from deck_runs import SETTINGS
 from mixtures import DISKS, FORMS, WALLS, coefficients, evaluate, mixture, seam, write
-
-from jamlab.kernels.installed_files import installed
 
 from .test_plugin_on_ranks import columns, run
 
 DECK = """
 clear
 newton {newton}
-include {decks}/common.settings
+{settings}
 atom_style molecular
 bond_style zero nocoeff
 special_bonds lj/coul 1.0 1.0 1.0
 read_data {data}
 bond_coeff *
 mass * 1.0
-variable skin delete
-variable skin index 0.1
 pair_style circuloline 0.25 0.9 contact {form} walls 3*4 disks 5,6
 {coefficients}
-include {decks}/common.output
+neighbor 0.1 bin
+{output}
 group walls type 3 4
 group droplets type 1 2
 compute on_walls walls polygon/group/group droplets
@@ -49,7 +48,7 @@ VALUES = ["pe", "pxx", "pyy", "pxy", *(f"c_on_{g}{k}" for g in ("walls", "drople
 
 def deck_for(folder, name, outlines, box, form, *, newton="on", more=OUTPUT, values=VALUES):
     write(folder / f"{name}.data", outlines, box)
-    fields = {"decks": installed("lammps_inputs"), "newton": newton, "name": name, "data": f"{name}.data"}
+    fields = {"settings": SETTINGS, "output": OF_DECKS, "newton": newton, "name": name, "data": f"{name}.data"}
     fields |= {"form": "outline" if form == "mixed" else form, "coefficients": coefficients(form)}
     printed = " ".join(f"$({value}:%.17g)" for value in values)
     return DECK.format(more=more.format(name=name), printed=printed, **fields)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deck_runs import SETTINGS
 from scipy.optimize import minimize_scalar
 
 from jamlab.engine.deck_defaults import copy_decks
@@ -116,7 +117,7 @@ run """
 def states(folder, ranks, **variables):
     """Positions and velocities at each dump of the funnel, with more words for the atoms of each."""
     text = (EXAMPLES / "in.funnel").read_text().replace("\nrun ", DUMP)
-    paths = {"droplet": EXAMPLES.parent / "polygon12.mol", "walls": EXAMPLES / "funnel.data"} | variables
+    paths = {"droplet": EXAMPLES.parent / "parts" / "polygon12.mol", "walls": EXAMPLES / "funnel.data"} | variables
     deck = "".join(f"variable {name} index {value}\n" for name, value in paths.items()) + text
     folder.mkdir()
     code, output = launch(folder, deck, ranks, timeout=600)
@@ -157,7 +158,7 @@ def test_a_funnel_lets_droplets_through(result):
 
 SEAM = """
 clear
-include {decks}/common.settings
+{settings}
 atom_style molecular
 region box block 0 6 0 4 -0.5 0.5
 create_box 2 box bond/types 1 extra/bond/per/atom 2 extra/special/per/atom 6
@@ -184,7 +185,7 @@ print "state-{x:.3f} $(pe:%.17g)"
 def test_the_seam_of_a_periodic_wall(tmp_path, form, seamless):
     """A disk slides along: its energy has the period of the points of the wall, or doubles where its ends meet."""
     places = np.linspace(0.0, 1.2, 13)[:-1]
-    fields = {"decks": installed("lammps_inputs"), "examples": EXAMPLES, "form": form}
+    fields = {"settings": SETTINGS, "examples": EXAMPLES, "form": form}
     deck = "".join(SEAM.format(x=(x + k) % 6, **fields) for k in (0.0, 2.4) for x in places)
     energy = np.array([value[0] for value in run(tmp_path, deck, 1).values()])
     at_seam, inside = energy.reshape(2, -1)

@@ -4,9 +4,9 @@ import resource
 
 import numpy as np
 import pytest
+from deck_runs import SETTINGS
 from mixtures import coefficients, mixture, write
 
-from jamlab.kernels.installed_files import installed
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
 from .test_plugin_on_ranks import columns, run
@@ -138,7 +138,7 @@ def test_a_rank_that_sends_more_than_it_receives(tmp_path, style, pair):
 
 
 MOVED = """
-include {decks}/common.settings
+{settings}
 atom_style molecular
 bond_style zero nocoeff
 special_bonds lj/coul 1.0 1.0 1.0
@@ -172,7 +172,7 @@ def test_contacts_after_the_box_was_sheared(tmp_path, ranks):
     write(tmp_path / "mixture.data", *mixture(3, 0.1))
     printed = 'print "state-{}' + " ".join(f"$({name}:%.17g)" for name in SUMS) + '"'
     deck = MOVED.replace("{printed}", printed.format("sheared "), 1).replace("{printed}", printed.format("again "))
-    deck = deck.format(decks=installed("lammps_inputs"), coefficients=coefficients("outline"))
+    deck = deck.format(settings=SETTINGS, coefficients=coefficients("outline"))
     values = run(tmp_path, deck, ranks)
     assert values["state-sheared"] == pytest.approx(values["state-again"], rel=1e-10)
 

@@ -128,5 +128,5 @@ def test_missing_mpiexec_is_told(start, monkeypatch, tmp_path):
 
 def test_last_words_of_lammps_are_told(start):
     """A minimiser that LAMMPS does not have."""
-    with pytest.raises(jamlab.EngineError, match=r"LAMMPS on 2 ranks stopped: REFUSED: minimizer = nonsense"):
+    with pytest.raises(jamlab.EngineError, match="nonsense"):
         minimize_on_ranks(start, force=1e-9, style="nonsense", steps=10, ranks=2)

@@ -164,9 +164,9 @@ def test_plugin_and_python_list_the_same_contact_forms(lmp):
 
 def test_texts_list_the_contact_forms():
     """The comment of the decks' default, and the help of `jamlab jam`, which must not load numpy for the list."""
-    deck = (installed("lammps_inputs") / "dp.parameters").read_text()
+    deck = (installed("lammps_inputs") / "parts" / "dp").read_text()
     help_text = CliRunner().invoke(app, ["jam", "--help"]).output
-    comment = re.search(r"^variable contact .*# \[(.*)\]$", deck, re.MULTILINE)[1]
+    comment = re.search(r"^variable contact .*# (.*)$", deck, re.MULTILINE)[1]
     assert comment.split(" | ") == list(CONTACT_FORMS)
     assert f"{', '.join(CONTACT_FORMS[:-1])} or {CONTACT_FORMS[-1]}." in " ".join(help_text.split())
 

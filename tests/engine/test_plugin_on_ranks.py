@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deck_runs import OUTPUT, SETTINGS
 
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
@@ -19,18 +20,25 @@ THERMO = ("pe", "evdwl", "pxx", "pyy", "pxy")
 START = """
 clear
 newton {newton}
-include {decks}/common.settings
+{settings}
 atom_style {style}
 {variables}
 """
+DROPLETS = """bond_style line/tension
+bond_coeff * ${gamma} ${eta}
+special_bonds lj/coul 1.0 1.0 1.0
+pair_style circuloline ${delta} ${longest_edge} contact ${contact}
+pair_coeff * * ${eps}
+fix area all polygon/area ${ka} d_a0
+"""
 READ = {
-    "sp": "read_data {data}\n",
+    "sp": "variable data delete\nvariable data index {data}\ninclude {decks}/parts/sp\n",
     "dp": "fix d_a0 all property/atom d_a0\nread_data {data} fix d_a0 NULL d_a0\n",
 }
 PRINT = " ".join(f"$({key}:%.17g)" for key in THERMO)
 RUN = """
-include {decks}/{model}.force
-include {decks}/common.output
+{force}neighbor 0.1 bin
+{output}
 {more}
 run 0
 write_dump all custom {name}.dump id fx fy modify sort id format float %.17g
@@ -65,7 +73,7 @@ def law(packing):
     values |= {"law": packing.units, "skin": 0.1, "longest_edge": 1.5}
     if packing.model == "sp":
         sizes = np.unique(packing.diameters)
-        values |= {"exponent": 2, "ntypes": len(sizes)} | {f"d{k}": size for k, size in enumerate(sizes, start=1)}
+        values |= {"exponent": 2, "out": "sp"} | {f"d{k}": size for k, size in enumerate(sizes, start=1)}
     texts = {key: f"{value:.17g}" if isinstance(value, float) else value for key, value in values.items()}
     return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
 
@@ -95,6 +103,8 @@ def columns(path, header):
 def deck_for(packing, name, *, newton="on", data="", read=None, more=""):
     """Evaluate one state; `read` replaces the commands that read the data file."""
     fields = {"decks": installed("lammps_inputs"), "newton": newton, "model": packing.model, "data": data, "name": name}
+    force, output = ("", "") if packing.model == "sp" else (DROPLETS, OUTPUT)
+    fields |= {"settings": SETTINGS, "force": force, "output": output}
     fields |= {"printed": PRINT, "style": "atomic" if packing.model == "sp" else "molecular", "variables": law(packing)}
     text = START + (READ[packing.model] if read is None else read) + RUN
     return text.format(more=more.format(name=name), **fields)
@@ -214,7 +224,6 @@ def test_files_of_lammps_give_the_same_bits(states, dp_dense, spanning, tmp_path
     square = {form: dp_dense.with_state(params=dp_dense.params | {"contact": form}) for form in CONTACT_FORMS}
     square = {f"square-{k}": p for k, p in enumerate([*square.values(), spanning("outline")])}
     tilted = {kind: states[kind] for kind in ("outline", "segment", "jammed-smooth", "spanning-outline")}
-    force = f"include {installed('lammps_inputs')}/dp.force\n"
     deck = ""
     for kind, p in (square | tilted).items():
         jamlab.write_data(tmp_path / f"{kind}.data", p)
@@ -222,8 +231,8 @@ def test_files_of_lammps_give_the_same_bits(states, dp_dense, spanning, tmp_path
         write = f"write_{way} {kind}.again {OPTION[way]}\nrun 0\n"
         deck += written.replace("run 0\n", "change_box all ortho\n" + write if kind in square else write)
         resumed = deck_for(p, f"state-{kind}-again", read=AGAIN[way].format(kind=kind, **p.params))
-        assert force in resumed
-        deck += resumed.replace(force, RESUME.format(**p.params))
+        assert DROPLETS in resumed
+        deck += resumed.replace(DROPLETS, RESUME.format(**p.params))
     printed = run(tmp_path, deck, ranks)
     for kind in square | tilted:
         one, two = printed[f"state-{kind}"], printed[f"state-{kind}-again"]

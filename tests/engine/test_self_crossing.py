@@ -12,23 +12,18 @@ import jamlab
 from jamlab.kernels.installed_files import installed
 
 DECK = """
-include {decks}/common.settings
-atom_style molecular
-fix d_a0 all property/atom d_a0
-read_data whole.data fix d_a0 NULL d_a0
 {variables}
 variable dir index {decks}
-variable out index dp
-variable quiet string ""
-variable force index 1e-10
-variable at_rest index 1e-10
-include {decks}/dp.force
-include {decks}/dp.output
+variable data index whole.data
+include {decks}/parts/dp
 group far id {vertex}
 displace_atoms far move {move[0]:.17g} {move[1]:.17g} 0
 run 0
 print "crossings $(v_crossed) $(c_shape[{polygon}][4])"
-include {decks}/crossed
+variable steps delete
+variable steps index 0
+variable strict index no
+include {decks}/parts/minimum
 print "went on"
 """
 
@@ -126,6 +121,6 @@ def test_the_decks_stop_at_a_polygon_that_crosses_itself(random_polygons, tmp_pa
         assert counts[0] == counts[1]
         assert (int(counts[0]) > 0) == through
         assert done.returncode == (2 if through else 0)
-        assert (tmp_path / "dp.crossed.data").exists() == through
+        assert (tmp_path / "dp.failed.data").exists() == through
         assert ("SELF-CROSSING" in done.stdout) == through
         assert ("went on" in done.stdout) != through

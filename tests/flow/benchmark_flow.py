@@ -52,7 +52,8 @@ def test_two_ranks(tmp_path):
     seconds = {}
     for ranks in (1, 2):
         line = [programs / "mpiexec", "-n", ranks, programs / "lmp", "-in", decks / "in.sp.startup", "-log", "none"]
-        settings = {"data": "p.data", "rate": RATE, "strain": 0.5, "background": 1e-2, "rows": 1, "dir": decks}
+        settings = {"data": "p.data", "law": "k", "ratio": 1.4, "dir": decks}
+        settings |= {"rate": RATE, "strain": 0.5, "background": 1e-2, "rows": 1}
         line += [word for name, value in settings.items() for word in ("-var", name, value)]
         clock = time.perf_counter()
         done = subprocess.run(list(map(str, line)), cwd=tmp_path, capture_output=True, text=True, check=False)

@@ -1,0 +1,225 @@
+"""`jamlab decks` and `jamlab deck`: list, show or copy the LAMMPS decks; run one, its variables checked."""
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from jamlab.cli.console import out_console, print_json
+from jamlab.cli.options import Json
+from jamlab.errors import EngineError, InputError
+
+
+def decks(
+    name: Annotated[
+        str | None, typer.Argument(help="Deck to show, such as in.sp.jam; by default all are listed.")
+    ] = None,
+    copy: Annotated[Path | None, typer.Option(help="Folder to copy every deck and its parts to.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List the LAMMPS decks with what each does, show one, or copy them to change them."""
+    from jamlab.engine.deck_defaults import copy_decks, summaries
+    from jamlab.kernels.installed_files import installed
+
+    folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
+    if name is not None:
+        typer.echo((_folder_of(name) / name).read_text(), nl=False)
+        return
+    found, examples = summaries(folder), summaries(folder / "examples")
+    if as_json:
+        print_json({"folder": str(folder), "decks": found, "examples": examples})
+        return
+    for deck_name, summary in (found | {f"examples/{example}": text for example, text in examples.items()}).items():
+        out_console.print(f"{deck_name:32s} {summary}", soft_wrap=True, highlight=False)
+    out_console.print("\nRun one: jamlab deck NAME; without checks, in a copy of their folder: lmp -in NAME")
+    out_console.print(f"They are in {folder}", soft_wrap=True, highlight=False)
+
+
+def deck(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="Deck of this folder or, if there is none, of jamlab: in.sp.jam.")],
+    ranks: Annotated[int, typer.Option(help="MPI ranks.")] = 1,
+) -> None:
+    """Run a LAMMPS deck with its variables given as options, each checked: --n 64 --to 0.9.
+
+    With --data FILE, law and sizes are those of the file. The table goes to the screen, what LAMMPS says to
+    log.lammps. Exit code 2: a state is not converged, or not what was asked for.
+    """
+    import subprocess
+
+    from jamlab.engine.deck_defaults import settings
+    from jamlab.engine.mpi_ranks import check_ranks, lammps_line
+    from jamlab.processes.child import child_environment
+
+    folder = _folder_of(name)
+    known = settings(folder, name)
+    given = dict(_options(context.args))
+    check_ranks(ranks)
+    for setting, text in given.items():
+        check_setting(name, setting, text, known)
+    line = lammps_line(
+        *(folder / name, {**_law_of_data(known | given, given), **given, "table": "/dev/stdout"}, ranks),
+        *("-screen", "none", "-log", "log.lammps"),
+    )
+    with subprocess.Popen(line, env=child_environment(), stdout=subprocess.PIPE, text=True) as program:
+        assert program.stdout is not None
+        for row in program.stdout:
+            typer.echo(row, nl=False)
+    if program.returncode == 1 and (errors := [x for x in Path("log.lammps").read_text().splitlines() if "ERROR" in x]):
+        raise EngineError(f"LAMMPS stopped at its own error, see log.lammps: {errors[-1]}")
+    if program.returncode:
+        raise typer.Exit(program.returncode)
+
+
+def _folder_of(name: str) -> Path:
+    from jamlab.kernels.installed_files import installed
+
+    for folder in (Path.cwd(), installed("lammps_inputs")):
+        if Path(name).name == name and (folder / name).is_file():
+            return folder
+    raise InputError(f"{name}: no such deck here or among those that `jamlab decks` lists")
+
+
+def _options(words: list[str]) -> Iterator[tuple[str, str]]:
+    rest = iter(words)
+    for word in rest:
+        name, equals, text = word.removeprefix("--").partition("=")
+        value = text if equals else next(rest, None)
+        if not word.startswith("--") or value is None:
+            raise InputError(f"{word}: give a variable of the deck as --NAME VALUE")
+        yield name.replace("-", "_"), value
+
+
+def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[str, Any]:
+    """Law and sizes of the packing that a deck reads; none without such a file."""
+    if "data" not in settings:
+        return {}
+    import jamlab
+    from jamlab.engine.mpi_ranks import law_settings
+
+    with warnings.catch_warnings(record=True) as notes:
+        warnings.simplefilter("always")
+        packing = jamlab.read(settings["data"])
+    for note in notes:
+        typer.echo(str(note.message))
+    if packing.model != (taken := settings.get("model", "sp")):
+        raise InputError(f"data = {settings['data']}: holds {packing.model}, this deck takes {taken}")
+    if packing.converged is False:
+        typer.echo(f"{settings['data']} says converged=0: it is no minimum")
+    law = law_settings(packing)
+    for name, value in law.items():
+        text = given.get(name, str(value))
+        same = text == value if isinstance(value, str) else math.isclose(float(text), float(str(value)), rel_tol=1e-9)
+        if not same:
+            raise InputError(f"{name} = {text}: {settings['data']} was made with {name} = {value}")
+    if "ratio" in given:
+        raise InputError(f"ratio = {given['ratio']}: the diameters are those of {settings['data']}; leave it out")
+    return law
+
+
+def check_setting(deck_name: str, name: str, text: str, known: Mapping[str, str]) -> None:
+    """Refuse a variable that a deck does not have and a value that Python would refuse, too."""
+    from jamlab.checks import is_number, name_meant
+
+    own = sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
+    if name not in own:
+        raise InputError(f"--{name}: {deck_name} has no such variable; {name_meant(name, own, ', '.join(own))}")
+    choices, limits = _choices(), limits_of(deck_name)
+    if name in choices:
+        if text not in choices[name]:
+            raise InputError(f"{name} = {text}: must be one of {', '.join(choices[name])}")
+    elif name in limits:
+        least, most = limits[name]
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if not (is_number(value) and least <= value <= most):
+            low = "above 0" if least == _ABOVE_ZERO else f"from {least:g}"
+            raise InputError(f"{name} = {text}: must be a number {low} to {most:g}")
+        if (name in _WHOLE and value != int(value)) or (name == "n" and value % 2):
+            raise InputError(f"{name} = {text}: must be {'an even' if name == 'n' else 'a whole'} number")
+    elif name in ("data", "out") and (set(text) & set(" \t\"'$&#") or not text):
+        raise InputError(f"{name} = {text!r}: LAMMPS takes a name without spaces and quotes")
+
+
+_ABOVE_ZERO = 5e-324
+_WHOLE = {"n", "seed", "steps", "stretch", "steps_shear", "halvings", "tries", "rows", "cycles", "per_decade", "least"}
+_WHOLE |= {"nv_small", "nv_large"}
+
+
+def _choices() -> dict[str, tuple[str, ...]]:
+    from jamlab.packing.law_parameters import CONTACT_FORMS
+
+    return {
+        "law": ("eps", "k"),
+        "minimizer": ("cg", "fire"),
+        "contact": tuple(CONTACT_FORMS),
+        "arms": ("radius", "contact"),
+        "viscous": ("contact", "stokes"),
+    }
+
+
+def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
+    """Least and largest value of every number in the decks: those of the arguments of Python, where it has them."""
+    from jamlab.checks import MOST_PARTICLES
+    from jamlab.flow import creep, oscillate, overdamped_session, shear
+    from jamlab.packing.law_parameters import OPTIONAL
+    from jamlab.protocols.compression import LARGEST_TOLERANCE
+    from jamlab.protocols.relaxation import LEAST_TOLERANCE
+    from jamlab.protocols.size_distributions import LARGEST_RATIO
+    from jamlab.rheology.damping import LEAST_ALPHA
+
+    largest, above = 1e9, _ABOVE_ZERO
+    background = (0.0, overdamped_session.LARGEST_BACKGROUND)
+    droplets = ".dp." in deck_name
+    found: dict[str, tuple[float, float]] = {
+        **dict.fromkeys(("u_jammed", "u_contact", "displacement", "nearby", "longest_edge", "skin"), (above, largest)),
+        **dict.fromkeys(("short_edge", "fluid", "seed", "least"), (0, largest)),
+        **dict.fromkeys(_WHOLE - {"seed", "least", "nv_small", "nv_large"}, (1, largest)),
+        **dict.fromkeys(("to", "phi_jammed"), (above, 2)),
+        **dict.fromkeys(("above", "step", "phi_start", "increment_least"), (above, 1)),
+        **dict.fromkeys(
+            ("miss", "residual", "doubt", "loose", "fall", "slope_least", "slope", "slope_most"), (above, 1)
+        ),
+        **dict.fromkeys(("nv_small", "nv_large"), (3, 1000)),
+        # softer disks never seem to touch within absolute windows of energy, stiffer ones never rest
+        "eps": (above if droplets else 1e-3, 100),
+        "k": (1e-3, 100),
+        "phi_target": (0, 2),
+        "nearest": (0, 1),
+        "step": (above, 0.5),
+        "per_decade": (1, 1000),
+        "gamma": (0, 100),
+        "eta": (0, largest),
+        "ka": (above, 1e5),  # stiffer droplets fly apart under the time step of FIRE
+        "delta": (above, 2),
+        "exponent": OPTIONAL["sp"]["exponent"][1:],
+        "ratio": (1, LARGEST_RATIO),
+        "n": (2, MOST_PARTICLES),
+        "pressure": (above, 30),
+        "force": (LEAST_TOLERANCE, LARGEST_TOLERANCE),
+        "beta": (0, overdamped_session.LARGEST_BETA),
+        "alpha": (LEAST_ALPHA, 1),
+        "tau": (above, largest),
+        "background": background,
+        "accuracy": (overdamped_session.LEAST_TOLERANCE, overdamped_session.LARGEST_TOLERANCE),
+        "solver": (1e-13, 0.1),
+        "rows": (1, shear.MOST_ROWS),
+        "rate": (shear.LEAST_RATE, shear.LARGEST_RATE),
+        "strain": (above, 0.1),
+        "omega": (oscillate.SLOWEST, oscillate.FASTEST),
+        "amplitude": (overdamped_session.LEAST_STRAIN, oscillate.LARGEST_AMPLITUDE),
+        "cycles": (1, oscillate.MOST_CYCLES),
+        "stress": (overdamped_session.LEAST_STRAIN, creep.LARGEST_STRESS),
+        "duration": (overdamped_session.LEAST_TIME, creep.LONGEST),
+        "timestep": (above, largest),
+        "dmax": (above, 1),
+        "tmax": (1, largest),
+    }
+    if deck_name.endswith("startup"):
+        found["strain"] = (overdamped_session.LEAST_STRAIN, shear.LARGEST_STRAIN)
+    return found
