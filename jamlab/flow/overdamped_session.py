@@ -1,8 +1,7 @@
 """One LAMMPS in which a packing without mass flows: at every instant drag balances the elastic forces.
 
 `fix overdamped` of the plugin finds the velocities, moves disks or vertices, strains the box and chooses the steps; the
-decks in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup do the same by the same parts, `flow.law` and
-`flow.fix`.
+decks in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup do the same with the numbers of `parts/flow`.
 """
 
 from __future__ import annotations

@@ -9,8 +9,11 @@ from jamlab.errors import EngineError
 
 @cache
 def installed(folder: str) -> Path:
-    """Folder of the installed jamlab package: "plugin" or "lammps_inputs". Asks the installed distribution, not this
-    file's place: a checkout on `sys.path` has no compiled plugin."""
+    """Folder "plugin" or "lammps_inputs" of jamlab. A checkout on `sys.path` has its own decks, which belong to its
+    code; what is compiled is asked of the installed distribution."""
+    beside = Path(__file__).parents[2] / folder
+    if folder == "lammps_inputs" and beside.is_dir():
+        return beside
     try:
         path = Path(str(metadata.distribution("jamlab").locate_file(f"jamlab/{folder}")))
     except metadata.PackageNotFoundError:
