@@ -10,9 +10,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
-from jamlab.statistics.power_laws import FiniteSize, finite_size, fit_exponent
+from jamlab.statistics.power_laws import fit_exponent
 from studies import published_numbers as published
 from studies.ensembles import Ensemble, ensemble, log_places, sampled_sizes
+from studies.finite_size import FiniteSize, finite_size
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 

@@ -22,8 +22,8 @@ from jamlab.campaign.campaign import Campaign, open_campaign
 from jamlab.checks import check_bidisperse
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.figures.html_page import TextTable
 from jamlab.storage.atomic_file import atomic_file, make_folder
+from studies.html_page import TextTable
 from studies.published_numbers import SHAPE_AT_CONFLUENCE, table_contacts, table_modulus
 from studies.study import CampaignStudy, Shown
 

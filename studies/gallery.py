@@ -12,7 +12,6 @@ from jamlab.campaign.campaign import Campaign, open_campaign
 from jamlab.checks import name_meant
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets
-from jamlab.figures.html_page import Section
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file
 from studies import micrograph_errors, study
@@ -24,6 +23,7 @@ from studies.boromand import tables as coefficients
 from studies.claims import SUMMARY, Claim, first_line, summary
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
+from studies.html_page import Section
 from studies.panels import Drawing
 from studies.reference_data import reference_tables
 from studies.study import CampaignStudy, Failure, Page, Plan, Shown, write_csv, write_page

@@ -23,7 +23,6 @@ from jamlab.campaign.versions import unlike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.explorer.write_page import explorer_fragment
-from jamlab.figures.html_page import Section
 from jamlab.packing.hdf5 import read_all, read_observables
 from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.storage.atomic_file import atomic_file, make_folder
@@ -40,6 +39,7 @@ from studies.ensemble_tables import (
     EnsembleTables,
 )
 from studies.ensembles import fill_states, thin_states
+from studies.html_page import Section
 
 RECORD = "reference.json.xz"  # origin of the tables
 _RECORD_BEFORE = "reference.json"  # of version 0.2.0 and later ones, which is still read

@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.plan import total_time
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.figures.html_page import Section, TextTable, save_picture, write_report
+from jamlab.figures.save_picture import save_picture
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
 from studies.claims import Claim
+from studies.html_page import Section, TextTable, write_report
 from studies.table import MeasuredTable, Task, done_tasks, measure_table, read_table, shipped_table
 
 
@@ -180,7 +181,7 @@ class Page:
     title: str  # its heading
     lead: Callable[[Sequence[Claim]], str]  # function of all claims that gives the first paragraph
     each: bool = False  # whether every study writes PNG, PDF and CSV of its own, not only a PNG
-    columns: int = 0  # of sections, see `jamlab.figures.html_page.write_report`
+    columns: int = 0  # of sections, see `studies.html_page.write_report`
     assets: Markup = field(default_factory=Markup)  # styles and scripts that opening sections need
     # function of studies and of their rows that gives the sections at the top, see `draw_tables`
     opening: Callable[[Any, Mapping[str, pd.DataFrame]], Sequence[Section]] = lambda studies, rows: ()

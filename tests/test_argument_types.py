@@ -16,7 +16,7 @@ from jamlab.checks import checked
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session", "PackingAnalysis"]  # made by users; ContactDamping and StokesDrag check their numbers
 CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "plot", "finished", "packings"]
-STATISTICS = ["power_laws.power_law", "power_laws.finite_size", "bootstrap.bootstrap"]
+STATISTICS = ["power_laws.power_law", "bootstrap.bootstrap"]
 STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object()], {}, {1: 2}, np.array("a"), int]
 DROPLETS = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.0]}
 CALLABLE = {"progress": int, "statistic": int}  # a class may stand for a function

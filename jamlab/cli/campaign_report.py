@@ -1,16 +1,18 @@
 """One HTML page of a campaign: for each sweep one packing to look through, means over packings, and what is done."""
 
+from base64 import b64encode
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.plan import SweepStatus
 from jamlab.errors import InputError
-from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
-from jamlab.figures.html_page import Section, TextTable, picture, write_report
+from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
+from jamlab.figures.save_picture import picture
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.verified_file import versions
@@ -39,23 +41,26 @@ def write_campaign_page(campaign: Campaign, path: Path, progress: Progress = no_
         sections.append(_section(campaign, name, [s for s in status.sweeps if s.sweep == name]))
         progress((k + 1) / len(names), name)
     facts = {"tasks finished": f"{status.finished} of {status.tasks}", "failed": str(status.failed), **versions()}
-    write_report(path, f"Campaign {campaign.name}", _LEAD, sections, facts, explorer_assets())
+    write_sections(path, f"Campaign {campaign.name}", _LEAD, list(zip(names, sections, strict=True)), facts)
 
 
-def _section(campaign: Campaign, name: str, parts: list[SweepStatus]) -> Section:
-    rows = [[p.model, str(p.n), str(p.tasks), str(p.finished), str(p.failed), str(p.left)] for p in parts]
-    table = TextTable(["model", "n", "tasks", "finished", "failed", "left"], rows)
+def _section(campaign: Campaign, name: str, parts: list[SweepStatus]) -> Markup:
+    columns = ("model", "n", "tasks", "finished", "failed", "left")
+    table = pd.DataFrame([{column: getattr(part, column) for column in columns} for part in parts])
+    html = Markup('<div class="wide">{}</div>').format(Markup(table.to_html(index=False, border=0)))
     states = campaign.table("states", name) if campaign.finished(name) else None
     if states is None or not len(states):
-        return Section(name, tables=[table])
-    packings, shown = campaign.packings(states["task"].iloc[0]), None
+        return html
+    packings = campaign.packings(states["task"].iloc[0])
     fragment = Markup("<p>{} particles: too many to draw here, `jamlab explore` does.</p>").format(packings[0].n)
     if packings[0].n <= _MOST_PARTICLES:
         fragment = explorer_fragment(packings, every=-(-len(packings) // _MOST_STATES))
     along = next(known for column, known in _ALONG.items() if np.isfinite(states[column]).any())
-    if columns := [column for column in MEANS if np.isfinite(states[column]).any()]:
-        figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")
-        for axes, column in zip(figure.subplots(1, len(columns), squeeze=False)[0], columns, strict=True):
+    if means := [column for column in MEANS if np.isfinite(states[column]).any()]:
+        figure = Figure(figsize=(4.8 * len(means), 4.0), layout="constrained")
+        for axes, column in zip(figure.subplots(1, len(means), squeeze=False)[0], means, strict=True):
             campaign.plot(column, along=along, by="n", sweep=name, ax=axes)
-        shown = picture(figure)
-    return Section(name, shown, _CAPTION if shown else "", [table], fragment)
+        shown = b64encode(picture(figure)).decode("ascii")
+        fragment += Markup('<div class="wide"><img src="data:image/png;base64,{}" alt="means"></div>').format(shown)
+        fragment += Markup("<p>{}</p>").format(_CAPTION)
+    return fragment + html

@@ -31,8 +31,7 @@ def demo(
 ) -> None:
     """Take both models from a random start through jamming to rho = 0.95: tables, and one HTML page."""
     from jamlab.checks import check_bidisperse, check_number
-    from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
-    from jamlab.figures.html_page import Section, write_report
+    from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
     from jamlab.packing.hdf5 import read_observables
     from jamlab.plotting.palette import MODEL_STYLE
     from jamlab.processes.side_by_side import run_side_by_side
@@ -53,9 +52,9 @@ def demo(
         file = out / f"{model}.h5"
         print_packings(packings, file, False)
         shown = explorer_fragment(packings, observables=read_observables(file))
-        sections.append(Section(f"Sweep of {MODEL_STYLE[model]['label']}", fragment=shown))
+        sections.append((f"Sweep of {MODEL_STYLE[model]['label']}", shown))
     title = "Jamming of disks and deformable polygons"
-    write_report(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()}, explorer_assets())
+    write_sections(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()})
     print_note(f"Open {out / 'index.html'}")
 
 

@@ -115,7 +115,7 @@ def give(run: FlowRun, found: "Flow", columns: Mapping[str, str], *notes: str) -
     if run.plot is not None:
         from matplotlib.figure import Figure
 
-        from jamlab.figures.html_page import save_picture
+        from jamlab.figures.save_picture import save_picture
         from jamlab.plotting.drawable import CURVES
 
         figure = Figure(figsize=CURVES, layout="constrained")

@@ -14,14 +14,15 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import InputError
-from jamlab.figures.html_page import PICTURES, save_picture
 from jamlab.figures.packing_pictures import modulus_figure
+from jamlab.figures.save_picture import save_picture
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra, group_packings
 from jamlab.storage.atomic_file import atomic_file, check_target
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.file_endings import FORMATS, check_ending
 
+PICTURES = FORMATS["picture"].endings
 _KINDS = ("picture", "table", "tabs", "packings")
 _SEPARATOR = {".csv": ",", ".tsv": "\t"}
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")

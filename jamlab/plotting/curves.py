@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from jamlab.arrays import Array
 from jamlab.plotting.axes import merged
 from jamlab.plotting.drawable import LEGEND, in_unit, label_axes, positive
-from jamlab.plotting.palette import BLACK, BLUE, COLOURS, RED
+from jamlab.plotting.palette import BLUE, COLOURS, RED
 
 Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
 
@@ -31,11 +31,6 @@ def draw_fit(
         axes.errorbar(px, py, error, fmt="o", color=BLUE, markersize=5, capsize=2.5, label=f"{len(px)} points")
     axes.plot(x, y, **merged(Line2D, {"color": RED, "linewidth": 1.6, "label": label}, style))
     axes.legend(fontsize=LEGEND)
-
-
-def draw_limit(axes: Axes, limit: float) -> None:
-    """Draw a dotted line at the value that a law tends to."""
-    axes.axhline(limit, color=BLACK, linestyle=":", linewidth=1.4, label=f"limit {limit:.4g}")
 
 
 Band = tuple[Array, Array, Array]  # mean, and the ends of its interval

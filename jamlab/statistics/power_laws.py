@@ -1,4 +1,4 @@
-"""Fit power laws near jamming: exponents fixed or free, the window where they hold, the limit of large systems.
+"""Fit power laws near jamming: exponents fixed or free.
 
 `jamlab.statistics.bootstrap` gives the intervals of what is fitted here.
 """
@@ -12,18 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares, minimize_scalar
+from scipy.optimize import least_squares
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-_CORRECTIONS = (0.1, 4.0)  # range searched for the exponent of a finite-size correction; published ones: 0.7 to 2
-_EDGE = 1e-3  # of its range, within which such an exponent counts as at its end
 _GRID = np.linspace(-2.0, 2.0, 41)  # exponents less the mean slope, searched where two terms become one
 _APART, _CANCEL = 0.02, 20.0  # two terms are one if exponents are nearer, and coefficients so many times the sum
 _STEEPEST = 100.0  # exponent that powers of sizes and of distances from onset bear in float64
@@ -160,86 +158,6 @@ def _merged(powers: Array, x: Array, y: Array, unit: Array) -> bool:
     near = np.abs(np.subtract.outer(powers, powers)) + np.eye(len(powers)) < _APART
     largest = np.abs(_fit_coefficients(x, y, unit, powers) * x[:, None] ** powers).max(axis=1)
     return bool(near.any() and np.median(largest / np.abs(y)) > _CANCEL)
-
-
-@dataclass(frozen=True)
-class FiniteSize:
-    """y(N) = limit + amplitude N^-exponent."""
-
-    # limit, amplitude, exponent: of the law
-    limit: float
-    amplitude: float
-    exponent: float
-    # n, y: (m,) what was fitted; None of a law made by hand
-    n: Array | None = field(default=None, repr=False, compare=False)
-    y: Array | None = field(default=None, repr=False, compare=False)
-    error: Array | None = field(default=None, repr=False, compare=False)  # (m,) standard errors of y, or None
-
-    @property
-    def at_end(self) -> bool:
-        """Whether the exponent lies at an end of the range that is searched: the best one may lie beyond."""
-        return not _CORRECTIONS[0] * (1 + _EDGE) < self.exponent < _CORRECTIONS[1] * (1 - _EDGE)
-
-    def __call__(self, n: ArrayLike) -> Array:
-        """y at sizes n."""
-        return np.asarray(self.limit + self.amplitude * np.asarray(n, dtype=np.float64) ** -self.exponent)
-
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw the values over N, the law through them and, dotted, its limit.
-
-        >>> from jamlab.statistics.power_laws import finite_size
-        >>> n = np.array([16.0, 32.0, 64.0])
-        >>> ax = finite_size(n, 0.84 - 0.3 / n).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D that draws the law.
-
-        Returns:
-            The axes.
-        """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.plotting.curves import draw_fit, draw_limit
-        from jamlab.plotting.drawable import CURVES
-
-        if self.n is None:
-            raise InputError("this FiniteSize holds no values to draw: use that of finite_size(n, y)")
-        n = np.geomspace(self.n.min(), 4 * self.n.max(), 200)
-        label = f"{self.limit:.4g} {self.amplitude:+.3g} $N^{{-{self.exponent:.3g}}}$"
-        with axes_for(ax, style, CURVES) as axes:
-            draw_limit(axes, self.limit)
-            points = (self.n, self.y, self.error)
-            draw_fit(axes, n, self(n), label, points, ax is None, "number of particles $N$", **style)
-        return axes
-
-
-@checked
-def finite_size(
-    n: ArrayLike, y: ArrayLike, error: ArrayLike | None = None, *, exponent: float | None = None
-) -> FiniteSize:
-    """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems; by default with the exponent
-    between 0.1 and 4 that fits best. What is not finite is left out."""
-    n, y = _same_length(n, y)
-    spread = np.ones_like(y) if error is None else _same_length(n, error)[1]
-    kept = np.isfinite(n) & np.isfinite(y)
-    n, y, spread = n[kept], y[kept], spread[kept]
-    if len(np.unique(n)) < (3 if exponent is None else 2):
-        raise InputError(f"{len(np.unique(n))} sizes: give three or more, or two and the exponent")
-    if not (np.all(n > 0) and np.all(spread > 0) and np.all(np.isfinite(spread))):
-        raise InputError("sizes and errors must be positive, one error for each value")
-    if exponent is not None:
-        check_number("exponent", exponent, _STEEPEST)
-    weight = 1 / spread
-
-    def solve(e: float) -> tuple[Array, float]:
-        columns = np.column_stack([np.ones_like(n), n**-e]) * weight[:, None]
-        solution = np.linalg.lstsq(columns, y * weight, rcond=None)[0]
-        return np.asarray(solution), float(np.sum((columns @ solution - y * weight) ** 2))
-
-    if exponent is None:
-        exponent = float(minimize_scalar(lambda e: solve(e)[1], bounds=_CORRECTIONS, method="bounded").x)
-    limit, amplitude = solve(exponent)[0]
-    return FiniteSize(float(limit), float(amplitude), exponent, n, y, None if error is None else spread)
 
 
 def _same_length(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:

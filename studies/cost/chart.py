@@ -16,8 +16,8 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.figures.html_page import Section, TextTable
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
+from studies.html_page import Section, TextTable
 from studies.study import Page, Shown, TableStudy
 from studies.table import MeasuredTable, Task
 

@@ -23,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
-from jamlab.figures.html_page import TextTable
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.shear import shear
 from jamlab.geometry.contact_network import contacts
@@ -38,6 +37,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
+from studies.html_page import TextTable
 from studies.panels import BESIDE, sequence
 from studies.reference_data import example_file
 from studies.study import Shown, TableStudy

@@ -15,11 +15,11 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
 from jamlab.errors import JamlabError
-from jamlab.figures.html_page import TextTable
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from studies.failure.plain_physics import plain_max_force
+from studies.html_page import TextTable
 from studies.study import Page, Shown, TableStudy
 from studies.table import MeasuredTable, Task
 

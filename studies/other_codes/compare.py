@@ -17,7 +17,6 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
-from jamlab.figures.html_page import TextTable
 from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.orientational_order import orientational_order
 from jamlab.measure import measure
@@ -28,6 +27,7 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.storage.atomic_file import atomic_file, make_folder
+from studies.html_page import TextTable
 from studies.other_codes.peers import (
     MOST_STEPS,
     PEERS,

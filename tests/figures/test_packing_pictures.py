@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from jamlab.figures import packing_pictures as figures
-from jamlab.figures.html_page import save_picture
+from jamlab.figures.save_picture import save_picture
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.packing.free_droplet import regular_polygon

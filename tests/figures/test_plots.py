@@ -20,7 +20,7 @@ from jamlab.flow.quasistatic_shear import QuasistaticShear
 from jamlab.flow.recording import SERIES
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
-from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
+from jamlab.statistics.power_laws import power_law
 
 OMEGA = np.geomspace(1e-4, 1e2, 25)
 LIGHT = """
@@ -63,11 +63,6 @@ def fit():
     d = np.array([0.01, 0.02, 0.04, 0.08, 0.16])
     y = 3.7 * d**0.5 * np.array([1.0, 1.02, 0.99, 1.01, 1.0])
     return power_law(d, y, error=0.03 * y)
-
-
-def limit():
-    n = np.array([16.0, 32.0, 64.0, 128.0])
-    return finite_size(n, 0.84 - 0.3 / n)
 
 
 def modulus():
@@ -132,7 +127,6 @@ RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
     "collapse": (collapse, (r"$\omega\,\tau_1/p^\lambda$", r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)  [k]")),
     "power law": (fit, ("$x$", "$y$")),
     "sheared": (sheared, (r"strain $\gamma$", r"shear stress $\sigma$  [k]")),
-    "finite size": (limit, ("number of particles $N$", "$y$")),
 }
 
 
@@ -424,8 +418,6 @@ def test_bars_scales_and_fits_hold_what_they_say():
     np.testing.assert_allclose(axes.lines[-1].get_ydata()[[0, -1]], law([law.low, law.high]))
     assert texts(axes)[0] == f"{law.coefficients[0]:.3g} $x^{{{law.exponents[0]:.3g}}}$" and "5 points" in texts(axes)
     assert fit().plot().get_yscale() == "log" and axes.get_yscale() == "linear"  # axes of one's own keep their scale
-    with pytest.raises(jamlab.InputError, match="holds no values"):
-        FiniteSize(1.0, 1.0, 1.0).plot()
     apart = state("droplets").with_state(params={**state("droplets").params, "delta": 1e-6})
     with pytest.raises(jamlab.InputError, match="no two droplets touch"):
         jamlab.contact_lengths(apart).plot()

@@ -7,13 +7,15 @@ from drawn_figures import tables
 from matplotlib.figure import Figure
 
 from jamlab.cli.campaign_report import write_campaign_page
-from jamlab.figures.html_page import TextTable
 from studies import gallery
 from studies.cost import chart
 from studies.failure import map as stability
+from studies.html_page import TextTable
 from studies.reference_data import example_sections
 from studies.registry import CHARTS, MAPS
 from studies.study import Page, Shown, draw_tables, write_page
+
+EVIDENCE = pytest.mark.studies
 
 
 @pytest.fixture(scope="module")
@@ -52,13 +54,16 @@ def shown(browser, selector):
 
 
 @pytest.mark.parametrize("width", [375, 1280])
-@pytest.mark.parametrize("page", ["figures_page", "charts_page", pytest.param("campaign_page", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "page", [pytest.param("figures_page", marks=EVIDENCE), pytest.param("charts_page", marks=EVIDENCE), "campaign_page"]
+)
 def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
     browser.open(request.getfixturevalue(page), width, 812, touch=width == 375)
     assert browser.overhang() == 0
     assert browser.errors() == [] and [name for name in browser.loaded() if not name.startswith("data:")] == []
 
 
+@EVIDENCE
 def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_page):
     browser.open(figures_page)
     assert len(shown(browser, "section figure img")) == 2
@@ -69,6 +74,7 @@ def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_p
         assert order == ["H2", "FIGURE", "TABLE"]
 
 
+@EVIDENCE
 def test_rows_are_chosen_by_their_verdict(browser, figures_page):
     browser.open(figures_page)
     everything = shown(browser, "tr[data-mark]")
@@ -82,6 +88,7 @@ def test_rows_are_chosen_by_their_verdict(browser, figures_page):
     assert shown(browser, "tr[data-mark]") == everything
 
 
+@EVIDENCE
 def test_a_row_is_a_card_on_a_phone(browser, charts_page):
     """Every cell carries the heading of its column, since there is no room for a row of headings."""
     browser.open(charts_page, 375, 812, touch=True)
@@ -90,6 +97,7 @@ def test_a_row_is_a_card_on_a_phone(browser, charts_page):
     assert label == '"a column with a long heading [1/s]"'
 
 
+@EVIDENCE
 def test_dark_mode_is_legible(browser, figures_page):
     browser.open(figures_page, media={"prefers-color-scheme": "dark"})
     colours = browser.run("const s = getComputedStyle(document.body); return [s.color, s.backgroundColor]")

@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import jamlab
-from jamlab.figures.html_page import TextTable
+from studies.html_page import TextTable
 from studies.study import Page, Shown, write_page
 
 PAGE = Page("all", "Title", lambda claims: "Lead.")

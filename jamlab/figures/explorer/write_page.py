@@ -130,13 +130,16 @@ def write_page(
     check_target(path)
     states = [packings] if isinstance(packings, Packing) else list(packings)
     fragment = explorer_fragment(states, every=every, observables=observables, progress=progress)
-    first, last = states[0], states[-1]
+    write_sections(path, _title(states[::every]), _describe(states[0]), [("", fragment)], _facts(states[0], states[-1]))
+
+
+def write_sections(
+    path: FilePath, title: str, lead: str, sections: Sequence[tuple[str, Markup]], facts: Mapping[str, str]
+) -> None:
+    """Write a page of sections, each with its heading, such as several explorers; facts stand at the end."""
+    assets = explorer_assets()
     page = _PAGES.get_template("page.html").render(
-        title=_title(states[::every]),
-        lead=_describe(first),
-        assets=explorer_assets(),
-        fragment=fragment,
-        facts=_facts(first, last),
+        title=title, lead=lead, assets=assets, sections=sections, facts=facts
     )
     with atomic_file(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

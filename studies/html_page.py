@@ -1,4 +1,4 @@
-"""Write one self-contained HTML page of sections, a picture with its tables each, and pictures and tables as files."""
+"""Write one self-contained HTML page of sections, a picture with its tables each."""
 
 import base64
 import re
@@ -7,57 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
-import matplotlib
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from PIL import Image
 
 from jamlab.storage.atomic_file import atomic_file
-from jamlab.storage.file_endings import FORMATS, check_ending
-
-PICTURES = FORMATS["picture"].endings
-_DPI = 130  # figures of two or more panels are wider than the page, and stay sharp when it scales them down
-
-
-def save_picture(figure: Figure, path: Path) -> bytes:
-    """Write a figure as .png, .pdf or .svg, all or nothing, and return the bytes."""
-    check_ending(path, "picture")
-    drawn = picture(figure, path.suffix.lower() or ".png")
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(drawn)
-    return drawn
-
-
-def picture(figure: Figure, kind: str = ".png") -> bytes:
-    """Draw a figure as .png, .pdf or .svg, without the date: the same figure gives the same bytes. `Figure.savefig`
-    would draw all of it once more before, for the layout alone."""
-    buffer, dpi, canvas = BytesIO(), figure.dpi, figure.canvas
-    drawer: Any  # their methods have no types
-    try:
-        if kind == ".png":
-            figure.dpi = _DPI
-            drawer = FigureCanvasAgg(figure)
-            drawer.print_png(buffer)
-        elif kind == ".pdf":
-            from matplotlib.backends.backend_pdf import FigureCanvasPdf  # slow to import: fonts
-
-            drawer = FigureCanvasPdf(figure)
-            drawer.print_pdf(buffer, metadata={"CreationDate": None})
-        else:
-            from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-            drawer = FigureCanvasSVG(figure)
-            with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
-                drawer.print_svg(buffer, metadata={"Date": None})
-    finally:
-        figure.dpi = dpi
-        figure.set_canvas(canvas)
-    return buffer.getvalue()
-
 
 _NAMES = "alpha beta gamma delta eps zeta eta theta kappa lambda mu rho sigma tau phi omega Delta"
 _GREEK = dict(zip(_NAMES.split(), "αβγδεζηθκλμρστφωΔ", strict=True))
@@ -68,7 +23,7 @@ _SYMBOL = re.compile(_LETTER + r"(?:_(\w+))?(?![\w=-])|\^(-?)([\w.]*\w)|(?<= )~(
 def typeset(text: str) -> Markup:
     """Set symbols that words write in plain letters as mathematics.
 
-    >>> from jamlab.figures.html_page import typeset
+    >>> from studies.html_page import typeset
     >>> print(typeset("z_J, p N^2 <a> ~ drho^alpha_0 N^-theta, --rho 0.9, a dot"))
     z<sub>J</sub>, p N<sup>2</sup> &lt;a&gt; ∝ Δρ<sup>α<sub>0</sub></sup> N<sup>−θ</sup>, --rho 0.9, a dot
     """
@@ -146,7 +101,7 @@ def write_report(
 ) -> None:
     """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it. Facts
     stand at the end; pictures in columns fit on a screen, without columns they are as wide as the page."""
-    environment = Environment(loader=PackageLoader("jamlab.figures", ""), autoescape=select_autoescape())
+    environment = Environment(loader=PackageLoader("studies", ""), autoescape=select_autoescape())
     environment.filters["typeset"] = typeset
     marks: Counter[str] = sum((section.marks for section in sections), Counter())
     page = environment.get_template("page.html").render(
