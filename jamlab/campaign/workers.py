@@ -1,7 +1,7 @@
 """Where tasks run: processes on this machine, SLURM jobs, or the workers of a Dask scheduler; one task each at a time.
 
 Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Those on this
-machine are connected by pipes, so that nobody else can reach them, and the kernel kills them when the driver dies
+machine are connected by pipes, so that nobody else can reach them, and end when the driver dies
 (`jamlab.processes.child`). SLURM jobs exit when they lose their scheduler, which is part of the driver.
 """
 

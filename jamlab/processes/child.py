@@ -1,10 +1,8 @@
 """Run calls that a parent sends: `python -P -m jamlab.processes.child DESCRIPTOR PARENT_PID`, see `side_by_side.py`.
 
-This process ends when its parent dies, so that no orphan goes on computing, whatever killed the parent. On Linux the
-kernel kills it (PR_SET_PDEATHSIG), whatever it is doing; elsewhere a thread looks every second.
+This process ends when its parent dies, so that no orphan goes on computing, whatever killed the parent.
 """
 
-import ctypes
 import os
 import signal
 import sys
@@ -14,29 +12,19 @@ from multiprocessing.connection import Connection
 
 from jamlab.processes.cores import cores_given
 
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
-_LOOK = 1.0  # s between two looks at the parent
+_LOOK = 0.1  # s between two looks at the parent
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def die_with(parent: int, number: int = signal.SIGKILL) -> None:
-    """Have a signal end this process when its parent dies; exit at once if it is dead already."""
-    if not ask_kernel(number):
-        threading.Thread(target=_watch, args=(parent, number), daemon=True).start()
-    if os.getppid() != parent:
-        os._exit(1)
+    """Have a signal end this process when its parent dies: who has lost its parent has another one."""
 
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK)
+        os.kill(os.getpid(), number)
 
-def ask_kernel(number: int) -> bool:
-    """Ask the kernel to send a signal when the parent dies; False where it cannot, as on macOS."""
-    prctl = getattr(ctypes.CDLL(None), "prctl", None)
-    return prctl is not None and prctl(_PR_SET_PDEATHSIG, number) == 0
-
-
-def _watch(parent: int, number: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(_LOOK)
-    os.kill(os.getpid(), number)
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def child_environment() -> dict[str, str]:

@@ -1,7 +1,6 @@
 """Run a program that ends with the process that started this one: `python -P -m ... PARENT_PID PROGRAM ARGUMENT ...`.
 
-It gets SIGTERM, at which mpiexec ends its ranks. On Linux this process becomes the program, and the kernel keeps the
-wish over execve; elsewhere it waits for the program and hands the signal on.
+It gets SIGTERM, at which mpiexec ends its ranks.
 """
 
 import os
@@ -9,7 +8,7 @@ import signal
 import subprocess
 import sys
 
-from jamlab.processes.child import ask_kernel, die_with
+from jamlab.processes.child import die_with
 
 
 def dying_line(line: list[str]) -> list[str]:
@@ -18,25 +17,21 @@ def dying_line(line: list[str]) -> list[str]:
 
 
 def run_program(parent: int, line: list[str]) -> int:
-    """Run a program and return its exit code; on Linux it takes the place of this process."""
-    if ask_kernel(signal.SIGTERM):
-        if os.getppid() != parent:
-            os._exit(1)
-        os.execv(line[0], line)
-    ended: list[bool] = []
+    """Run a program and return its exit code."""
     started: list[subprocess.Popen[bytes]] = []
+    ended: list[int] = []
 
-    def end(*_: object) -> None:
-        ended.append(True)
+    def end(number: int, _: object) -> None:
+        ended.append(number)
         for program in started:
             program.terminate()
 
     signal.signal(signal.SIGTERM, end)
-    die_with(parent, signal.SIGTERM)
     with subprocess.Popen(line) as program:
         started.append(program)
         if ended:  # while the program was started
             program.terminate()
+        die_with(parent, signal.SIGTERM)
         return program.wait()
 
 

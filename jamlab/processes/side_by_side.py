@@ -1,7 +1,8 @@
 """Call one function for several items side by side, in processes of one core each.
 
 Each process is a new Python: a fork would share what LAMMPS and MPI hold, and `multiprocessing` would run the script
-of a user, without `if __name__ == "__main__":`, once more in every process.
+of a user, without `if __name__ == "__main__":`, once more in every process. A process that is killed leaves the calls
+of the others alone, and all processes end with the one that started them.
 """
 
 import os
@@ -121,7 +122,7 @@ class Children:
 
 
 def start_child(descriptor: int) -> subprocess.Popen[bytes]:
-    """Start a process that answers calls through this end of a pipe; it dies with the thread that started it."""
+    """Start a process that answers calls through this end of a pipe."""
     line = [sys.executable, "-P", "-m", "jamlab.processes.child", str(descriptor), str(os.getpid())]
     # Ctrl-C reaches the whole process group; a child inherits this mask, and its parent ends it
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
