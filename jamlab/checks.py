@@ -8,7 +8,6 @@ import reprlib
 import sys
 import types
 import typing
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -59,27 +58,6 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         return function(*args, **kwargs)
 
     return call
-
-
-def named_from(*names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Take arguments that are given by name now by position as well, in their old order, for one more release, with a
-    warning; goes above `checked`."""
-
-    def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        places = [p for p in inspect.signature(function).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD]
-
-        @functools.wraps(function)
-        def call(*args: P.args, **kwargs: P.kwargs) -> R:
-            late = dict(zip(names, args[len(places) :], strict=False))
-            if not late:
-                return function(*args, **kwargs)
-            given = ", ".join(f"{name}={value!r}" for name, value in late.items())
-            warnings.warn(f"{function.__qualname__}: give {given} by name", FutureWarning, stacklevel=2)
-            return function(*args[: len(places)], *args[len(places) + len(late) :], **late, **kwargs)  # type: ignore[arg-type]
-
-        return call
-
-    return decorate
 
 
 def checked_class(cls: type[T]) -> type[T]:

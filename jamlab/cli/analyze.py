@@ -278,7 +278,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
         "standard_error": {name: mean.error for name, mean in found.means.items()},
         "interval_95": {name: mean.interval for name, mean in found.means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
-        "sizes": {"verdict": sizes.verdict, **measured},
+        "sizes": {"kind": sizes.kind, **measured},
         "numbers": {
             name: {"value": number.value, "interval": number.interval, "quality": number.quality}
             for name, number in found.numbers.items()

@@ -1,8 +1,7 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
-import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
     from jamlab.campaign.driver import Outcome
     from jamlab.campaign.plan import SweepStatus
     from jamlab.campaign.tasks import Batch
-
-_LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -171,14 +168,18 @@ def run(
     Stop it at any time, and run it again to go on.
     """
     from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.tasks import batches
 
     campaign = open_campaign(file, out)
     if dry_run:
         _print_scripts(campaign, only, workers)
         return
-    with _show_tasks(campaign, only) as show:
+    chosen = batches(campaign.content, only)
+    describe_kept(lambda: _describe(campaign, chosen))
+    with progress_bar(campaign.name, resumed=True) as progress:
         where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify, "pilot": pilot}
-        ran = campaign.run(workers, only=only, retry_failed=retry_failed, done=show, **where)
+        where |= {"only": only, "retry_failed": retry_failed, "progress": progress, "done": _print_failure}
+        ran = campaign.run(workers, **where)
     for task, line in ran.repaired.items():
         err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
     if as_json:
@@ -215,37 +216,11 @@ def _describe_nothing_left(campaign: "Campaign", only: list[str] | None) -> str:
     return f"nothing left to run: {finished} tasks are finished in {campaign.folder.path}{failures}{remedy}"
 
 
-@contextmanager
-def _show_tasks(campaign: "Campaign", only: Iterable[str] | None) -> Iterator[Callable[["Outcome"], None]]:
-    """Count tasks on stderr, by a bar or by a line now and then, and print failures at once; for `Campaign.run`."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bars
-
+def _print_failure(outcome: "Outcome") -> None:
     from jamlab.campaign.driver import FAILED
-    from jamlab.campaign.plan import wanted_batches
-    from jamlab.campaign.tasks import batches, task_names
 
-    chosen = batches(campaign.content, only)
-    describe_kept(lambda: _describe(campaign, chosen))
-    names = task_names(wanted_batches(chosen, campaign.folder))
-    total, before = len(names), len(names & campaign.folder.finished())
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    quiet = not err_console.is_terminal
-    with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
-        bar = bars.add_task(campaign.name, total=total, completed=before)
-        count, last = before, time.monotonic()
-
-        def show(outcome: "Outcome") -> None:
-            nonlocal count, last
-            count += 1
-            bars.update(bar, completed=count, total=max(total, count))  # `until` may add seeds
-            if outcome.state == FAILED:
-                bars.console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
-            elif quiet and time.monotonic() - last > _LINE_INTERVAL:
-                last = time.monotonic()
-                err_console.print(f"{count} of {max(total, count)} tasks", soft_wrap=True, highlight=False)
-
-        yield show
+    if outcome.state == FAILED:
+        err_console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
 
 
 def _describe(campaign: "Campaign", chosen: "list[Batch]") -> str:

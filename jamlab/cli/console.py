@@ -83,7 +83,7 @@ def write_rows(table: "pd.DataFrame", path: Path) -> None:
         table.to_csv(temporary, index=False)
 
 
-_LINE_INTERVAL = 10.0  # s between lines of one name where there is no terminal
+_LINE_INTERVAL = 30.0  # s between lines of one name where there is no terminal: a log stays short
 _EARLY = 0.03  # share of the work below which the time left is a guess not worth showing
 
 

@@ -22,7 +22,6 @@ from jamlab.flow.flow_run import (
     describe_unsettled,
     energy_gap,
     energy_imbalance,
-    renamed,
     say_balance,
     warn_of_imbalance,
 )
@@ -55,7 +54,7 @@ class FlowCurve:
         rates: (m,) of shear, ascending.
         stress, stress_error: (m,) mean shear stress.
         elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._error`; z_all as in
-            `FlowRun`, nan in files of version 0.2.0.
+            `FlowRun`, nan where it was not counted.
         dissipation: (m,) mean, per time and area, over all steps; stress times rate but for what elastic energy took.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
@@ -96,7 +95,7 @@ class FlowCurve:
 
     def __post_init__(self) -> None:
         for name, value in {"unsettled": 0.0, "z_all": np.nan, "z_all_error": np.nan}.items():
-            if not len(getattr(self, name)):  # a file of version 0.2.0
+            if not len(getattr(self, name)):  # not counted
                 object.__setattr__(self, name, np.full(len(self.rates), value))
 
     @property
@@ -106,15 +105,13 @@ class FlowCurve:
 
         return np.abs(self.drift) <= LARGEST_DRIFT
 
-    steady = renamed("steady", "finished")
-
     @property
     def packings(self) -> tuple[Packing, ...]:
         """The last state of each rate."""
         return self.frames[1:]
 
     @property
-    def verdict(self) -> str:
+    def outcome(self) -> str:
         """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
         drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
@@ -143,7 +140,7 @@ class FlowCurve:
             for rate, stress, error in zip(self.rates, self.stress, self.stress_error, strict=True)
         )
         unsettled = describe_unsettled(int(self.unsettled.sum()))
-        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.verdict})"
+        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.outcome})"
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:

@@ -6,7 +6,6 @@ so the gap between the three measures the errors of the steps.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -21,16 +20,6 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
 from jamlab.plotting.palette import BLACK, COLOURS, RED
 from jamlab.rheology.damping import Damping
-
-
-def renamed(old: str, new: str) -> Any:
-    """A property under the name of before, which works for one release with a warning."""
-
-    def get(self: Any) -> Any:
-        warnings.warn(f"{type(self).__name__}.{old} is now .{new}", FutureWarning, stacklevel=2)
-        return getattr(self, new)
-
-    return property(get, doc=f"The name of `{new}` until version 0.2.0.")
 
 
 def check_touching(packing: Packing) -> None:
@@ -190,7 +179,7 @@ class FlowRun:
         raise NotImplementedError
 
     @property
-    def verdict(self) -> str:
+    def outcome(self) -> str:
         """What the run has reached, in words, and a warning if energy is not balanced to the tolerance."""
         warning = warn_of_imbalance(self.imbalance, self.allowed_imbalance, self.remedy)
         return "; ".join(filter(None, (self.reached, warning)))

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import REST, FlowRun, check_touching, renamed, say_balance
+from jamlab.flow.flow_run import REST, FlowRun, check_touching, say_balance
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     SMALL_STRAIN_BACKGROUND,
@@ -53,7 +53,6 @@ class Oscillation(FlowRun):
     points: int
     cycle_harmonics: Complex
     finished: bool
-    converged = renamed("converged", "finished")
 
     @property
     def cycles(self) -> int:
@@ -101,7 +100,7 @@ class Oscillation(FlowRun):
         numbers = (
             f"omega={self.omega:g}, amplitude={self.amplitude:g}, storage={self.storage:.5g}, loss={self.loss:.5g}"
         )
-        return f"Oscillation({numbers}, {self.describe()}; {self.verdict})"
+        return f"Oscillation({numbers}, {self.describe()}; {self.outcome})"
 
     @property
     def last_cycle(self) -> slice:

@@ -140,8 +140,6 @@ def read_result(path: FilePath, kind: type[R]) -> R:
         if "contacts" in arrays and group.attrs.get("contacts") != CONTACTS_DEFINITION:
             arrays["contacts"] = np.full(len(arrays["contacts"]), np.nan)  # counted by another definition
         facts, law = json.loads(group.attrs["facts"]), json.loads(group.attrs["damping"])
-    if "converged" in facts:  # of an `Oscillation` of version 0.2.0
-        facts["finished"] = facts.pop("converged")
     try:
         damping = None if law == _NO_DRAG else law_of_record(law)
         return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})

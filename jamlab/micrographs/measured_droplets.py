@@ -1,4 +1,4 @@
-"""What a picture shows: droplets one by one, and what they have in common, with a verdict on all of it."""
+"""What a picture shows: droplets one by one, what they have in common, and how far all of it can be trusted."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Micrograph:
         rho: packing fraction of all that the picture shows, films included.
         interior_fraction: share of the picture that interiors cover, cut ones with them.
         voids: sides, areas and centres of the voids, and P_l.
-        sizes: sizes with a verdict: monodisperse, bidisperse, polydisperse.
+        sizes: mean, spread and kind of the sizes: monodisperse, bidisperse, polydisperse.
         cut: number of droplets cut by the edge of the picture or by a label.
         contrast: how droplets were told from the ground: "bright", "dark", "ring" or "labels".
         blur: standard deviation of the blur, pixels.
@@ -141,7 +141,7 @@ class Micrograph:
 
     @property
     def quality(self) -> str:
-        """Verdict of checks that need no truth: "good" if all `numbers` are, of rings if count and area are.
+        """Result of checks that need no truth: "good" if all `numbers` are, of rings if count and area are.
 
         Otherwise "doubtful". Which numbers can be trusted is said by each of `numbers`.
         """
@@ -192,7 +192,7 @@ class Micrograph:
         }
 
     def table(self) -> pd.DataFrame:
-        """A row per droplet: its number in the overlay, place, area, shape, contacts, rattler, cell, verdict."""
+        """A row per droplet: its number in the overlay, place, area, shape, contacts, rattler, cell, quality."""
         import pandas as pd
 
         return pd.DataFrame(
@@ -354,7 +354,7 @@ LEAST = 8  # droplets: fewer have no distribution
 class SizeDistribution:
     """Sizes of droplets."""
 
-    verdict: str  # "monodisperse", "bidisperse", "polydisperse" or "too few"
+    kind: str  # "monodisperse", "bidisperse", "polydisperse" or "too few"
     mean: float  # mean radius, in the unit of length
     spread: float  # standard deviation over mean of the radii
     ratio: float  # bidisperse: mean radius of the large over that of the small; else nan
@@ -364,9 +364,9 @@ class SizeDistribution:
     __repr__ = short_repr
 
     def __str__(self) -> str:
-        if self.verdict == "bidisperse":
+        if self.kind == "bidisperse":
             return f"bidisperse, ratio {self.ratio:.2f}, {self.large:.0%} large"
-        return f"{self.verdict}, spread {self.spread:.0%}" if self.verdict != "too few" else "too few droplets"
+        return f"{self.kind}, spread {self.spread:.0%}" if self.kind != "too few" else "too few droplets"
 
 
 def size_distribution(areas: Array) -> SizeDistribution:

@@ -1,4 +1,4 @@
-"""From droplets to numbers: which are whole, their contacts, areas and voids, the packing fraction, and the verdict."""
+"""From droplets to numbers: which are whole, their contacts, areas and voids, packing fraction and quality."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Measurement:
         return inner if inner.any() else shown
 
     def _checks(self, areas: Array, rattlers: Mask, z: float) -> Checks:
-        """What the verdict rests on."""
+        """What the quality rests on."""
         droplets, shown = self.droplets, self._shown()
         walls, segments, darkness = droplets.walls, droplets.segments, droplets.darkness
         void, area, beyond = shown & walls.void_pixels, float(shown.sum()), walls.widest - walls.film

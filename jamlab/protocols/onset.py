@@ -137,7 +137,7 @@ def jam(
             onset = searched.by_bisection(loose, first_step)
         method = "rigid" if rigid else first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
-        "protocol": "boromand-2.3",
+        "protocol": "onset",
         "protocol_version": ONSET_PROTOCOL[model if has_springs(placed) else "stiffening"],
         "search": search,
         "start": start,

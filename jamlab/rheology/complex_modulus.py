@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import check_choice, checked, named_from
+from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError, JamlabWarning
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import NEGATIVE_G, UNIT_OF_STRESS
@@ -103,7 +103,6 @@ class ComplexModulus:
         label_modulus(axes, self.unit, legend=True)
 
 
-@named_from("prestress", "method")
 @checked
 def complex_modulus(
     packing: Packing,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import checked, named_from
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_LENGTH
@@ -85,7 +85,6 @@ class DisplacementCorrelation:
         axes.legend(fontsize=LEGEND)
 
 
-@named_from("prestress")
 @checked
 def oscillating_displacements(
     packing: Packing, omega: float, damping: Damping | None = None, *, prestress: bool = True
@@ -130,7 +129,6 @@ def _displacements(
         yield network.packing, u - u.mean(axis=0)
 
 
-@named_from("prestress")
 @checked
 def displacement_correlation(
     packing: Packing,

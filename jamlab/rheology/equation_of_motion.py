@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.checks import checked, named_from
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
@@ -23,7 +23,6 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
 
-@named_from("prestress")
 @checked
 def dynamical_matrices(
     packing: Packing, damping: Damping | None = None, *, prestress: bool = True

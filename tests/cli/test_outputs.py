@@ -12,8 +12,9 @@ from campaigns import names
 from commands import call
 
 import jamlab
+from jamlab.campaign.tasks import batches
 from jamlab.cli import interruption
-from jamlab.cli.campaign import _show_tasks
+from jamlab.cli.campaign import _describe
 from jamlab.cli.flow import FlowRun, expect_files
 from jamlab.cli.interruption import KeptStates
 from jamlab.cli.main import app
@@ -202,25 +203,24 @@ DISKS = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 12
 
 
 @pytest.mark.parametrize("out", [None, "elsewhere"])
-def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch, said, out):
+def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch, out):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "c.toml").write_text(DISKS)
     campaign = jamlab.open_campaign("c.toml", out)
     campaign.folder.prepare()
-    with _show_tasks(campaign, None):
-        for name in ("0" * 32, *names("c.toml")[:3]):  # one of another campaign
-            campaign.folder.task_file(name).touch()
-        line = said()
-    assert f"3 of 12 tasks are finished in {out or 'c'}; " in line and line.endswith(" goes on")
+    for name in ("0" * 32, *names("c.toml")[:3]):  # one of another campaign
+        campaign.folder.task_file(name).touch()
+    line = _describe(campaign, batches(campaign.content))
+    assert f"3 of 12 tasks are finished in {out or 'c'}; " in line
     words = shlex.split(line.split("`")[1])
     assert words[:3] == ["jamlab", "campaign", "resume"]
     assert json.loads(call(tmp_path, "campaign", "status", *words[3:], "--json").stdout)["finished"] == 3
 
 
-def test_seeds_that_are_not_asked_for_yet_count_as_the_most(tmp_path, said):
+def test_seeds_that_are_not_asked_for_yet_count_as_the_most(tmp_path):
     (tmp_path / "c.toml").write_text(DISKS + "until = { rho = 0.01 }\n")
-    with _show_tasks(jamlab.open_campaign(tmp_path / "c.toml"), None):
-        assert "0 of at most 12 tasks are finished" in said()
+    campaign = jamlab.open_campaign(tmp_path / "c.toml")
+    assert "0 of at most 12 tasks are finished" in _describe(campaign, batches(campaign.content))
 
 
 def test_tables_that_were_written_are_named(tmp_path, monkeypatch, said):

@@ -50,6 +50,7 @@ def test_plain_lines_where_there_is_no_terminal(monkeypatch):
     text = io.StringIO()
     monkeypatch.setattr(console, "err_console", Console(file=text, width=80))
     clock = iter(range(0, 1000, 6))
+    monkeypatch.setattr(console, "_LINE_INTERVAL", 10.0)
     monkeypatch.setattr(console.time, "monotonic", lambda: float(next(clock)))
     with progress_bars({"sp": "soft particles"}) as shows:
         for share, phi in ((0.01, 0.3), (float("nan"), 0.5), (0.2, 0.7), (0.3, 0.82)):

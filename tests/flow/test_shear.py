@@ -1,10 +1,7 @@
 """Start-up of shear: balances, packings on the way, files, refusals."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -245,23 +242,3 @@ def test_what_lammps_loses_is_a_flow_without_an_answer():
         flow._session._lmp.numpy.extract_atom("x")[2, 0] = np.nan
         with pytest.raises(jamlab.ConvergenceError):
             flow.advance()
-
-
-def test_names_of_before_work_with_a_warning():
-    found = jamlab.oscillate(jamlab.pack(16, 1e-2, 3), 1.0, 1e-4, cycles=2)
-    with pytest.warns(FutureWarning, match=r"Oscillation.converged is now .finished"):
-        assert found.converged == found.finished
-
-
-def test_an_oscillation_is_read_as_version_0_2_0_wrote_it():
-    """Its file says `converged`, and nothing of contact changes; `write_result` of that release made it."""
-    file = Path(__file__).parents[1] / "states" / "oscillation_of_0.2.0.h5"
-    found = jamlab.read_flow(file)
-    with h5py.File(file) as stored:
-        facts = json.loads(stored["flow"].attrs["facts"])
-        assert facts["converged"] is False and "finished" not in facts and "unsettled" not in facts
-        assert np.array_equal(found.stress, stored["flow/stress"]) and found.cycles == 2
-    assert (found.finished, found.unsettled, found.error > found.tolerance) == (False, 0, True)
-    assert np.isnan(found.z_all).all()  # it counts disks that rub without overlap
-    again = jamlab.oscillate(found.frames[0], found.omega, found.amplitude, cycles=2)
-    assert found.storage == pytest.approx(again.storage, rel=1e-6)

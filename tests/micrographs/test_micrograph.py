@@ -58,7 +58,7 @@ def test_hexagonal_lattice(touching):
     np.testing.assert_allclose(touching.shape, 1.0, atol=0.02)
     np.testing.assert_allclose(touching.cells.mean(), np.sqrt(0.75) * 16.5**2, rtol=0.02)
     np.testing.assert_allclose(touching.sizes.mean, 8, rtol=0.05)
-    assert touching.z == 6.0 and not touching.rattlers.any() and touching.sizes.verdict == "monodisperse"
+    assert touching.z == 6.0 and not touching.rattlers.any() and touching.sizes.kind == "monodisperse"
     assert touching.voids.probability == {3: 1.0}
     row = touching.measure()
     assert set(row) <= set(COLUMNS) and row["z"] == touching.z and row["shape_rim"] == touching.shape.mean()

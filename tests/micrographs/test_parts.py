@@ -102,7 +102,7 @@ def test_flat_pixels_in_noise_are_drawn():
 
 
 @pytest.mark.parametrize(
-    ("radii", "verdict"),
+    ("radii", "kind"),
     [
         (np.full(40, 5.0), "monodisperse"),
         (np.repeat([5.0, 7.0], 20), "bidisperse"),
@@ -110,11 +110,11 @@ def test_flat_pixels_in_noise_are_drawn():
         (np.full(4, 5.0), "too few"),
     ],
 )
-def test_size_verdicts(radii, verdict):
+def test_kinds_of_sizes(radii, kind):
     radii = radii * (1 + 0.02 * np.random.default_rng(3).normal(size=len(radii)))
     sizes = size_distribution(np.pi * radii**2)
-    assert sizes.verdict == verdict and str(sizes).startswith(verdict)
-    if verdict == "bidisperse":
+    assert sizes.kind == kind and str(sizes).startswith(kind)
+    if kind == "bidisperse":
         assert sizes.ratio == pytest.approx(1.4, rel=0.02) and sizes.large == 0.5
 
 

@@ -70,16 +70,6 @@ def test_time_of_a_film_is_measured_in_its_own_tau():
     assert found.storage == pytest.approx(same.storage, rel=1e-6) and found.tau == pytest.approx(same.tau, rel=1e-6)
 
 
-def test_prestress_by_position_still_works_with_a_warning():
-    packing = jamlab.pack(16, 1e-2, 1)
-    named = jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), prestress=False, method="dense")
-    with pytest.warns(FutureWarning, match=r"give prestress=False, method='dense' by name"):
-        placed = jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense")
-    assert placed.loss == named.loss
-    with pytest.warns(FutureWarning), pytest.raises(TypeError, match="positional"):
-        jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense", 3)
-
-
 @pytest.mark.parametrize("arms", ["radius", "contact"])
 def test_disks_whose_loops_are_all_even_turn_like_gears(arms):
     """No drag resists that, and none drives it: G* is that of the pseudo-inverse, whatever rounding does."""

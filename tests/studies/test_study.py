@@ -74,7 +74,7 @@ def test_all_that_ships_is_one_list(tmp_path):
 
 def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path):
     plan = studies()["dynamics-collapse"].plan(tmp_path)
-    assert plan.left > 100 and plan.seconds > 600
+    assert plan.left > 100 and plan.seconds is None  # no task is finished there
     errors = studies()["micrograph-errors"]  # of rendered pictures, not of a campaign
     errors.run(tmp_path / "none")
     assert errors.plan(tmp_path).left == 0 and not (tmp_path / "none").exists()
