@@ -134,15 +134,6 @@ def test_unjammed_packing_is_left_alone(random_disks):
         assert session.packing().box == pytest.approx(loose.box, rel=1e-14)
 
 
-def test_other_ensembles_are_refused():
-    """With the ones there are; the search of the paper knows the fixed box alone."""
-    for make in (lambda e: jamlab.jam("sp", 8, ensemble=e), lambda e: jamlab.pack(8, 1e-3, ensemble=e)):
-        with pytest.raises(jamlab.InputError, match=r"'npt'.*fixed-box, shear-stabilized"):
-            make("npt")
-    with pytest.raises(jamlab.InputError, match=r"'shear-stabilized'.*fixed box"):
-        jamlab.jam("sp", 8, search="paper", ensemble="shear-stabilized")
-
-
 def test_droplets_on_corners_shear_loose():
     """Their minimum has no Hessian; secants find the shear all the same, and it takes the contacts of this onset."""
     packing = jamlab.read(STATES / "droplets_on_corners.h5")

