@@ -130,14 +130,14 @@ def give(run: FlowRun, found: "Flow", columns: Mapping[str, str], *notes: str) -
         content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
         plain = {f.name: getattr(found, f.name) for f in fields(found)}
         content |= {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
-        print_json(content | {"outcome": found.outcome, "out": str(run.out), "drag": found.describe()})
+        print_json(content | {"conclusion": found.conclusion, "out": str(run.out), "drag": found.describe()})
         return
     table = {name: values for name in columns if (values := _column(found, name)) is not None}
     count = len(next(iter(table.values())))
     shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
     lines = [[f"{values[k]:{columns[name]}}" for name, values in table.items()] for k in shown]
     print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in table], lines)
-    for note in (*notes, found.outcome, f"unit of stress {found.unit}, of time tau_1; wrote {run.out}"):
+    for note in (*notes, found.conclusion, f"unit of stress {found.unit}, of time tau_1; wrote {run.out}"):
         print_note(note)
 
 

@@ -102,7 +102,7 @@ class CreepRun(FlowRun):
         return early + self.outcome + growth
 
     def __repr__(self) -> str:
-        return f"CreepRun(stress={self.applied:g}, {self.describe()}; {self.outcome})"
+        return f"CreepRun(stress={self.applied:g}, {self.describe()}; {self.conclusion})"
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:

@@ -111,7 +111,7 @@ class FlowCurve:
         return self.frames[1:]
 
     @property
-    def outcome(self) -> str:
+    def conclusion(self) -> str:
         """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
         drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
@@ -140,7 +140,7 @@ class FlowCurve:
             for rate, stress, error in zip(self.rates, self.stress, self.stress_error, strict=True)
         )
         unsettled = describe_unsettled(int(self.unsettled.sum()))
-        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.outcome})"
+        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.conclusion})"
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:

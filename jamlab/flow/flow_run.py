@@ -179,7 +179,7 @@ class FlowRun:
         raise NotImplementedError
 
     @property
-    def outcome(self) -> str:
+    def conclusion(self) -> str:
         """What the run has reached, in words, and a warning if energy is not balanced to the tolerance."""
         warning = warn_of_imbalance(self.imbalance, self.allowed_imbalance, self.remedy)
         return "; ".join(filter(None, (self.reached, warning)))

@@ -100,7 +100,7 @@ class Oscillation(FlowRun):
         numbers = (
             f"omega={self.omega:g}, amplitude={self.amplitude:g}, storage={self.storage:.5g}, loss={self.loss:.5g}"
         )
-        return f"Oscillation({numbers}, {self.describe()}; {self.outcome})"
+        return f"Oscillation({numbers}, {self.describe()}; {self.conclusion})"
 
     @property
     def last_cycle(self) -> slice:

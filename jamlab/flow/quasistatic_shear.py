@@ -106,7 +106,7 @@ class QuasistaticShear(ShearRun):
         return f"quasi-static, largest force {self.tolerance:g}, {describe_balance(self.imbalance)}"
 
     def __repr__(self) -> str:
-        return f"QuasistaticShear(strain={self.strain[-1]:.4g}, {self.describe()}; {self.outcome})"
+        return f"QuasistaticShear(strain={self.strain[-1]:.4g}, {self.describe()}; {self.conclusion})"
 
     @drawn('Line2D, such as color="k"')
     def plot(self, axes: Any, /, **style: Any) -> None:

@@ -96,7 +96,7 @@ class StressRelaxation(FlowRun):
         return self.outcome + ("" if self.finished else change)
 
     def __repr__(self) -> str:
-        return f"StressRelaxation(strain={self.step_strain:g}, {self.describe()}; {self.outcome})"
+        return f"StressRelaxation(strain={self.step_strain:g}, {self.describe()}; {self.conclusion})"
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:

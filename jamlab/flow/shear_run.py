@@ -150,7 +150,7 @@ class ShearRun(FlowRun):
         kind = f"rate={self.shear_rate:g}" if self.shear_rate else "quasi-static"
         if self.parts is not None:
             kind = "rates=" + ", ".join(f"{rate:g}" for rate in self.parts[:, 0])
-        return f"ShearRun({kind}, strain={self.strain[-1]:.4g}, {self.describe()}; {self.outcome})"
+        return f"ShearRun({kind}, strain={self.strain[-1]:.4g}, {self.describe()}; {self.conclusion})"
 
     @drawn("Line2D, of both curves; `label` names them in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:

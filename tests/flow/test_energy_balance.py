@@ -23,7 +23,7 @@ RUNS = {
 def test_every_result_carries_its_imbalance_and_warns(disks, kind):
     """The same run with a part of its energy left out is flagged wherever it is shown."""
     run = RUNS[kind](disks)
-    assert np.max(run.imbalance) < 0.01 and "ENERGY" not in run.outcome
+    assert np.max(run.imbalance) < 0.01 and "ENERGY" not in run.conclusion
     assert "energy balance to " in run.describe() and "energy balance to " in repr(run)
     calm, allowed = run.plot(), 2 if kind == "quasi-static" else f"{100 * run.tolerance:g}"
     if kind == "flow-curve":
@@ -37,11 +37,11 @@ def test_every_result_carries_its_imbalance_and_warns(disks, kind):
         assert off.energy_gap == pytest.approx(gap, rel=1e-9, abs=1e-9 * scale)
         assert off.imbalance == pytest.approx(np.abs(gap).max() / scale, rel=1e-9)
         where = ""
-    assert f"ENERGY BALANCE OFF by {_percent(off)} %{where}, above {allowed} %: " in off.outcome
+    assert f"ENERGY BALANCE OFF by {_percent(off)} %{where}, above {allowed} %: " in off.conclusion
     step, tolerance = off.remedy.step, off.remedy.tolerance
     assert (step, tolerance) == ((5e-4, None) if kind == "quasi-static" else (None, 0.1 * run.tolerance))
-    assert f"give {'step' if step else 'tolerance'} = {step or tolerance:g}" in off.outcome
-    assert off.outcome in repr(off)
+    assert f"give {'step' if step else 'tolerance'} = {step or tolerance:g}" in off.conclusion
+    assert off.conclusion in repr(off)
     assert _balance(off.plot()) == f"energy balance to {_percent(off)}" != _balance(calm)
 
 
@@ -60,7 +60,7 @@ def test_droplets_that_snap_without_drag_are_told_a_background():
     relax = partial(jamlab.relax_stress, jamlab.jam("dp", 2, 1), 1e-3, 1.0)
     off, finer = relax(), relax(tolerance=1e-4)
     assert min(off.imbalance, finer.imbalance) > 100 * off.tolerance
-    assert off.remedy.background == 1e-2 and "give background = 0.01" in off.outcome
+    assert off.remedy.background == 1e-2 and "give background = 0.01" in off.conclusion
     assert relax(background=off.remedy.background).imbalance < 1e-3 * off.imbalance
 
 

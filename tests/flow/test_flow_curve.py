@@ -137,7 +137,7 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
         part = jamlab.flow_curve(disks, [0.5, 1.0], **how)
         with pytest.raises(jamlab.ConvergenceError):
             jamlab.flow_curve(disks, [1.0], strain=1.0, discard=0.2)
-    assert part.rates.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"} and "FAILED" in part.outcome
+    assert part.rates.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"} and "FAILED" in part.conclusion
     assert jamlab.read_flow(tmp_path / "c.h5").failed == part.failed
     assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rates.tolist() == [0.5, 1.0]
 

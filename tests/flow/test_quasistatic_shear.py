@@ -135,7 +135,7 @@ def test_shear_at_rate_0_is_quasistatic_and_goes_on_from_its_file(packing, run, 
         patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
         jamlab.shear(packing, rate=0, strain=0.024, step=2e-3, out=file, progress=stop)
     part = jamlab.read_flow(file)
-    assert not part.finished and "interrupted at strain 0.016" in part.outcome
+    assert not part.finished and "interrupted at strain 0.016" in part.conclusion
     seen = []
     found = jamlab.shear(packing, 0, 0.024, step=2e-3, out=file, progress=lambda share, words: seen.append(share))
     assert min(seen) > 0.6 and found.finished
