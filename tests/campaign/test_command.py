@@ -2,19 +2,15 @@
 
 import json
 import runpy
-import tomllib
 from pathlib import Path
 
 import pytest
 from campaigns import written
 from commands import call
 
-from jamlab.campaign.file import CampaignTable
-from jamlab.campaign.workers import Workers
-from jamlab.errors import InputError
+pytestmark = pytest.mark.usefixtures("here")
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
-CAMPAIGNS = Path(__file__).parents[2] / "studies" / "campaigns"
 
 
 def test_command_line(full, tmp_path):
@@ -36,14 +32,6 @@ def test_command_line(full, tmp_path):
     exported = said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip()
     assert exported == str(tmp_path / "t/onset.csv")
     assert said("merge", full.file, full.folder.path, "--out", tmp_path / "m").startswith("6 copied")
-
-
-def test_commands_stand_in_the_order_of_their_use(tmp_path):
-    words = call(tmp_path, "campaign", "--help").stdout.split("Commands")[1].split("Start with")[0].split("\n")
-    lines = [line for line in words if line.strip() and line[2:3].strip()]
-    named = [line.split()[0] for line in lines]
-    assert named == ["new", "plan", "run", "resume", "status", "page", "merge", "export"]
-    assert not any(line.endswith("...") for line in lines)
 
 
 def test_a_page_goes_to_out_and_tasks_are_in_folder(tmp_path):
@@ -82,21 +70,6 @@ def test_a_failed_export_leaves_no_folder(tmp_path):
     for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ()):
         call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
         assert not (tmp_path / "tables").exists()
-
-
-def test_workers_that_cannot_be_had(tmp_path):
-    with pytest.raises(InputError, match="workers = 0: must be 1 or more"):
-        Workers(count=0)
-    with pytest.raises(InputError, match="leave out workers and slurm"):
-        Workers(count=2, scheduler="tcp://127.0.0.1:1")
-
-
-@pytest.mark.parametrize("name", ["reference", "beyond_the_papers"])
-def test_campaigns_of_the_figures_are_valid(name):
-    text = (CAMPAIGNS / f"{name}.toml").read_text()
-    content = CampaignTable.model_validate(tomllib.loads(text))
-    assert content.name == name
-    assert {"sp", "dp"} == {model for sweep in content.sweep for model in sweep.model}
 
 
 @pytest.mark.slow

@@ -4,11 +4,8 @@ import os
 import subprocess
 import sys
 
-import campaigns
 import pytest
 from campaigns import SWEEP, names, read_campaign_file, written
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 import jamlab
 from jamlab.campaign.driver import remaining_tasks
@@ -193,105 +190,3 @@ def test_a_task_of_two_sweeps_is_done_once():
     tasks = list(remaining_tasks(batches(content), set()))
     assert sorted(task.parameters.seed for task in tasks) == [1, 2, 3]
     assert [t.parameters.seed for t in remaining_tasks(batches(content), {tasks[0].name})] == [2, 3]
-
-
-any_name = st.from_regex(r"\A[A-Za-z0-9][A-Za-z0-9_.-]{0,9}\Z")
-fractions = st.floats(0.01, 1.0)
-numbers = st.floats(1e-2, 1e6)
-in_one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-
-
-def some(strategy, most=3):
-    return st.lists(strategy, min_size=1, max_size=most, unique=True)
-
-
-@st.composite
-def sweeps(draw):
-    """One sweep with any of the keys that go together."""
-    model = draw(st.sampled_from(["sp", "dp", ["sp", "dp"]]))
-    disks = model == "sp"
-    even = st.integers(1, 50).map(lambda k: 2 * k)
-    sweep = {"name": draw(any_name), "model": model, "n": draw(even | some(even))}
-    sweep["seeds"] = draw(st.integers(1, 4) | some(st.integers(0, 99)))
-    protocol = draw(st.sampled_from(["compress", "onset", "pressures"] if disks else ["compress", "onset"]))
-    step = draw(fractions)
-    sweep |= {
-        "compress": {"compress": {"to": draw(fractions), "step": step, "nearest": draw(st.floats(1e-6, 1)) * step}},
-        "onset": {"onset": True},
-        "pressures": {"pressures": draw(some(st.floats(1e-8, 0.3)))},
-    }[protocol]
-    wanted = draw(some(st.sampled_from(["states", "spectra", "correlation", "voids"] + ["quasistatic"] * disks), 5))
-    sweep |= {"observables": wanted} if draw(st.booleans()) or {"spectra", "correlation"} & set(wanted) else {}
-    for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
-        if observable in wanted:
-            grid = st.fixed_dictionaries({"lowest": st.just(1e-3), "highest": numbers, "points": st.integers(2, 5)})
-            sweep[key] = draw(some(numbers) | grid)
-    if draw(st.booleans()):
-        strengths = st.floats(0, 10)
-        sweep["damping"] = {"contact": draw(some(strengths)), "stokes": draw(st.lists(strengths, max_size=2))}
-    if disks and draw(st.booleans()):
-        sweep["prestress"] = draw(st.sampled_from([True, False, [True, False], [False]]))
-    if model == "dp" and draw(st.booleans()):
-        sweep["force_law"] = {"gamma": draw(st.floats(0.01, 1.0))}
-    if draw(st.booleans()):
-        sweep["tolerances"] = {"spectrum_error": draw(fractions)}
-    return sweep
-
-
-@st.composite
-def files(draw):
-    listed = st.lists(sweeps(), min_size=1, max_size=3, unique_by=lambda sweep: sweep["name"])
-    return {"name": draw(any_name), "sweep": draw(listed)}
-
-
-def toml(content):
-    """The file, keys in the order of the dict."""
-    lines = [f"name = {campaigns.toml(content['name'])}"]
-    for sweep in content["sweep"]:
-        lines += ["[[sweep]]", *(f"{key} = {campaigns.toml(value)}" for key, value in sweep.items())]
-    return "\n".join(lines) + "\n"
-
-
-def tasks(table):
-    return [task.name for batch in batches(table) for task in batch.tasks()]
-
-
-def turned(value, order):
-    """The same tables with their keys in another order."""
-    if isinstance(value, dict):
-        return {key: turned(value[key], order) for key in order.sample(list(value), len(value))}
-    return [turned(entry, order) for entry in value] if isinstance(value, list) else value
-
-
-@in_one_folder
-@given(content=files(), order=st.randoms(use_true_random=False))
-def test_files_survive_being_written_in_any_order(tmp_path, content, order):
-    path = tmp_path / "c.toml"
-    path.write_text(toml(content))
-    read = read_campaign_file(path)
-    assert read == CampaignTable.model_validate(content)
-    path.write_text(toml(turned(content, order)))
-    assert tasks(read_campaign_file(path)) == tasks(read)
-    assert len(set(tasks(read))) >= len(read.sweep[0].n) * len(read.sweep[0].seeds)
-
-
-@in_one_folder
-@given(content=files())
-def test_checked_content_written_out_is_the_same_campaign(tmp_path, content):
-    """Every default spelled out."""
-    read = CampaignTable.model_validate(content)
-    spelled = read.model_dump(exclude_none=True)
-    spelled.pop("slurm")
-    for sweep in spelled["sweep"]:
-        sweep["seeds"] = list(sweep["seeds"])
-    (tmp_path / "c.toml").write_text(toml(spelled))
-    assert tasks(read_campaign_file(tmp_path / "c.toml")) == tasks(read)
-
-
-@given(content=files())
-def test_one_more_seed_adds_tasks_and_renames_none(content):
-    longer = {**content, "sweep": [sweep | {"seeds": 5} for sweep in content["sweep"]]}
-    shorter = {**content, "sweep": [sweep | {"seeds": 4} for sweep in content["sweep"]]}
-    few, many = (tasks(CampaignTable.model_validate(c)) for c in (shorter, longer))
-    assert set(few) < set(many)
-    assert len(many) == pytest.approx(1.25 * len(few))

@@ -24,6 +24,8 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all
 from jamlab.protocols.target_pressure import decompress
 
+pytestmark = pytest.mark.usefixtures("here")
+
 
 def test_status_counts_and_more_seeds_leave_what_is_there(full, tmp_path):
     status = full.status(verify=True)

@@ -5,7 +5,6 @@ import re
 import time
 
 import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 import pytest
 from campaigns import read_campaign_file, run_here, written
@@ -130,19 +129,6 @@ def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid
     assert len(campaign.table("voids")) == (voids.percolating == 0).sum() > 0
     tables = campaign.table("states"), full.table("states", "droplets")
     pd.testing.assert_frame_equal(*(table.drop(columns="task") for table in tables))
-
-
-@pytest.mark.slow
-def test_modes_of_droplets_are_those_of_mode_motion(tmp_path):
-    """A row for each mode, of every state above onset and both laws."""
-    laws = {"contact": [1.0], "stokes": [1.0]}
-    campaign = run(written(tmp_path / "c.toml", **SHORT, model="dp", seeds=[1], observables=["modes"], damping=laws))
-    last = campaign.packings(campaign.finished()[0])[-1]
-    found = campaign.table("modes").query(f"state == {len(campaign.table('states')) - 1}")
-    for name, law in {"contact": jamlab.ContactDamping(), "stokes": jamlab.StokesDrag()}.items():
-        rows, m = found[found["law"] == name], jamlab.mode_motion(last, law)
-        for column in ("rates", "strengths", "translation", "along", "sliding"):
-            np.testing.assert_allclose(rows[column], getattr(m, column), rtol=1e-9)
 
 
 @pytest.mark.slow

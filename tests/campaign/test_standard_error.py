@@ -13,6 +13,8 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.plan import FIRST_SEEDS, precision
 from jamlab.campaign.tasks import batches
 
+pytestmark = pytest.mark.usefixtures("here")
+
 ONSET = {"n": 8, "compress": None, "onset": True}
 
 

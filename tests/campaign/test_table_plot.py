@@ -1,7 +1,5 @@
 """Plots of a campaign's tables: points are means over packings, bars standard errors, and nothing vanishes unsaid."""
 
-from io import BytesIO
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -58,15 +56,6 @@ def test_pressures_are_a_bin_each_and_other_columns_a_curve_each(full):
     assert "[k]" in axes.get_ylabel()
     axes, entries = plotted(full, "g", along="rho", by="ensemble")
     assert len(entries) == 4 and axes.get_ylabel().endswith("[ε/l² or ε/σ² or k]")  # in two units there is no mean
-
-
-def test_legend_and_labels_stay_within_the_figure(full):
-    figure = Figure(figsize=(4.8, 4.0), layout="constrained")  # as on the page of a campaign
-    axes = full.plot("g", along="rho", by="n", sweep="up", bins=[0.85, 0.87, 0.9], ax=figure.subplots())
-    figure.savefig(BytesIO())
-    legend, label = axes.get_legend().get_window_extent(), axes.yaxis.label.get_window_extent()
-    assert legend.x1 <= figure.bbox.x1 and legend.y1 <= figure.bbox.y1
-    assert label.height <= axes.get_window_extent().height
 
 
 def test_a_mean_of_a_selection_is_hollow_and_said():

@@ -82,30 +82,21 @@ def test_gstar_explains_a_modulus_below_zero(tmp_path):
     assert done.exit_code == 0 and "G = -" in done.stdout and "G below 0: at this box shape" in done.stdout
 
 
-def test_gstar_limits_and_picture(packed, tmp_path):
-    path, _ = packed
-    done = call(tmp_path, "gstar", str(path), "--points", "5", "--out", "gstar.png", "--json")
-    assert done.exit_code == 0, done.stderr
-    printed = json.loads(done.stdout)
-    assert printed["storage"][0] == pytest.approx(printed["g0"], rel=1e-6)
-    assert (tmp_path / "gstar.png").read_bytes()[:4] == b"\x89PNG"
-
-
 def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
-    """Two files give a mean and write numbers; --n and --pressure make the packing."""
+    """Two files give a mean and a picture; --n and --pressure make the packing; every solver gives the same."""
     path, _ = packed
-    other = ("pack", "--n", "32", "--pressure", "0.02", "--seed", "4", "--json")
-    assert call(tmp_path, *other).exit_code == 0
+    assert call(tmp_path, "pack", "--n", "32", "--pressure", "0.02", "--seed", "4", "--json").exit_code == 0
     options = ("--points", "3", "--json")
-    done = call(tmp_path, "gstar", str(path), "packing.h5", "--out", "both.h5", *options)
-    assert done.exit_code == 0, done.stderr
+    done = call(tmp_path, "gstar", str(path), "packing.h5", "--out", "both.png", *options)
+    assert done.exit_code == 0 and (tmp_path / "both.png").read_bytes()[:4] == b"\x89PNG"
     printed = json.loads(done.stdout)
-    assert len(printed["packings"]) == 2
+    first, _ = printed["packings"]
+    assert printed["storage"][0] == pytest.approx(printed["g0"], rel=1e-6)
     assert printed["loss"] == pytest.approx([sum(p["loss"][k] for p in printed["packings"]) / 2 for k in range(3)])
     made = json.loads(call(tmp_path, "gstar", "--n", "32", "--pressure", "0.02", "--seed", "3", *options).stdout)
-    assert made["g0"] == pytest.approx(printed["packings"][0]["g0"], rel=1e-9)
     direct = json.loads(call(tmp_path, "gstar", str(path), "--method", "direct", *options).stdout)
-    assert direct["method"] == "direct" and direct["loss"] == pytest.approx(printed["packings"][0]["loss"], rel=1e-8)
+    assert made["g0"] == pytest.approx(first["g0"], rel=1e-9)
+    assert direct["method"] == "direct" and direct["loss"] == pytest.approx(first["loss"], rel=1e-8)
 
 
 def test_gstar_of_unlike_files_is_a_curve_each(packed, tmp_path):
@@ -117,11 +108,8 @@ def test_gstar_of_unlike_files_is_a_curve_each(packed, tmp_path):
     for curve, made in zip(curves, (printed, json.loads(denser.stdout)), strict=True):
         assert curve["g"] == pytest.approx(made["g"][0], rel=1e-9)
         assert curve["g0"] == pytest.approx(made["g_x"][0], rel=1e-7)
-    text = call(tmp_path, *words).stdout
-    assert text.count("contact damping, β = 1") == 2 and "p = 0.04 k" in text and "a curve each" in text
-    assert call(tmp_path, *words, "--out", "both.png").exit_code == 0
-    shown = call(tmp_path, "analyze", str(path)).stdout
-    assert "G_xy" in shown and "mean over directions" in shown
+    assert "p = 0.04 k" in call(tmp_path, *words).stdout
+    assert "G_xy" in call(tmp_path, "analyze", str(path)).stdout
 
 
 def test_sizes_and_droplets_from_the_command_line(tmp_path):

@@ -1,5 +1,7 @@
 """Observables of the campaigns: packing fractions of the paper, what particles share, counts of contacts."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
@@ -11,6 +13,7 @@ import jamlab
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.free_droplet import regular_polygon
 from jamlab.packing.packing import Packing
+from studies.campaigns import observables
 from studies.campaigns.observables import add_triples, count_motions, rho_printed, rho_without_arcs, shared_fraction
 
 
@@ -82,3 +85,9 @@ def test_counts_of_contacts_are_those_of_held_motions():
     counts = count_motions(jamlab.jam("sp", 16, 1))
     assert counts["pairs"] == counts["site_contacts"] == 2 * counts["load_bearing"] - 1
     assert (counts["self_stresses"], counts["free_motions"]) == (1, 0)
+
+
+@pytest.mark.parametrize("name", ["reference", "beyond_the_papers", "dynamics"])
+def test_campaigns_of_the_figures_are_valid(name):
+    path = Path(observables.__file__).parent / f"{name}.toml"
+    assert jamlab.open_campaign(path).content.name == name

@@ -1,0 +1,5 @@
+"""Pages are opened in a real browser."""
+
+from browsers import browser
+
+__all__ = ["browser"]

@@ -1,0 +1,105 @@
+"""Pages of figures and charts in a real browser: nothing cut on a phone, rows chosen by their verdict."""
+
+import pandas as pd
+import pytest
+from drawn_figures import tables
+from matplotlib.figure import Figure
+
+from studies import gallery
+from studies.cost import chart
+from studies.failure import map as stability
+from studies.html_page import TextTable
+from studies.reference_data import example_sections
+from studies.registry import CHARTS, MAPS
+from studies.study import Page, Shown, draw_tables, write_page
+
+
+@pytest.fixture(scope="module")
+def figures_page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("figures")
+    gallery.write_all(["baumgarten-5", "tables"], tables(), folder, opening=example_sections())
+    return folder / gallery.PAGE
+
+
+@pytest.fixture(scope="module")
+def charts_page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("charts")
+
+    def draw(name):
+        table = TextTable(["method", "a column with a long heading [1/s]"], [["a" * 60, "1"], ["b", "2"]], marks="xy")
+        return Shown(Figure(figsize=(12, 3)), "caption", [table], pd.DataFrame([{"method": name}]))
+
+    page = Page("all", "Title", lambda claims: "Lead.")
+    write_page(folder, page, {name: f"chart {name}" for name in "abc"}, draw, {"packings": "made up"})
+    return folder / "all.html"
+
+
+def shown(browser, selector):
+    """Texts of the elements that can be seen on the page."""
+    return browser.run(
+        "return [...document.querySelectorAll(values[0])].filter(e => e.checkVisibility()).map(e => e.innerText)",
+        selector,
+    )
+
+
+@pytest.mark.parametrize("width", [375, 1280])
+@pytest.mark.parametrize("page", ["figures_page", "charts_page"])
+def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
+    browser.open(request.getfixturevalue(page), width, 812, touch=width == 375)
+    assert browser.overhang() == 0
+    assert browser.errors() == [] and [name for name in browser.loaded() if not name.startswith("data:")] == []
+
+
+def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_page):
+    browser.open(figures_page)
+    assert len(shown(browser, "section figure img")) == 2
+    links = browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))")
+    assert len(links) == 2 + 2
+    for link in links[2:]:
+        order = browser.run("return [...document.querySelector(values[0]).children].map(e => e.tagName)", link)
+        assert order == ["H2", "FIGURE", "TABLE"]
+
+
+def test_rows_are_chosen_by_their_verdict(browser, figures_page):
+    browser.open(figures_page)
+    everything = shown(browser, "tr[data-mark]")
+    for label in browser.driver.find_elements("css selector", ".filter label.mark"):
+        mark, count = label.get_attribute("data-mark"), int(label.find_element("css selector", "b").text)
+        label.click()
+        rows = shown(browser, "tr[data-mark]")
+        assert len(rows) == count and all(mark in row for row in rows)
+        assert 0 < len(shown(browser, "main > section figure img")) <= 2
+    browser.element(".filter label").click()
+    assert shown(browser, "tr[data-mark]") == everything
+
+
+def test_a_row_is_a_card_on_a_phone(browser, charts_page):
+    """Every cell carries the heading of its column, since there is no room for a row of headings."""
+    browser.open(charts_page, 375, 812, touch=True)
+    assert shown(browser, "thead") == []
+    label = browser.run("return getComputedStyle(document.querySelectorAll('td')[1], '::before').content")
+    assert label == '"a column with a long heading [1/s]"'
+
+
+def test_dark_mode_is_legible(browser, figures_page):
+    browser.open(figures_page, media={"prefers-color-scheme": "dark"})
+    colours = browser.run("const s = getComputedStyle(document.body); return [s.color, s.backgroundColor]")
+    ink, paper = ([int(part) for part in c.removeprefix("rgb(").removesuffix(")").split(",")] for c in colours)
+    assert min(ink) - max(paper) > 180
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("page", "studies"), [(stability.PAGE, MAPS), (chart.PAGE, CHARTS)])
+def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, page, studies):
+    draw_tables(tmp_path, studies, page)
+    (page,) = tmp_path.glob("*.html")
+    browser.open(page, 1280)
+    height = "return document.documentElement.scrollHeight"
+    folded = browser.run(height)
+    assert folded < 10_000 and browser.overhang() == 0 and len(shown(browser, "section figure img")) == len(studies)
+    browser.element("details:not(.tile) > summary").click()
+    assert browser.run(height) > folded and browser.overhang() == 0
+    browser.open(page, 375, 812, touch=True)
+    assert browser.run(height) < 10_000 and browser.overhang() == 0 and shown(browser, "section figure img") == []
+    browser.element(".tile > summary").click()
+    assert len(shown(browser, "section figure img")) == 1
