@@ -55,11 +55,9 @@ def test_two_in_one_are_in_the_interval_of_the_count(drawn):
         assert -half <= off < 0 and half == 1 - off
 
 
-def test_turned_and_doubled_labels_have_the_same_z(drawn):
-    number = jamlab.micrograph(labels=drawn[0]).numbers["z"]
-    for other in (drawn[0][::-1], drawn[0].T, np.kron(drawn[0], np.ones((2, 2), dtype=int))):
-        low, high = number.interval
-        assert low <= jamlab.micrograph(labels=other).z <= high
+def test_turned_labels_have_the_same_z(drawn):
+    low, high = jamlab.micrograph(labels=drawn[0]).numbers["z"].interval
+    assert low <= jamlab.micrograph(labels=drawn[0].T[::-1]).z <= high
 
 
 def test_a_cell_with_walls_has_z_of_droplets_off_them():
