@@ -1,17 +1,19 @@
 """Calibrate the droplets' force law, which Boromand et al. do not print, against their tables 1 and 2.
 
-A campaign scans the parameters: gamma, ka and delta are halved and doubled in turn, and the number of vertices is
-doubled; each time the same seeds are compressed from onset to rho = 0.99. Every observable is read off at fixed
+`python -m studies.droplet_calibration FOLDER`: a campaign scans the parameters. Each of gamma, ka and delta is halved
+and doubled in turn, and the number of vertices is doubled;
+each time the same seeds are compressed from onset to rho = 0.99. Every observable is read off at fixed
 distances from onset. Its changes between sweeps are the sensitivity of the model. For the fit, every observable is
 modelled as a sum of parabolas, one in log2 of each parameter through its three points, and the parameters are chosen
 that bring all of them closest to the paper.
 """
 
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -23,9 +25,7 @@ from jamlab.checks import check_bidisperse
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file, make_folder
-from studies.html_page import TextTable
 from studies.published_numbers import SHAPE_AT_CONFLUENCE, table_contacts, table_modulus
-from studies.study import CampaignStudy, Shown
 
 FITTED = ("gamma", "ka", "delta")
 _NUMBERS = ["mean", "error", "change", "change_error"]
@@ -156,61 +156,28 @@ def fit(changes: pd.DataFrame, centre: Mapping[str, float]) -> Calibration:
     return Calibration(law, predicted, found.fun**0.5, misfit(np.zeros(len(FITTED))) ** 0.5, edge)
 
 
-@dataclass(frozen=True)
-class DropletCalibration(CampaignStudy):
-    """The scan and the fit, as a study."""
-
-    name: str = "droplet-calibration"
-    title: str = "Line tension, stiffness and rim of droplets that meet tables 1 and 2 of Boromand et al."
-    n: int = 32  # number of droplets in each packing
-    seeds: int = 8  # number of packings for each set of parameters
-    law: Mapping[str, float] = field(default_factory=dict)  # values that replace the defaults at the centre of the scan
-    kind: ClassVar[str] = "calibration"
-
-    def campaign(self, folder: Path) -> Campaign:
-        """Open the scan; its file is written at first."""
-        check_bidisperse(self.n, 0, 1.0)
-        if self.seeds < 2:
-            raise InputError(f"seeds = {self.seeds}: standard errors need 2 or more")
-        text = campaign_text(self.n, self.seeds, self.law)
-        make_folder(folder)
-        file = folder / "calibration.toml"
-        if not file.exists() or file.read_text(encoding="utf-8") != text:
-            with atomic_file(file) as temporary:
-                temporary.write_text(text, encoding="utf-8")
-        return open_campaign(file)
-
-    def fit(self, folder: Path) -> tuple[pd.DataFrame, Calibration]:
-        """Read the sensitivities of a finished scan, and fit."""
-        campaign = self.campaign(folder)
-        tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
-        changes = sensitivity(tables)
-        return changes, fit(changes, _centre(self.law))
-
-    def draw(self, folder: Path | None = None) -> Shown:
-        """Show sensitivities and fit of a finished scan; none ships."""
-        if folder is None:
-            raise InputError(f"{self.name} ships no results: give the folder of python -m studies run {self.name}")
-        changes, found = self.fit(folder)
-        return Shown(None, self.words(found), [self.changes_as_text(changes), targets_as_text(found)], changes)
-
-    def words(self, found: Calibration) -> str:
-        """The law that was found, and how well it meets the targets."""
-        law = ", ".join(f"{name} = {value:.4g}" for name, value in found.law.items())
-        return f"nearest: {law}; misfit {found.misfit:.2f} tolerances, {found.misfit_at_centre:.2f} with the defaults"
-
-    def changes_as_text(self, changes: pd.DataFrame) -> TextTable:
-        """What each parameter changes."""
-        columns = ["set", "observable", *_NUMBERS]
-        rows = [[row[0], row[1], *(f"{v:.4g}" for v in row[2:])] for row in changes[columns].itertuples(index=False)]
-        heading = f"droplets, n = {self.n}, {self.seeds} seeds: each parameter halved and doubled"
-        return TextTable(columns, rows, heading)
+def open_scan(folder: Path, n: int = 32, seeds: int = 8, law: Mapping[str, float] | None = None) -> Campaign:
+    """Open the scan of packings of n droplets, `seeds` for each law; `law` replaces defaults at its centre. Its file is
+    written at first."""
+    check_bidisperse(n, 0, 1.0)
+    if seeds < 2:
+        raise InputError(f"seeds = {seeds}: standard errors need 2 or more")
+    text, file = campaign_text(n, seeds, law or {}), folder / "calibration.toml"
+    make_folder(folder)
+    if not file.exists() or file.read_text(encoding="utf-8") != text:
+        with atomic_file(file) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    return open_campaign(file)
 
 
-def targets_as_text(found: Calibration) -> TextTable:
-    """Observables of the paper beside those of the law that was found."""
-    rows = [
-        [name, f"{t.value:.4g}", f"{t.tolerance:.2g}", f"{found.predicted[name]:.4g}", t.source]
-        for name, t in TARGETS.items()
-    ]
-    return TextTable(["observable", "paper", "tolerance", "fit", "source"], rows)
+def fit_scan(scan: Campaign, law: Mapping[str, float] | None = None) -> tuple[pd.DataFrame, Calibration]:
+    """Read the sensitivities of a finished scan, and fit."""
+    changes = sensitivity({sweep.name: observables(scan.table("states", sweep.name)) for sweep in scan.content.sweep})
+    return changes, fit(changes, _centre(law or {}))
+
+
+if __name__ == "__main__":
+    scan = open_scan(Path(sys.argv[1] if len(sys.argv) > 1 else "calibration"))
+    scan.run()
+    found_changes, best = fit_scan(scan)
+    print(found_changes.to_string(), best, *(f"{k}: {t.value:.4g}, {t.source}" for k, t in TARGETS.items()), sep="\n")

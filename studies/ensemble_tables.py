@@ -11,6 +11,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.rheology.mode_motion import MOTIONS
 from studies.ensembles import FEWEST, add_distances, select_followed, select_usual
+from studies.tables import AbsentTableError
 
 COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")  # of `count_motions`
 LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
@@ -219,10 +220,6 @@ COLUMNS = {
 }
 
 
-class AbsentTableError(StorageError):
-    """A table that a folder does not have: another may serve in its place, which none may for a damaged one."""
-
-
 def _prepared(name: str, prepare: Callable[[pd.DataFrame], pd.DataFrame]) -> "cached_property[pd.DataFrame]":
 
     def table(tables: "EnsembleTables") -> pd.DataFrame:
@@ -238,9 +235,10 @@ def _shipped(
 
     def table(tables: "EnsembleTables") -> pd.DataFrame:
         try:
-            found = _require_rows(name, tables.read(name))
+            found = tables.read(name)
         except (AbsentTableError, InputError, KeyError):
-            found = _require_rows(name, make(*map(tables.read, sources)))
+            found = make(*map(tables.read, sources))
+        found = _require_rows(name, found)
         return then(found) if then else found
 
     return cached_property(table)
@@ -278,9 +276,15 @@ class EnsembleTables:
     """The tables of an ensemble by name, prepared once, of `read`, which can be pickled where several processes draw.
     States, spectra and onsets hold only what converged; runs of flow without an answer are left out."""
 
-    def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        read: Callable[[str], pd.DataFrame],
+        facts: dict[str, str] | None = None,
+        made: dict[str, str] | None = None,  # name of a table -> when it was measured, at which commits
+    ) -> None:
         self.read = read
         self.facts = facts or {}
+        self.made = made or {}
 
     states = _prepared("states", lambda table: select_followed(select_usual(add_distances(table))))
     void_counts = _shipped("void_counts", count_voids, "voids", then=select_usual)

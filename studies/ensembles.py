@@ -52,34 +52,6 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def thin_states(states: pd.DataFrame) -> pd.DataFrame:
-    """Leave out what `fill_states` computes again: rho, phi and the shape of all states but the first, and what is a
-    difference to it. A packing whose first state is missing keeps all."""
-    whole = states.groupby(_PACKING)["state"].transform("min") == 0
-    later = ["rho", "phi", "shape"]
-    thin = states.assign(**{name: states[name].mask(whole) for name in ("d_rho", "d_z", "lost")})
-    return thin.assign(**{name: states[name].mask(whole & (states["state"] > 0)) for name in later})
-
-
-def fill_states(states: pd.DataFrame) -> pd.DataFrame:
-    """Compute from d_phi, overlap, excess and the first state of each packing what `thin_states` left out; z is an even
-    number over that of the particles that bear load, of which the tables have six digits."""
-    held = states["n"] - states["rattlers"]
-    s = states.assign(z=2 * (0.5 * states["z"] * held).round() / held)
-    first = s[s["state"] == 0].set_index(_PACKING)[["phi", "overlap", "z", "shape"]]
-    phi_j, overlap_j, z_j, shape_j = (s[_PACKING].join(first[name], on=_PACKING)[name] for name in first)
-    phi, lens_j = phi_j + s["d_phi"], overlap_j / phi_j
-    made = {
-        "phi": phi,
-        "rho": phi - s["overlap"],
-        "shape": s["excess"] + np.where(s["model"] == "sp", 1.0, shape_j),
-        "d_rho": s["d_phi"] - (s["overlap"] - overlap_j),
-        "d_z": s["z"] - z_j,
-        "lost": (s["overlap"] / phi - lens_j) / (1 - lens_j),
-    }
-    return s.assign(**{name: s[name].fillna(values) for name, values in made.items()})
-
-
 def select_usual(
     table: pd.DataFrame, names: Sequence[str] = PROTOCOL, by: str | None = "model", *, of: pd.DataFrame | None = None
 ) -> pd.DataFrame:

@@ -5,8 +5,10 @@ say how often one rearranges early, which a few cannot; others, at random condit
 how much worse errors are where sliding is damped less or more than approach, and others again check that.
 """
 
+import json
+import lzma
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -27,8 +29,9 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import NonlinearModulus, nonlinear_modulus
+from jamlab.storage.atomic_file import atomic_file
 from studies.published_numbers import MODELS_PART
-from studies.table import measure_table
+from studies.tables import Task, measure
 
 LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence
 FEW_VERTICES = (8, 11)
@@ -60,12 +63,21 @@ def make_table(
     out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
 ) -> ways.Ways:
     """Measure the table seed by seed, and write it; a run goes on where it stopped. Levels of rho ascend; those of
-    droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`."""
+    droplets carried beyond 0.88 must hold 0.88. `how`: see `measure`."""
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
     facts = {"seconds": "CPU time of one core from the random start to rho", "step": ways.STEP, "parameters": law}
     tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
-    measure_table(out, ways.COLUMNS, tasks, facts, **how)
+    _measure(out, tasks, facts, **how)
     return ways.read_ways(out)
+
+
+def _measure(out: Path, tasks: Mapping[str, Task], facts: Mapping[str, Any], **how: Any) -> None:
+    """Measure a table into a CSV file beside, from which a run resumes, and pack it as `jamlab.estimates` reads it,
+    below a first line of what all rows share."""
+    path = measure(out.parent, out.name.partition(".")[0], tasks, **how)
+    with atomic_file(out) as temporary:
+        first = f"# {json.dumps({'facts': dict(facts)})}\n".encode()
+        temporary.write_bytes(lzma.compress(first + path.read_bytes()))
 
 
 def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[float]) -> Iterator[dict[str, Any]]:
@@ -147,14 +159,14 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
 
 
 def measure_errors(out: Path, parts: dict[Part, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
-    """Measure the table and save it after every packing; goes on from a file with a part. `how`: of `measure_table`."""
+    """Measure the table and save it after every packing; goes on where it stopped. `how`: of `measure`."""
     tasks = {
         f"{part}, seed {seed}": partial(_rows_of_part, part, seed)
         for part, seeds in (FLOW_SEEDS if parts is None else parts).items()
         for seed in seeds
     }
     facts = {"background": BACKGROUND, "strain": _STRAIN, "tolerance": TOLERANCE, "cycles": CYCLES}
-    measure_table(out, flow_errors.COLUMNS, tasks, facts, **how)
+    _measure(out, tasks, facts, **how)
     return flow_errors.read_errors(out)
 
 

@@ -1,11 +1,10 @@
-"""Draw the errors of `jamlab.micrograph` against light, noise, blur, films and size, from the table shipped beside.
+"""Draw the errors of `jamlab.micrograph` against light, noise, blur, films and size, from a table that ships.
 
-`micrograph_errors.csv` is `error_table` of `tests/support/rendered_pictures.py`, of packings of 64 droplets, seed 2, at
+`micrograph-errors.csv` is `error_table` of `tests/support/rendered_pictures.py`, of packings of 64 droplets, seed 2, at
 rho 0.84, 0.90 and 0.95; `tests/micrographs/benchmark_error_table.py` makes it anew. Limits of the verdict were set on
 that seed and on seed 1; `tests/micrographs/benchmark_degraded_pictures.py` judges others.
 """
 
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -31,15 +30,9 @@ QUANTITIES = {
 RANGE = 2.5  # limits that a panel shows; what lies beyond is drawn at its edge
 
 
-def read_errors() -> pd.DataFrame:
-    """The table shipped with jamlab."""
-    with resources.files("studies").joinpath("micrograph_errors.csv").open("rb") as file:
-        return pd.read_csv(file, keep_default_na=True)
-
-
 def micrograph_errors(tables: EnsembleTables) -> Drawing:
     """Errors of micrographs against light, noise, blur, films and size of droplets."""
-    table = read_errors()
+    table = tables.read("micrograph-errors")
     out, axes = drawing("micrograph-errors", len(QUANTITIES), len(LABELS), 2.9, 2.3)
     for row, (quantity, text) in enumerate(QUANTITIES.items()):
         for column, (parameter, name) in enumerate(LABELS.items()):

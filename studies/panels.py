@@ -16,6 +16,7 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.bootstrap import Interval
 from studies.claims import Claim, as_interval, claim, write_interval
+from studies.html_page import TextTable
 from studies.published_numbers import Published
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
@@ -73,6 +74,7 @@ class Drawing:
     # further numbers of the figure, of which captions and reasons are written; nan ends: without interval
     values: dict[str, Interval] = field(default_factory=dict)
     rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
+    text: list[TextTable] = field(default_factory=list)  # tables for the reader, below the picture
 
     def claim(self, quantity: str, found: Interval | None, paper: Published, **more: Any) -> Claim:
         """Add a claim, see `studies.claims.claim`."""

@@ -9,7 +9,7 @@ import pytest
 import jamlab
 from jamlab.engine.installation import PLUGIN_STYLES
 from jamlab.micrographs.quality import FEWEST, LIMITS
-from studies.micrograph_errors import read_errors
+from studies.tables import DATA, read_table
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
@@ -108,7 +108,7 @@ def test_numbers_of_the_first_pages(name):
 
 def test_errors_of_pictures_are_those_of_the_table():
     """The tutorial on photographs says how many rendered pictures are good, and how wrong they are."""
-    table = read_errors()
+    table = read_table(DATA, "micrograph-errors")
     good = table[table["quality"] == "good"]
     worst = {name: good[name].abs().max() for name in LIMITS}
     said = (

@@ -64,11 +64,11 @@ def _line(error: BaseException) -> str:
 
 
 STUDIES = {  # command that left -> what replaced it, in a checkout
-    "figure": "draw papers",
-    "chart": "draw speed-accuracy",
-    "compare": "compare",
-    "calibrate": "run droplet-calibration",
-    "study": "list",
+    "figure": " draw papers",
+    "chart": " draw speed-accuracy",
+    "compare": " compare",
+    "calibrate": ".droplet_calibration",
+    "study": " list",
 }
 
 
@@ -78,7 +78,7 @@ class OwnCommands(Commands):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command of a word."""
         if args and args[0] in STUDIES:
-            ctx.fail(f"{args[0]} is a study, run from a checkout of jamlab: python -m studies {STUDIES[args[0]]}")
+            ctx.fail(f"{args[0]} is a study, run from a checkout of jamlab: python -m studies{STUDIES[args[0]]}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

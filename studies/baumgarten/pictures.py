@@ -1,7 +1,5 @@
 """Draw the pictures of Baumgarten & Tighe: the motion of disks in fig 1, and what fig 2 damps."""
 
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +15,7 @@ from studies.baumgarten.spectral_groups import format_power
 from studies.claims import write_list
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, drawing
+from studies.tables import DATA
 
 SHEARED = "packing_k.h5"  # `jamlab pack --n 512 --pressure 1e-4 --seed 1 --ensemble shear-stabilized`
 REGIMES = {"slow": 1e-10, "critical": 1e-3, "fast": 1e4}  # omega of fig 1: non-affine, square root, affine
@@ -27,7 +26,7 @@ PALE = {"facecolor": "#EFE9DD", "edgecolor": "#B9B2A5", "linewidth": 0.4}
 def figure_1_fields(tables: EnsembleTables) -> Drawing:
     """Displacements of disks at zero and at peak stress, at a low, a critical and a high frequency, on one scale."""
     out, panels = drawing("baumgarten-1-fields", 2, len(REGIMES), 4.6, 4.9)
-    packing = read(Path(str(resources.files("studies"))) / "reference" / SHEARED)
+    packing = read(DATA / SHEARED)
     moduli = complex_modulus(packing, list(REGIMES.values()))
     assert packing.diameters is not None
     for k, (regime, omega) in enumerate(REGIMES.items()):

@@ -9,13 +9,12 @@ gamma (1 + w/r)/(3^0.5 s), for thin rims and A_c = pi R^2 0.525 gamma/R, half of
 """
 
 import subprocess
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from shutil import which
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -29,9 +28,10 @@ from jamlab.packing.free_droplet import free_area, regular_polygon
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
-from studies.panels import FIT, PAPER, drawing, label, scale, sequence, style
-from studies.study import Shown, TableStudy
-from studies.table import MeasuredTable, Row, Task
+from studies.ensemble_tables import EnsembleTables
+from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, sequence, style
+from studies.study import Study
+from studies.tables import Row
 
 LAW: dict[str, Any] = {
     "gamma": 0.01,
@@ -78,56 +78,45 @@ def measure_crystal(vertices: int) -> Iterator[Row]:
         yield row | {"pressure": pressure(state)}
 
 
-@dataclass(frozen=True)
-class Crystal(TableStudy):
-    """The hexagonal crystal of droplets against the exact foam."""
-
-    columns: ClassVar = ("vertices", "rho", "cell", "area", "length", "pressure", "g")
-    task: ClassVar[str] = "crystal"
-    kind: ClassVar[str] = "foam"
-
-    def tasks(self) -> Mapping[str, Task]:
-        """One number of vertices each."""
-        return {f"{vertices}": partial(measure_crystal, vertices) for vertices in VERTICES}
-
-    def show(self, table: MeasuredTable) -> Shown:
-        """Draw pressure and G over rho beside the exact ones, and how errors fall with the number of vertices."""
-        columns = ("rho", "cell", "area", "length", "pressure", "g")
-        rho, cell, area, *ours = (table.rows[name].to_numpy(np.float64) for name in columns)
-        out, (pressure, modulus, errors) = drawing(self.name, 1, 3, 4.5, 3.8)
-        scale(errors)
-        unit = np.sqrt(cell / np.pi) / LAW["gamma"]  # stresses times R over gamma
-        exact = rounded_hexagons(cell, area)
-        missed: dict[int, list[float]] = {}
-        for k, vertices in enumerate(VERTICES):
-            at = np.flatnonzero(table.rows["vertices"] == vertices)
-            for axes, values in ((pressure, ours[1]), (modulus, ours[2])):
-                look = {**sequence(k, len(VERTICES)), "linestyle": "none"}
-                out.curve(axes, f"{vertices} vertices", rho[at], (values * unit)[at], **look)
-            near = at[np.abs(rho[at] - COMPARED).argmin()]
-            missed[vertices] = [abs(float(o[near] / e[near] - 1)) for o, e in zip(ours, exact, strict=True)]
-        for axes, values in ((pressure, exact[1]), (modulus, exact[2])):
-            out.curve(axes, "exact", rho[at], (values * unit)[at], **FIT)
-            axes.set_ylim(0, 1.1 * float((values * unit).max()))
-        out.curve(modulus, "dry foam", DENSITIES[:2], [DRY, DRY], **PAPER)
-        for k, name in enumerate(("length of outlines", "pressure", "G")):
-            found = out.keep(f"relative error of {name}", [each[k] for each in missed.values()], vertices=missed)
-            out.curve(errors, name, list(missed), found, **style(k))
-        text = r"true packing fraction $\rho$"
-        label(pressure, text, r"osmotic pressure  [$\gamma/R$]", loc="upper left")
-        label(modulus, text, r"$G$  [$\gamma/R$]", loc="lower right")
-        label(errors, "vertices of a droplet", rf"relative error at $\rho$ = {COMPARED:g}", loc="best")
-        last = max(missed)
-        worst = ", ".join(
-            f"{name} {found:.1e}" for name, found in zip(("length", "pressure", "G"), missed[last], strict=True)
-        )
-        out.caption = (
-            f"Hexagonal crystal of droplets with thin rims (width {LAW['delta']:g} of the root of their area) beside "
-            f"the exact foam: hexagons with rounded corners, which in shear keep films at 120 degrees. (b) Dashed: dry "
-            f"foam without rims, G = {DRY:.3f} gamma/R, gamma being half the tension of a film. (c) What facets leave "
-            f"out; with {last} vertices, relative errors are: {worst}. {table.made}."
-        )
-        return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
+def draw_crystal(tables: EnsembleTables) -> Drawing:
+    """Draw pressure and G over rho beside the exact ones, and how errors fall with the number of vertices."""
+    table = tables.read("beyond-droplet-crystal")
+    columns = ("rho", "cell", "area", "length", "pressure", "g")
+    rho, cell, area, *ours = (table[name].to_numpy(np.float64) for name in columns)
+    out, (pressure, modulus, errors) = drawing("beyond-droplet-crystal", 1, 3, 4.5, 3.8)
+    scale(errors)
+    unit = np.sqrt(cell / np.pi) / LAW["gamma"]  # stresses times R over gamma
+    exact = rounded_hexagons(cell, area)
+    missed: dict[int, list[float]] = {}
+    for k, vertices in enumerate(VERTICES):
+        at = np.flatnonzero(table["vertices"] == vertices)
+        for axes, values in ((pressure, ours[1]), (modulus, ours[2])):
+            look = {**sequence(k, len(VERTICES)), "linestyle": "none"}
+            out.curve(axes, f"{vertices} vertices", rho[at], (values * unit)[at], **look)
+        near = at[np.abs(rho[at] - COMPARED).argmin()]
+        missed[vertices] = [abs(float(o[near] / e[near] - 1)) for o, e in zip(ours, exact, strict=True)]
+    for axes, values in ((pressure, exact[1]), (modulus, exact[2])):
+        out.curve(axes, "exact", rho[at], (values * unit)[at], **FIT)
+        axes.set_ylim(0, 1.1 * float((values * unit).max()))
+    out.curve(modulus, "dry foam", DENSITIES[:2], [DRY, DRY], **PAPER)
+    for k, name in enumerate(("length of outlines", "pressure", "G")):
+        found = out.keep(f"relative error of {name}", [each[k] for each in missed.values()], vertices=missed)
+        out.curve(errors, name, list(missed), found, **style(k))
+    text = r"true packing fraction $\rho$"
+    label(pressure, text, r"osmotic pressure  [$\gamma/R$]", loc="upper left")
+    label(modulus, text, r"$G$  [$\gamma/R$]", loc="lower right")
+    label(errors, "vertices of a droplet", rf"relative error at $\rho$ = {COMPARED:g}", loc="best")
+    last = max(missed)
+    worst = ", ".join(
+        f"{name} {found:.1e}" for name, found in zip(("length", "pressure", "G"), missed[last], strict=True)
+    )
+    out.caption = (
+        f"Hexagonal crystal of droplets with thin rims (width {LAW['delta']:g} of the root of their area) beside "
+        f"the exact foam: hexagons with rounded corners, which in shear keep films at 120 degrees. (b) Dashed: dry "
+        f"foam without rims, G = {DRY:.3f} gamma/R, gamma being half the tension of a film. (c) What facets leave "
+        f"out; with {last} vertices, relative errors are: {worst}."
+    )
+    return out
 
 
 # a disordered foam, by Surface Evolver --------------------------------------------------------------------------------
@@ -237,43 +226,43 @@ def measure_foam(seed: int, vertices: int) -> Iterator[Row]:
         yield who | {"what": "pressure"} | one
 
 
-@dataclass(frozen=True)
-class Foam(TableStudy):
-    """Disordered droplets beside Surface Evolver."""
-
-    columns: ClassVar = ("seed", "vertices", "what", "ours", "theirs")
-    task: ClassVar[str] = "foam"
-    kind: ClassVar[str] = "foam"
-
-    def tasks(self) -> Mapping[str, Task]:
-        """One state each."""
-        return {f"{seed}, {vertices}": partial(measure_foam, seed, vertices) for seed, vertices in FINE}
-
-    def show(self, table: MeasuredTable) -> Shown:
-        """Draw lengths and pressures of droplets over those of the other code, and keep the largest differences."""
-        rows = table.rows
-        out, axes = drawing(self.name, 1, 2, 4.5, 3.9)
-        for part, (what, unit) in zip(axes, (("length", "[l]"), ("pressure", "[ε/l²]")), strict=True):
-            of = rows[rows["what"] == what]
-            for k, ((seed, vertices), one) in enumerate(of.groupby(["seed", "vertices"])):
-                look = style(k) | {"linestyle": "none"}
-                out.curve(part, f"start {seed}, {vertices} vertices", one["theirs"], one["ours"], **look)
-            ends = np.array([of["theirs"].min(), of["theirs"].max()])
-            out.curve(part, "equal", ends, ends, label=None, **FIT)
-            name = what if what == "length" else "pressure less the mean"
-            label(part, f"{name}, Surface Evolver  {unit}", f"{name}, droplets  {unit}", loc="upper left")
-        for each, of in rows.groupby("what"):
-            whole = of["theirs"].abs().max() if each == "pressure" else of["theirs"]
-            out.keep(f"{each}, largest relative difference", ((of["ours"] - of["theirs"]) / whole).abs().max())
-        said = ", ".join(f"{name} {found.value:.1e}" for name, found in out.values.items())
-        out.caption = (
-            f"{rows['seed'].nunique()} states of 16 droplets of two sizes at rho = {WET:g}, with rims of width "
-            f"{FOAM['delta']:g} l that hardly yield (one with 48 vertices did not converge), beside the dry foam of "
-            "the same topology and areas as Surface Evolver relaxes it: wet corners decorate a dry foam, and change "
-            f"neither its films nor its G. {said} (pressures over the largest). {table.made}."
-        )
-        return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
+def draw_foam(tables: EnsembleTables) -> Drawing:
+    """Draw lengths and pressures of droplets over those of the other code, and keep the largest differences."""
+    rows = tables.read("beyond-droplet-foam")
+    out, axes = drawing("beyond-droplet-foam", 1, 2, 4.5, 3.9)
+    for part, (what, unit) in zip(axes, (("length", "[l]"), ("pressure", "[ε/l²]")), strict=True):
+        of = rows[rows["what"] == what]
+        for k, ((seed, vertices), one) in enumerate(of.groupby(["seed", "vertices"])):
+            look = style(k) | {"linestyle": "none"}
+            out.curve(part, f"start {seed}, {vertices} vertices", one["theirs"], one["ours"], **look)
+        ends = np.array([of["theirs"].min(), of["theirs"].max()])
+        out.curve(part, "equal", ends, ends, label=None, **FIT)
+        name = what if what == "length" else "pressure less the mean"
+        label(part, f"{name}, Surface Evolver  {unit}", f"{name}, droplets  {unit}", loc="upper left")
+    for each, of in rows.groupby("what"):
+        whole = of["theirs"].abs().max() if each == "pressure" else of["theirs"]
+        out.keep(f"{each}, largest relative difference", ((of["ours"] - of["theirs"]) / whole).abs().max())
+    said = ", ".join(f"{name} {found.value:.1e}" for name, found in out.values.items())
+    out.caption = (
+        f"{rows['seed'].nunique()} states of 16 droplets of two sizes at rho = {WET:g}, with rims of width "
+        f"{FOAM['delta']:g} l that hardly yield (one with 48 vertices did not converge), beside the dry foam of "
+        "the same topology and areas as Surface Evolver relaxes it: wet corners decorate a dry foam, and change "
+        f"neither its films nor its G. {said} (pressures over the largest)."
+    )
+    return out
 
 
-CRYSTAL = Crystal("beyond-droplet-crystal", "Hexagonal crystal of droplets beside the exact foam")
-FOAM_OF_OTHERS = Foam("beyond-droplet-foam", "Disordered droplets beside Surface Evolver")
+STUDIES = (
+    Study(
+        "beyond-droplet-crystal",
+        "Hexagonal crystal of droplets beside the exact foam",
+        {f"{vertices}": partial(measure_crystal, vertices) for vertices in VERTICES},
+        draw_crystal,
+    ),
+    Study(
+        "beyond-droplet-foam",
+        "Disordered droplets beside Surface Evolver",
+        {f"{seed}, {vertices}": partial(measure_foam, seed, vertices) for seed, vertices in FINE},
+        draw_foam,
+    ),
+)

@@ -3,10 +3,9 @@
 Units are those of `jam`: energy eps, length the mean diameter; vibrations have masses 1.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,10 +26,11 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.power_laws import fit_exponent
 from studies import published_numbers as published
 from studies.claims import write_list
+from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings, vary_bootstrap
-from studies.panels import FIT, drawing, label, scale, sequence, style
-from studies.study import Shown, TableStudy
-from studies.table import MeasuredTable, Row, Task
+from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
+from studies.study import Study
+from studies.tables import Row, Task
 
 SIZE = 512  # disks
 FREQUENCIES = np.geomspace(1e-3, 10**0.6, 37)  # edges, ten in a decade; lower modes count in the first bin
@@ -149,20 +149,6 @@ def by_cycles(seed: int) -> Iterator[Row]:
             (state,) = compress(dense, phi + 1e-5, 1.0, by="phi")
 
 
-@dataclass(frozen=True)
-class OfPackings(TableStudy):
-    """A study whose tasks are packings of the seeds from 1 on, each measured by one function."""
-
-    task: ClassVar[str] = "packing"
-    kind: ClassVar[str] = "jamming"
-    measure: Callable[[int], Iterable[Row]]
-    seeds: int
-
-    def tasks(self) -> Mapping[str, Task]:
-        """One packing each."""
-        return {f"{seed}": partial(self.measure, seed) for seed in range(1, self.seeds + 1)}
-
-
 # what is drawn and claimed --------------------------------------------------------------------------------------------
 
 _LEVEL = 0.18  # half of the plateau of D(omega), 0.36 at the smallest distance from 0.02 to 0.6
@@ -197,61 +183,56 @@ def _slope(drawn: list[Array], first: int = 0, last: int = len(DISTANCES)) -> fl
     return fit_exponent(*(average(drawn[0][..., k])[first:last] for k in (0, 1)))
 
 
-class Elasticity(OfPackings):
-    """Pressure, moduli and vibrations over the distance from onset."""
-
-    columns: ClassVar = ("seed", "distance", "pressure", "excess", "g", "b", "prestress", *_MODES, "note")
-
-    def show(self, table: MeasuredTable) -> Shown:
-        """Draw p, B, G over the distance, G/B and omega* over contacts, D(omega)."""
-        rows = _numeric(table.rows, ("pressure", "excess", "g", "b", *_MODES))
-        out, (pressure, moduli, ratio, *vibrations, onset) = drawing(self.name, 2, 3, 4.4, 3.7)
-        scale(pressure, moduli, ratio, *vibrations, onset)
-        one = rows[rows["prestress"] == "True"]
-        wide = {name: of_packings(one, "distance", name)[1] for name in ("pressure", "excess", "b", "g")}
-        wide["distance"] = DISTANCES + 0 * wide["g"]
-        for k, (axes, name, text) in enumerate(((pressure, "pressure", "p"), (moduli, "b", "B"), (moduli, "g", "G"))):
-            out.curve(axes, text, DISTANCES, mean_over_packings([wide[name]])[0], **style(k))
-        label(pressure, _ABOVE, "pressure $p$  [ε/d²]", legend=False)
-        label(moduli, _ABOVE, "$B$, $G$  [ε/d²]", loc="best")
-        excess = average(wide["excess"])
-        out.curve(ratio, "G/B", excess, average(wide["g"]) / average(wide["b"]), label=None, **style(0))
-        label(ratio, r"$z - z_\mathrm{iso}$", "$G/B$", legend=False)
-        for m, (axes, name) in enumerate(zip(vibrations, ("without pre-stress", "with pre-stress"), strict=True)):
-            part = rows[rows["prestress"] == str(bool(m))]
-            counts = [part.loc[np.isclose(part["distance"], d, rtol=1e-3), _MODES].to_numpy(float) for d in DISTANCES]
-            for k, (d, each) in enumerate(zip(DISTANCES, counts, strict=True)):
-                look = sequence(k, len(DISTANCES)) | {"markersize": 2.5}
-                out.curve(axes, rf"$\phi - \phi_J$ = {d:.2g}", *_density(each), **look)
-            axes.axhline(_LEVEL, color=BLACK, linewidth=0.8, linestyle=":")
-            label(axes, r"frequency $\omega$", rf"$D(\omega)$, {name}", legend=False)
-            ends = bootstrap(counts, lambda groups: [cutoff(g) for g in groups])
-            out.curve(onset, name, excess, ends, band=False, **style(m))
-            slope = bootstrap(counts, lambda groups: fit_exponent(excess, np.array([cutoff(g) for g in groups])))
-            out.keep(f"omega* in z - z_iso, {name}", slope)
-        label(onset, r"$z - z_\mathrm{iso}$", r"$\omega^*$", loc="upper left")
-        out.legend_above(vibrations[0])
-        middle = len(DISTANCES) // 2
-        for x, y, number in (
-            ("distance", "pressure", None),
-            ("excess", "b", published.COMPRESSION_IN_CONTACTS),
-            ("excess", "g", published.SHEAR_IN_CONTACTS),
-            ("pressure", "excess", published.CONTACTS_IN_PRESSURE),
-        ):
-            curves, name = [np.stack([wide[x], wide[y]], axis=-1)], f"{_WORDS[y]} in {_WORDS[x]}"
-            found, every = vary_bootstrap(curves, _slope, {"first": middle}, {"last": middle + 1})
-            out.keep(name, found)
-            if number is not None:
-                how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
-                out.claim(f"exponent of {name}", found, number, family=every, how=how)
-        exponents = "; ".join(f"{name} {out.write(name)}" for name in out.values)
-        out.caption = (
-            f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
-            f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read. Exponents: "
-            f"{exponents}. Wyart et al. 2005 have the plateau and its end omega*, which without pre-stress is abrupt; "
-            f"how their omega* goes with contacts could not be read, and is not compared. {table.made}."
-        )
-        return Shown(out.figure, out.caption, rows=out.table, claims=out.claims, numbers=out.numbers)
+def draw_moduli(tables: EnsembleTables) -> Drawing:
+    """Draw p, B, G over the distance, G/B and omega* over contacts, D(omega)."""
+    rows = _numeric(tables.read("beyond-moduli"), ("pressure", "excess", "g", "b", *_MODES))
+    out, (pressure, moduli, ratio, *vibrations, onset) = drawing("beyond-moduli", 2, 3, 4.4, 3.7)
+    scale(pressure, moduli, ratio, *vibrations, onset)
+    one = rows[rows["prestress"] == True]  # noqa: E712
+    wide = {name: of_packings(one, "distance", name)[1] for name in ("pressure", "excess", "b", "g")}
+    wide["distance"] = DISTANCES + 0 * wide["g"]
+    for k, (axes, name, text) in enumerate(((pressure, "pressure", "p"), (moduli, "b", "B"), (moduli, "g", "G"))):
+        out.curve(axes, text, DISTANCES, mean_over_packings([wide[name]])[0], **style(k))
+    label(pressure, _ABOVE, "pressure $p$  [ε/d²]", legend=False)
+    label(moduli, _ABOVE, "$B$, $G$  [ε/d²]", loc="best")
+    excess = average(wide["excess"])
+    out.curve(ratio, "G/B", excess, average(wide["g"]) / average(wide["b"]), label=None, **style(0))
+    label(ratio, r"$z - z_\mathrm{iso}$", "$G/B$", legend=False)
+    for m, (axes, name) in enumerate(zip(vibrations, ("without pre-stress", "with pre-stress"), strict=True)):
+        part = rows[rows["prestress"] == bool(m)]
+        counts = [part.loc[np.isclose(part["distance"], d, rtol=1e-3), _MODES].to_numpy(float) for d in DISTANCES]
+        for k, (d, each) in enumerate(zip(DISTANCES, counts, strict=True)):
+            look = sequence(k, len(DISTANCES)) | {"markersize": 2.5}
+            out.curve(axes, rf"$\phi - \phi_J$ = {d:.2g}", *_density(each), **look)
+        axes.axhline(_LEVEL, color=BLACK, linewidth=0.8, linestyle=":")
+        label(axes, r"frequency $\omega$", rf"$D(\omega)$, {name}", legend=False)
+        ends = bootstrap(counts, lambda groups: [cutoff(g) for g in groups])
+        out.curve(onset, name, excess, ends, band=False, **style(m))
+        slope = bootstrap(counts, lambda groups: fit_exponent(excess, np.array([cutoff(g) for g in groups])))
+        out.keep(f"omega* in z - z_iso, {name}", slope)
+    label(onset, r"$z - z_\mathrm{iso}$", r"$\omega^*$", loc="upper left")
+    out.legend_above(vibrations[0])
+    middle = len(DISTANCES) // 2
+    for x, y, number in (
+        ("distance", "pressure", None),
+        ("excess", "b", published.COMPRESSION_IN_CONTACTS),
+        ("excess", "g", published.SHEAR_IN_CONTACTS),
+        ("pressure", "excess", published.CONTACTS_IN_PRESSURE),
+    ):
+        curves, name = [np.stack([wide[x], wide[y]], axis=-1)], f"{_WORDS[y]} in {_WORDS[x]}"
+        found, every = vary_bootstrap(curves, _slope, {"first": middle}, {"last": middle + 1})
+        out.keep(name, found)
+        if number is not None:
+            how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
+            out.claim(f"exponent of {name}", found, number, family=every, how=how)
+    exponents = "; ".join(f"{name} {out.write(name)}" for name in out.values)
+    out.caption = (
+        f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
+        f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read. Exponents: "
+        f"{exponents}. Wyart et al. 2005 have the plateau and its end omega*, which without pre-stress is abrupt; "
+        f"how their omega* goes with contacts could not be read, and is not compared."
+    )
+    return out
 
 
 _WORDS = {"distance": "dphi", "pressure": "p", "excess": "z - z_iso", "b": "B", "g": "G"}
@@ -289,93 +270,92 @@ def _tails(groups: Sequence[Array], half: int = 0) -> Array:
     return np.array([local, extended, gamma, gamma - 1 / (2 + extended), gamma - 0.5 * (1 - local)])
 
 
-class Onset(OfPackings):
-    """Small forces and gaps at onset."""
-
-    columns: ClassVar = ("seed", "beyond", "disks", "what", *_COUNTS)
-
-    def show(self, table: MeasuredTable) -> Shown:
-        """Draw the shares of small forces and of small gaps, with their exponents and the bounds of stability."""
-        rows = _numeric(table.rows, _COUNTS)
-        rows = rows[rows["beyond"] == 0]
-        out, (forces, gaps) = drawing(self.name, 1, 2, 4.9, 4.0)
-        scale(forces, gaps)
-        groups, disks = [], rows.loc[rows["what"] == "gaps", "disks"].sum()
-        for k, (what, window) in enumerate(_SMALL.items()):
-            axes, edges = (gaps, GAPS) if what == "gaps" else (forces, FORCES)
-            groups.append(rows.loc[rows["what"] == what, list(_COUNTS[: len(edges) - 1])].to_numpy(float))
-            below = np.cumsum(groups[-1].sum(axis=0))
-            out.curve(axes, _NAMED[what], edges[1:], below / (disks if axes is gaps else below[-1]), **style(k))
-            place = int(np.abs(np.log10(edges[1:]) - window[1]).argmin())
-            slope, ends = tail_exponent(edges, groups[-1], *window), 10.0 ** np.array(window)
-            line = below[place] / (disks if axes is gaps else below[-1]) * (ends / ends[1]) ** slope
-            out.curve(axes, f"{_NAMED[what]}, fit", ends, line, label=f"power {slope:.2f}", **FIT)
-        label(forces, "force over the mean force", "share of contacts with less", loc="lower right")
-        label(gaps, "gap over the sum of radii", "smaller gaps per disk", loc="lower right")
-        found = bootstrap(groups, _tails)
-        names = ("theta of bucklers", "theta of other contacts", "gamma of gaps")
-        for k, name in enumerate(names):
-            out.keep(name, found[k])
-        bounds = (
-            ("gamma - 1/(2 + theta')", published.BOUND_BY_OTHERS),
-            ("gamma - (1 - theta)/2", published.BOUND_BY_BUCKLERS),
-        )
-        halves = {"lower half of the windows": _tails(groups, -1), "upper half": _tails(groups, 1)}
-        for k, (name, number) in enumerate(bounds, 3):
-            every = {half: float(values[k]) for half, values in halves.items() if np.isfinite(values[k])}
-            unlike = f"{SIZE} disks do not reach the limit of small forces and gaps: no exponent is that of both halves"
-            words = {"how": "theta of bucklers, theta' of other contacts", "unlike": unlike}
-            out.claim(name, found[k], number, family=every, **words)
-        said = "; ".join(
-            f"{name} {out.write(name)}, in halves of its window {write_list((h[k] for h in halves.values()), '.2f')}"
-            for k, name in enumerate(names)
-        )
-        out.caption = (
-            f"{len(groups[0])} packings of {SIZE} disks at onset with one state of self-stress, rattlers left out. (a) "
-            f"Forces of that state; bucklers are disks with {BUCKLED} contacts. (b) Gaps of disks that do not touch. "
-            f"Lines: fits by maximum likelihood, {said}. Marginal stability asks for gamma >= 1/(2 + theta') and gamma "
-            f">= (1 - theta)/2 (Lerner et al. 2013). The numbers of Charbonneau et al. 2015 could not be read, and are "
-            f"not compared. {table.made}."
-        )
-        return Shown(out.figure, out.caption, rows=out.table, claims=out.claims, numbers=out.numbers)
+def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
+    """Draw the shares of small forces and of small gaps, with their exponents and the bounds of stability."""
+    rows = _numeric(tables.read("beyond-forces-and-gaps"), _COUNTS)
+    rows = rows[rows["beyond"] == 0]
+    out, (forces, gaps) = drawing("beyond-forces-and-gaps", 1, 2, 4.9, 4.0)
+    scale(forces, gaps)
+    groups, disks = [], rows.loc[rows["what"] == "gaps", "disks"].sum()
+    for k, (what, window) in enumerate(_SMALL.items()):
+        axes, edges = (gaps, GAPS) if what == "gaps" else (forces, FORCES)
+        groups.append(rows.loc[rows["what"] == what, list(_COUNTS[: len(edges) - 1])].to_numpy(float))
+        below = np.cumsum(groups[-1].sum(axis=0))
+        out.curve(axes, _NAMED[what], edges[1:], below / (disks if axes is gaps else below[-1]), **style(k))
+        place = int(np.abs(np.log10(edges[1:]) - window[1]).argmin())
+        slope, ends = tail_exponent(edges, groups[-1], *window), 10.0 ** np.array(window)
+        line = below[place] / (disks if axes is gaps else below[-1]) * (ends / ends[1]) ** slope
+        out.curve(axes, f"{_NAMED[what]}, fit", ends, line, label=f"power {slope:.2f}", **FIT)
+    label(forces, "force over the mean force", "share of contacts with less", loc="lower right")
+    label(gaps, "gap over the sum of radii", "smaller gaps per disk", loc="lower right")
+    found = bootstrap(groups, _tails)
+    names = ("theta of bucklers", "theta of other contacts", "gamma of gaps")
+    for k, name in enumerate(names):
+        out.keep(name, found[k])
+    bounds = (
+        ("gamma - 1/(2 + theta')", published.BOUND_BY_OTHERS),
+        ("gamma - (1 - theta)/2", published.BOUND_BY_BUCKLERS),
+    )
+    halves = {"lower half of the windows": _tails(groups, -1), "upper half": _tails(groups, 1)}
+    for k, (name, number) in enumerate(bounds, 3):
+        every = {half: float(values[k]) for half, values in halves.items() if np.isfinite(values[k])}
+        unlike = f"{SIZE} disks do not reach the limit of small forces and gaps: no exponent is that of both halves"
+        words = {"how": "theta of bucklers, theta' of other contacts", "unlike": unlike}
+        out.claim(name, found[k], number, family=every, **words)
+    said = "; ".join(
+        f"{name} {out.write(name)}, in halves of its window {write_list((h[k] for h in halves.values()), '.2f')}"
+        for k, name in enumerate(names)
+    )
+    out.caption = (
+        f"{len(groups[0])} packings of {SIZE} disks at onset with one state of self-stress, rattlers left out. (a) "
+        f"Forces of that state; bucklers are disks with {BUCKLED} contacts. (b) Gaps of disks that do not touch. "
+        f"Lines: fits by maximum likelihood, {said}. Marginal stability asks for gamma >= 1/(2 + theta') and gamma "
+        f">= (1 - theta)/2 (Lerner et al. 2013). The numbers of Charbonneau et al. 2015 could not be read, and are "
+        f"not compared."
+    )
+    return out
 
 
-class Protocols(OfPackings):
-    """Onset by way of preparation."""
-
-    columns: ClassVar = ("seed", "way", "setting", "cycle", "phi_J")
-
-    def show(self, table: MeasuredTable) -> Shown:
-        """Draw the mean onset of the same starts by every way, and after cycles of compression."""
-        rows = _numeric(table.rows, ("setting", "cycle", "phi_J"))
-        out, (ways, cycles) = drawing(self.name, 1, 2, 5.2, 4.0)
-        ways.set_xscale("log")
-        for k, (way, name) in enumerate(_WAYS.items()):
-            setting, phi = of_packings(rows[rows["way"] == way], "setting", "phi_J")
-            found = out.keep(f"onset, {name}", mean_over_packings([phi])[0], setting=setting)
-            out.curve(ways, name, setting, found, band=False, **style(k))
-        first = rows[(rows["way"] == "steps") & (rows["setting"] == STEPS[0])].set_index("seed")["phi_J"]
-        for k, (amplitude, part) in enumerate(rows[rows["way"] == "cycles"].groupby("setting")):
-            number, phi = of_packings(part, "cycle", "phi_J")
-            gain = mean_over_packings([phi - first.loc[sorted(part["seed"].unique())].to_numpy()[:, None]])[0]
-            out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[float(str(amplitude))])
-            out.curve(cycles, f"up to {amplitude:g} above", number, gain, band=False, **style(k))
-        low, high = published.ONSETS_OF_SCHRECK
-        ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)
-        label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
-        cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])
-        label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
-        said = "; ".join(f"{name} {out.write(name, 4)}" for name in out.values)
-        out.caption = (
-            f"{len(first)} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
-            "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling, "
-            f"{low} to {high}, Schreck et al. 2011. (b) Compressed above their first onset and back to where their "
-            f"pressure is gone, again and again. {said}. {table.made}."
-        )
-        return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
+def draw_protocols(tables: EnsembleTables) -> Drawing:
+    """Draw the mean onset of the same starts by every way, and after cycles of compression."""
+    rows = _numeric(tables.read("beyond-protocols"), ("setting", "cycle", "phi_J"))
+    out, (ways, cycles) = drawing("beyond-protocols", 1, 2, 5.2, 4.0)
+    ways.set_xscale("log")
+    for k, (way, name) in enumerate(_WAYS.items()):
+        setting, phi = of_packings(rows[rows["way"] == way], "setting", "phi_J")
+        found = out.keep(f"onset, {name}", mean_over_packings([phi])[0], setting=setting)
+        out.curve(ways, name, setting, found, band=False, **style(k))
+    first = rows[(rows["way"] == "steps") & (rows["setting"] == STEPS[0])].set_index("seed")["phi_J"]
+    for k, (amplitude, part) in enumerate(rows[rows["way"] == "cycles"].groupby("setting")):
+        number, phi = of_packings(part, "cycle", "phi_J")
+        gain = mean_over_packings([phi - first.loc[sorted(part["seed"].unique())].to_numpy()[:, None]])[0]
+        out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[float(str(amplitude))])
+        out.curve(cycles, f"up to {amplitude:g} above", number, gain, band=False, **style(k))
+    low, high = published.ONSETS_OF_SCHRECK
+    ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)
+    label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
+    cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])
+    label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
+    said = "; ".join(f"{name} {out.write(name, 4)}" for name in out.values)
+    out.caption = (
+        f"{len(first)} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
+        "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling, "
+        f"{low} to {high}, Schreck et al. 2011. (b) Compressed above their first onset and back to where their "
+        f"pressure is gone, again and again. {said}."
+    )
+    return out
 
 
 _WAYS = {"steps": "compressed in steps", "quench": "quenched, decompressed"}
-ELASTICITY = Elasticity("beyond-moduli", "Pressure, moduli and vibrations above onset", above_onset, 40)
-ONSET = Onset("beyond-forces-and-gaps", "Small forces and gaps at onset", at_onset, 60)
-PROTOCOLS = Protocols("beyond-protocols", "Onset by way of preparation", by_ways, 20)
+
+
+def _by_seed(measure: Callable[[int], Iterable[Row]], packings: int) -> dict[str, Task]:
+    """One task for each packing, of the seeds from 1 on."""
+    return {f"{seed}": partial(measure, seed) for seed in range(1, packings + 1)}
+
+
+STUDIES = (
+    Study("beyond-moduli", "Pressure, moduli and vibrations above onset", _by_seed(above_onset, 40), draw_moduli),
+    Study("beyond-forces-and-gaps", "Small forces and gaps at onset", _by_seed(at_onset, 60), draw_forces_and_gaps),
+    Study("beyond-protocols", "Onset by way of preparation", _by_seed(by_ways, 20), draw_protocols),
+)

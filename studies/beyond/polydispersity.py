@@ -1,9 +1,8 @@
 """A study of what the sizes of disks and droplets change: onset, and contacts, G and G* at one distance above it."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,10 +14,11 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.size_distributions import SizeDistribution
 from jamlab.rheology.complex_modulus import complex_modulus
+from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, mean_over_packings
 from studies.panels import Drawing, drawing, label, model_style, scale, style
-from studies.study import Shown, TableStudy
-from studies.table import MeasuredTable, Task
+from studies.study import Study
+from studies.tables import Task
 
 DISTANCE = 0.01  # above the onset of each packing, in phi
 OMEGA = (1e-3, 1e-2, 1e-1, 1.0)
@@ -53,60 +53,52 @@ def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
         return found | {"note": str(error)}
 
 
-@dataclass(frozen=True)
-class Polydispersity(TableStudy):
-    """Onset of disks and droplets against ratio, mixing and width, and what is left of it in z, G and G*."""
+def _tasks() -> dict[str, Task]:
+    """Some packings of each model and distribution."""
+    named = []
+    for model, (ratios, shares) in _MIXED.items():
+        named += [(model, f"bidisperse:{ratio:g},{share:g}") for ratio in ratios for share in shares]
+    named += [(model, "monodisperse") for model in PARTICLES]
+    named += [(model, f"lognormal:{width:g}") for model, widths in _WIDTHS.items() for width in widths]
+    return {
+        f"{model} {sizes} {first}": partial(measure_sizes, model, sizes, first)
+        for first in range(1, SEEDS + 1, BLOCK)
+        for model, sizes in named
+    }
 
-    columns: ClassVar = ("model", "sizes", "seed", *_NUMBERS, "note")
-    task: ClassVar[str] = "distribution"
-    kind: ClassVar[str] = "sizes"
 
-    def tasks(self) -> Mapping[str, Task]:
-        """Some packings of each model and distribution."""
-        named = []
-        for model, (ratios, shares) in _MIXED.items():
-            named += [(model, f"bidisperse:{ratio:g},{share:g}") for ratio in ratios for share in shares]
-        named += [(model, "monodisperse") for model in PARTICLES]
-        named += [(model, f"lognormal:{width:g}") for model, widths in _WIDTHS.items() for width in widths]
-        return {
-            f"{model} {sizes} {first}": partial(measure_sizes, model, sizes, first)
-            for first in range(1, SEEDS + 1, BLOCK)
-            for model, sizes in named
-        }
-
-    def show(self, table: MeasuredTable) -> Shown:
-        """Draw onset against mixing, ratio and width; z, G and G* above it against the width of all distributions."""
-        columns = table.rows.items()
-        rows = pd.DataFrame({name: pd.to_numeric(one) if name in _NUMBERS else one for name, one in columns})
-        rows["width"] = [SizeDistribution.of(sizes).width for sizes in rows["sizes"]]
-        out, axes = drawing(self.name, 2, 3, 4.3, 3.6)
-        for part, model in zip(axes, PARTICLES, strict=False):
-            for k, ratio in enumerate(_MIXED[model][0]):
-                names = [f"bidisperse:{ratio:g},{share:g}" for share in _MIXED[model][1]]
-                _draw(out, part, f"ratio {ratio:g}", rows[rows["model"] == model], names, "phi_J", style(k), share=True)
-            title = rf"$\phi_J$ of {PARTICLES[model]} {_NAMES[model]}"
-            label(part, "share of large ones by number", title, loc="best")
-        for model in PARTICLES:
-            of_model = rows[rows["model"] == model]
-            wide = ["monodisperse", *(f"lognormal:{width:g}" for width in _WIDTHS[model])]
-            looks = model_style(model, linestyle="-"), model_style(model)
-            _draw(out, axes[2], _NAMES[model], of_model, wide, "phi_J", looks[0])
-            for part, column in zip(axes[3:], ("z", "g"), strict=False):
-                every = of_model.sort_values("width", kind="stable")["sizes"].unique()
-                _draw(out, part, _NAMES[model], of_model, every, column, looks[1])
-        above = rf"$\phi_J + {DISTANCE:g}$"
-        label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
-        label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
-        label(axes[4], "width of the sizes", f"$G$ at {above}  [ε/d², ε/l²]", loc="best")
-        scale(axes[5])
-        for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
-            of_sizes = rows[(rows["model"] == "sp") & (rows["sizes"] == sizes)].dropna(subset="z")
-            size = [np.hypot(*(of_sizes[f"{part}_{w:g}"].to_numpy() for part in ("storage", "loss"))) for w in OMEGA]
-            if len(of_sizes) >= FEWEST:
-                out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
-        label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
-        out.caption = f"{_caption(out, rows)} {table.made}."
-        return Shown(out.figure, out.caption, rows=out.table, numbers=out.numbers)
+def draw_sizes(tables: EnsembleTables) -> Drawing:
+    """Draw onset against mixing, ratio and width; z, G and G* above it against the width of all distributions."""
+    rows = tables.read("polydispersity")
+    rows["width"] = [SizeDistribution.of(sizes).width for sizes in rows["sizes"]]
+    out, axes = drawing("polydispersity", 2, 3, 4.3, 3.6)
+    for part, model in zip(axes, PARTICLES, strict=False):
+        for k, ratio in enumerate(_MIXED[model][0]):
+            names = [f"bidisperse:{ratio:g},{share:g}" for share in _MIXED[model][1]]
+            _draw(out, part, f"ratio {ratio:g}", rows[rows["model"] == model], names, "phi_J", style(k), share=True)
+        title = rf"$\phi_J$ of {PARTICLES[model]} {_NAMES[model]}"
+        label(part, "share of large ones by number", title, loc="best")
+    for model in PARTICLES:
+        of_model = rows[rows["model"] == model]
+        wide = ["monodisperse", *(f"lognormal:{width:g}" for width in _WIDTHS[model])]
+        looks = model_style(model, linestyle="-"), model_style(model)
+        _draw(out, axes[2], _NAMES[model], of_model, wide, "phi_J", looks[0])
+        for part, column in zip(axes[3:], ("z", "g"), strict=False):
+            every = of_model.sort_values("width", kind="stable")["sizes"].unique()
+            _draw(out, part, _NAMES[model], of_model, every, column, looks[1])
+    above = rf"$\phi_J + {DISTANCE:g}$"
+    label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
+    label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
+    label(axes[4], "width of the sizes", f"$G$ at {above}  [ε/d², ε/l²]", loc="best")
+    scale(axes[5])
+    for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
+        of_sizes = rows[(rows["model"] == "sp") & (rows["sizes"] == sizes)].dropna(subset="z")
+        size = [np.hypot(*(of_sizes[f"{part}_{w:g}"].to_numpy() for part in ("storage", "loss"))) for w in OMEGA]
+        if len(of_sizes) >= FEWEST:
+            out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
+    label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
+    out.caption = _caption(out, rows)
+    return out
 
 
 def _caption(out: Drawing, rows: pd.DataFrame) -> str:
@@ -152,6 +144,11 @@ def _draw(
     out.curve(axes, name, x, mean_over_packings([groups[one] for one in kept]), band=False, **look)
 
 
-STUDY = Polydispersity(
-    "polydispersity", "What sizes change: onset, contacts and moduli against ratio, mixing and width"
+STUDIES = (
+    Study(
+        "polydispersity",
+        "What sizes change: onset, contacts and moduli against ratio, mixing and width",
+        _tasks(),
+        draw_sizes,
+    ),
 )

@@ -1,12 +1,10 @@
 """Draw pressure, contacts and G of Hertzian disks beside those of harmonic ones, above the onset of each packing.
 
-`stiffening_disks.csv.xz` has a row for each state: `jam(n=128, seed=seed, exponent=exponent,
+The table has a row for each state: `jam(n=128, seed=seed, exponent=exponent,
 ensemble="shear-stabilized")` compressed by `compress(p, p.phi + 0.1, 0.1, by="phi", nearest=1e-3, per_decade=5)`,
 with the pressure, the contacts and particles of the backbone, and G averaged over all directions. States that came
 loose or are no minima are left out.
 """
-
-from importlib import resources
 
 import numpy as np
 import pandas as pd
@@ -29,17 +27,16 @@ EXPECTED = {  # powers of the distance, alpha - 1, 1/2 and alpha - 3/2
 }
 
 
-def read_states() -> pd.DataFrame:
-    """The table shipped with jamlab, with z - z_iso = 2 (N_c - (2 N' + 1))/N': both shears of the box are free."""
-    with resources.files("studies.beyond").joinpath("stiffening_disks.csv.xz").open("rb") as file:
-        table = pd.read_csv(file, compression="xz")
+def read_states(tables: EnsembleTables) -> pd.DataFrame:
+    """The table, with z - z_iso = 2 (N_c - (2 N' + 1))/N': both shears of the box are free."""
+    table = tables.read("beyond-stiffening-disks")
     table["excess"] = 2 * (table["contacts"] - (2 * table["backbone"] + 1)) / table["backbone"]
     return table
 
 
 def stiffening_disks(tables: EnsembleTables) -> Drawing:
     """Pressure, excess contacts and G of Hertzian disks over the distance from onset, beside harmonic ones."""
-    table = read_states()
+    table = read_states(tables)
     out, axes = drawing("beyond-stiffening-disks", 1, 3, 4.4, 3.8)
     for ax, (column, text) in zip(axes, QUANTITIES.items(), strict=True):
         for index, (alpha, name) in enumerate(NAMES.items()):

@@ -1,17 +1,13 @@
 """Compare jamlab with other codes on one core: a point, a minimum, its time; and with libraries that measure."""
 
-import json
-import platform
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
@@ -27,6 +23,7 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.storage.atomic_file import atomic_file, make_folder
+from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
 from studies.other_codes.peers import (
     MOST_STEPS,
@@ -38,8 +35,9 @@ from studies.other_codes.peers import (
     mean_diameters,
     plain_point,
 )
-from studies.study import Page, Shown, TableStudy, write_csv, write_page
-from studies.table import MeasuredTable, Task, one_core, shortest
+from studies.panels import Drawing, drawing, label, scale, style
+from studies.study import Study
+from studies.tables import one_core, shortest
 
 _FASTER = (
     "faster here: the same minimiser that jamlab starts with, but with LAMMPS' line search on the energy, which misses "
@@ -232,55 +230,38 @@ def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row], n: int, phi:
     return found
 
 
-@dataclass(frozen=True)
-class Comparison(TableStudy):
-    """The same packings of disks in other codes, as a study: one task for each size."""
-
-    name: str = "comparison"
-    title: str = "jamlab beside other codes"
-    sizes: Sequence[int] = (64, 128)  # numbers of disks, even
-    # seed, phi: see `studies.other_codes.compare.compare`
-    seed: int = 1
-    phi: float = 0.88
-    kind: ClassVar[str] = "comparison"
-    columns: ClassVar[Sequence[str]] = ("n", "part", *dict.fromkeys((*COLUMNS, *ANALYSIS_COLUMNS)))
-
-    @property
-    def facts(self) -> Mapping[str, Any]:
-        return {"title": self.title, "seed": self.seed, "phi": self.phi}
-
-    def tasks(self) -> Mapping[str, Task]:
-        return {f"N = {n}": partial(self._measure, n) for n in self.sizes}
-
-    def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[Row]]:
-        """Compare one packing of n disks in all codes, and its minimum in those that measure."""
-        rows = compare(n, self.seed, self.phi, progress=progress)
-        return rows, compare_analysis(jolted_minimum(n, self.seed, self.phi)[1])
-
-    def _measure(self, n: int) -> list[dict[str, Any]]:
-        parts = zip(("rows", "analysis"), self.measure(n), strict=True)
-        return [{"n": n, "part": part, **row} for part, rows in parts for row in rows]
-
-    def show(self, table: MeasuredTable) -> Shown:
-        tables = []
-        for n, part in table.rows.groupby("n"):
-            both: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
-            tables += comparison_tables(both[0], both[1], int(str(n)), self.phi)
-        return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
+def measure_all(n: int, seed: int = 1, phi: float = 0.88, progress: Progress = no_progress) -> list[Row]:
+    """Compare one packing of n disks in all codes, and its minimum in those that measure; rows of both tables."""
+    rows = compare(n, seed, phi, progress=progress)
+    analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
+    parts = (("rows", rows), ("analysis", analysis))
+    return [{"n": n, "phi": phi, "part": part, **row} for part, of in parts for row in of]
 
 
-FILES = ("comparison.csv", "analysis.csv", "comparison.json", "index.html")  # of `write_comparison`
+def draw_comparison(tables: EnsembleTables) -> Drawing:
+    """Draw how long one minimisation takes in every code, over jamlab's, beside tables of all differences."""
+    table = tables.read("comparison")
+    out, (axes,) = drawing("comparison", 1, 1, 7.0, 4.0)
+    scale(axes, y="linear")
+    for k, (n, part) in enumerate(table.groupby("n")):
+        of: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
+        rows, analysis = of
+        out.text += comparison_tables(rows, analysis, int(str(n)), part["phi"].iloc[0])
+        ran = [row for row in rows if np.isfinite(row["warm_ratio"])]
+        places = list(range(len(ran)))
+        out.curve(axes, f"N = {n}", [row["warm_ratio"] for row in ran], places, linestyle="none", **style(k))
+        axes.set_yticks(places, [row["name"] for row in ran])
+    label(axes, "time of one minimisation over jamlab's", "")
+    out.caption = _LEAD
+    return out
 
 
-def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[Row], n: int, phi: float) -> None:
-    """Write comparison.csv, analysis.csv, comparison.json with both, and index.html."""
-    shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame(rows, columns=list(COLUMNS)))
-    facts = notes(rows, analysis) | {"machine": platform.machine()}
-    page = Page("index", "jamlab beside other codes", lambda claims: _LEAD, each=True)
-    write_page(folder, page, {"comparison": f"{n} disks, phi = {phi:g}"}, lambda name: shown, facts)
-    write_csv(folder / "analysis.csv", pd.DataFrame(analysis, columns=list(ANALYSIS_COLUMNS)))
-    with atomic_file(folder / "comparison.json") as temporary:
-        temporary.write_text(json.dumps({"rows": rows, "analysis": analysis}) + "\n")
+STUDY = Study(
+    "comparison",
+    "jamlab beside other codes: the same packings, energies, minima and times",
+    {f"N = {n}": partial(measure_all, n) for n in (64, 128)},  # disks
+    draw_comparison,
+)
 
 
 def notes(rows: Sequence[Row], analysis: Sequence[Row]) -> dict[str, str]:
@@ -289,7 +270,7 @@ def notes(rows: Sequence[Row], analysis: Sequence[Row]) -> dict[str, str]:
 
 
 def _text(value: object, form: str) -> str:
-    if value is None or (form and value == ""):  # as a table holds it
+    if value is None or value != value or (form and value == ""):  # as a table holds it
         return "-"
     return str(value) if form in ("", "s") else f"{float(str(value)):{form}}"
 

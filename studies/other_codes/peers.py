@@ -14,7 +14,7 @@ from jamlab.engine.session import Session, evaluate
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
-from studies.failure.plain_physics import plain_forces, plain_stress
+from studies.stability.plain_physics import plain_forces, plain_stress
 
 Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
 

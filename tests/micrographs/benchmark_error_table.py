@@ -13,7 +13,7 @@ import pytest
 from rendered_pictures import error_table
 
 import jamlab
-from studies.micrograph_errors import read_errors
+from studies.tables import DATA, read_table
 
 pytestmark = pytest.mark.benchmark
 SEED = 2
@@ -28,7 +28,7 @@ def test_the_shipped_table_is_what_the_code_gives(tmp_path):
         states[rho] = packing
     path = Path(os.environ.get("JAMLAB_RESULTS", tmp_path)) / "micrograph_errors.csv"
     error_table(states).to_csv(path, index=False, float_format="%.4g")
-    made, shipped = pd.read_csv(path), read_errors()
+    made, shipped = pd.read_csv(path), read_table(DATA, "micrograph-errors")
     print(made.groupby(["parameter", "quality"]).size())
     columns = ["parameter", "value", "state", "quality"]
     pd.testing.assert_frame_equal(made[columns], shipped[columns])

@@ -1,7 +1,7 @@
 """Onsets of jamming from other starts and in other steps: one distribution. pytest -m benchmark -s.
 
 JAMLAB_SEEDS sets how many seeds (40), JAMLAB_RESULTS a folder where each result is kept as it comes, so that a run can
-go on where it was stopped. Onsets against N: `python -m studies run boromand-10`; cost: size-scaling.
+go on where it was stopped. Onsets against N: `python -m studies draw boromand-10`; cost: size-scaling.
 """
 
 import json

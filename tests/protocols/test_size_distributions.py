@@ -13,7 +13,7 @@ from jamlab.campaign.tasks import Parameters, batches
 from jamlab.packing import lammps_files
 from jamlab.protocols.random_start import droplet_params, random_disks
 from jamlab.protocols.size_distributions import SizeDistribution, sizes_record
-from studies.failure.plain_physics import plain_complex_modulus, plain_shear_modulus
+from studies.stability.plain_physics import plain_complex_modulus, plain_shear_modulus
 from tests.support.reference import evaluate as plain_sums
 from tests.support.tiled_packings import tiled
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 
 import pytest
 
-from studies.cost.chart import price
+from studies import tables
 from studies.registry import CHARTS
+from studies.speed_accuracy.chart import price
 
 DEARER = 1.8  # factor in the price of a default: single packings scatter, and so does a busy machine
 WORSE = 3.0  # factor over the 90 % quantile of the error that ships
@@ -25,10 +26,10 @@ def defaults(points):
 def test_defaults_stay_where_they_are(name, tmp_path):
     chart = CHARTS[name]
     few = replace(chart, seeds=chart.seeds[: int(os.environ.get("JAMLAB_SEEDS", "3"))])
-    few.run(tmp_path)
-    now = few.average(few.table(tmp_path).rows)
-    shipped_rows = chart.table().rows
-    before = chart.average(shipped_rows[shipped_rows["task"].isin(few.tasks())])  # the same packings
+    tables.measure(tmp_path, name, few.study.tasks)
+    now = few.average(tables.read_table(tmp_path, name))
+    shipped_rows = tables.read_table(tables.DATA, name)
+    before = chart.average(shipped_rows[shipped_rows["task"].isin(few.study.tasks)])  # the same packings
     shipped, found = defaults(before), defaults(now)
     assert found.keys() == shipped.keys()
     for key, point in found.items():

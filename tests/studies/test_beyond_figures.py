@@ -13,7 +13,7 @@ from drawn_figures import drawn
 from jamlab.campaign.observable import load_function
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
-from studies import gallery
+from studies import pages
 from studies.baumgarten.crossovers import claim_crossovers
 from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
@@ -33,8 +33,8 @@ from studies.ensemble_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
-from studies.gallery import FIGURES
 from studies.panels import drawing
+from studies.reference_data import reference_tables
 
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
 DRAG = {"law": "stokes", "beta": np.nan, "eta_f": 1.0}
@@ -186,7 +186,7 @@ def test_tables_without_droplets_are_refused():
     few = EnsembleTables(lambda name: beyond_tables.TABLES[name]().query("model == 'sp'"))
     for name in ("spectra", "modes", "vertices", "voids"):
         with pytest.raises(InputError):
-            gallery.draw(f"beyond-droplet-{name}", few)
+            pages.draw(f"beyond-droplet-{name}", few)
 
 
 def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for_without_them():
@@ -198,7 +198,7 @@ def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for
     assert joined["pairs"].tolist() == [64] * len(bare)
     few = EnsembleTables({"onset": bare, "states": states.drop(columns="pairs")}.get)
     with pytest.raises(InputError, match="count_motions"):
-        gallery.draw("beyond-droplet-contacts", few)
+        pages.draw("beyond-droplet-contacts", few)
 
 
 def test_exponent_of_a_power_law_is_its_power_in_every_resample():
@@ -208,16 +208,16 @@ def test_exponent_of_a_power_law_is_its_power_in_every_resample():
 
 
 def test_exponents_of_the_figure_are_those_of_the_theory():
-    drawing = stiffening_disks(None)
+    drawing = stiffening_disks(reference_tables())
     for column, alpha in EXPECTED:
         found = drawing.values[f"{column}, {NAMES[alpha]}"]
         assert found.low - 0.12 < EXPECTED[column, alpha] < found.high + 0.12
         assert found.high - found.low < 0.5
-    assert FIGURES["beyond-stiffening-disks"] is stiffening_disks and "Hertz" in drawing.caption
+    assert "Hertz" in drawing.caption
 
 
 def test_table_holds_states_above_onset_of_both_laws():
-    table = read_states()
+    table = read_states(reference_tables())
     assert set(table["exponent"]) == set(NAMES) and (table[["distance", "pressure", "g"]] > 0).all().all()
     near = table[table["distance"] < 2e-3]
     assert near["excess"].abs().max() < 0.3
@@ -257,8 +257,8 @@ def test_droplets_of_more_vertices_are_counted_at_onset():
     rows = pd.DataFrame([state | {"nv_small": nv, "seed": seed} for nv in (24, 48) for seed in range(5)])
     given = {**MADE_UP, "droplet_states": lambda: rows, "droplet_voids": beyond_tables.droplet_voids}
     tables = EnsembleTables(lambda name: given[name]())
-    contacts = gallery.draw("tables", tables).values
-    shares = gallery.draw("boromand-8", tables).values
+    contacts = pages.draw("tables", tables).values
+    shares = pages.draw("boromand-8", tables).values
     for vertices in (24, 48):
         assert contacts[f"contacts beyond 2N' - 1, N = 10, {vertices} vertices"].value == pytest.approx(extra)
         assert shares[f"P_3 at onset, DP, N = 32, {vertices} vertices"].value == pytest.approx(1 / 13)

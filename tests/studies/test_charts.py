@@ -1,37 +1,33 @@
 """Charts of cost against error: what counts as beaten, what it costs, what ships, what is measured anew."""
 
-import json
 import time
 from dataclasses import asdict, replace
 from itertools import combinations, islice
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from commands import call_studies
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
 from jamlab.rheology.reduced_model import SETTINGS
-from studies.cost import minimisers, packings
-from studies.cost.chart import (
+from studies.other_codes.compare import jolted_minimum
+from studies.other_codes.peers import Lammps
+from studies.reference_data import read_folder, reference_tables
+from studies.registry import CHARTS
+from studies.speed_accuracy import minimisers, packings
+from studies.speed_accuracy.chart import (
     COLUMNS,
-    PAGE,
     Point,
     Trial,
     curve_figure,
-    defaults_off_the_front,
     dominated,
     points_of,
     price,
 )
-from studies.cost.measurements import covered
-from studies.cost.packings import limit_of_size
-from studies.other_codes.compare import jolted_minimum
-from studies.other_codes.peers import Lammps
-from studies.registry import CHARTS, studies
-from studies.study import draw_tables
+from studies.speed_accuracy.measurements import covered
+from studies.speed_accuracy.packings import limit_of_size
+from studies.tables import measure
 
 
 def point(method, seconds, error, panel="a", floor=0.0, **rest):
@@ -68,7 +64,6 @@ def test_what_the_reference_cannot_tell_is_not_ranked():
     loose = points_of(table, better=1.0)
     assert [p.ranked for p in loose] == [True, False, True, False]
     assert dominated(loose).tolist() == [False, False, True, False] and price(loose[3], loose) == 1.0
-    assert defaults_off_the_front(CHARTS, {"spectrum": loose}) == []
     assert all(p.ranked for p in points_of(table)) and dominated(points_of(table)).any()
     axes = curve_figure("title", "error", loose).axes[0]
     assert "exact" not in [text.get_text() for text in axes.get_yticklabels()]
@@ -153,7 +148,7 @@ def test_figure_breaks_its_axis_for_what_is_exact():
     "name", [pytest.param("other-codes", marks=pytest.mark.slow), "disk-minimisers", "flow-in-time"]
 )
 def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
-    figure = curve_figure("title", "error", CHARTS[name].average(CHARTS[name].table().rows))
+    figure = curve_figure("title", "error", CHARTS[name].average(reference_tables().read(name)))
     FigureCanvasAgg(figure).draw()
     for axes in figure.axes:
         boxes = [text.get_window_extent() for text in axes.texts]
@@ -167,26 +162,24 @@ def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
 @pytest.mark.parametrize("name", CHARTS)
 def test_what_ships(name):
     """Twenty packings, a default that gives numbers, and a reference better than what is compared with it."""
-    chart = CHARTS[name]
-    table = chart.table()
-    assert set(COLUMNS) <= set(table.rows.columns) and table.provenance["facts"]["title"] == chart.title
-    assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
-    took = table.rows.groupby("task")["took"].first().sum()
-    assert table.tasks == set(chart.tasks()) and chart.plan(Path("none")).seconds == pytest.approx(took)
-    points = chart.average(table.rows)
+    chart, table = CHARTS[name], reference_tables().read(name)
+    assert set(COLUMNS) <= set(table.columns) and set(table["task"]) <= set(chart.study.tasks)
+    assert table["task"].nunique() >= 20
+    points = chart.average(table)
     fewer = {"N = 1024": 5, "N = 8192": 3}  # in other codes, as the caption says
     assert all(p.packings + p.failed >= fewer.get(p.panel, 15) for p in points)
     assert all(p.packings and np.isfinite(p.error) for p in points if p.default)
     assert all(p.low <= p.high and p.seconds > 0 for p in points if p.drawn)
-    assert bool(table.rows["cut"].any()) == (name == "other-codes")
+    assert bool(table["cut"].any()) == (name == "other-codes")
 
 
 def test_one_packing_measured_anew_agrees_with_what_ships():
     """Numbers do not hang on the machine: the same errors of the same packing; costs in the same order."""
     chart = CHARTS["packing-fraction"]
-    before = chart.table().rows
+    before = reference_tables().read("packing-fraction")
     before = before[(before["task"] == "1") & (before["panel"] == "φ = 0.86")].reset_index(drop=True)
     now = pd.DataFrame(map(asdict, islice(chart.measure(1), len(before))))
+    now, before = (one.sort_values(["method", "setting"], ignore_index=True) for one in (now, before))
     assert now[["panel", "method", "setting"]].equals(before[["panel", "method", "setting"]])
     np.testing.assert_allclose(now["error"], before["error"], rtol=1e-5, atol=1e-14)
     cost = now[now["method"] == "random points"].groupby("setting")["seconds"].mean()
@@ -204,52 +197,31 @@ def test_settings_of_the_reduced_model_are_those_that_are_given():
     assert usual < 1e-6 < loose
 
 
-def test_charts_from_shipped_data_and_their_command(tmp_path):
-    done = call_studies(tmp_path, "draw", "speed-accuracy", "--out", "c", "--json")
-    said = json.loads(done.stdout)
-    error = {(p["panel"], p["method"]): p["error"] for p in said["topics"]["packing-fraction"]}
+def test_a_chart_from_shipped_data():
+    table = CHARTS["packing-fraction"].draw(reference_tables()).table
+    error = {(p.panel, p.method): p.error for p in table.itertuples()}
     assert all(error[panel, "exact"] < 1e-13 for panel in ("φ = 0.86", "φ = 1", "φ = 1.2"))
     assert error["φ = 1.2", "nominal"] > 0.1 > error["φ = 1.2", "pairs"] > 1e-6
-    page = (tmp_path / "c" / "speed-accuracy.html").read_text()
-    assert "data:image/png" in page and "http" not in page and "paper-pairs" in page
-    assert (tmp_path / "c" / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
-    table = pd.read_csv(tmp_path / "c" / "speed-accuracy.csv")
-    assert (table["topic"] == "packing-fraction").sum() == len(error) + 9
-    done = call_studies(tmp_path, "draw", "weather", "--out", "d")
-    assert done.exit_code == 1 and "weather" in done.stderr and "spectrum" in done.stderr
-    assert not (tmp_path / "d").exists()
 
 
-def test_one_plan_lists_all_charts_and_maps(tmp_path):
-    done = call_studies(tmp_path, "run", "speed-accuracy", "stability", "--plan", "--out", "c")
-    assert done.exit_code == 0, done.stderr
-    names = {name for name, study in studies().items() if study.kind in ("topic", "map")}
-    assert len(names) == 38 and names <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}
-
-
-def test_measuring_goes_on_where_it_stopped(tmp_path):
-    """The plan counts what is left; what is there is drawn and not measured again."""
+def test_a_chart_is_drawn_from_what_was_measured(tmp_path):
+    """The first packing is measured twice, to load libraries; a default that costs twice the cheapest is named."""
     done = []
 
-    def measure(seed):
+    def trials(seed):
         done.append(seed)
-        return [Trial("p", "m", f"{k}", 10.0**k, 10.0**-k) for k in (1, 2)]
+        return [Trial("p", "m", f"{k}", 10.0**k, 10.0**-k, default=k == 1) for k in (1, 2)] + [
+            Trial("p", "better", "", 5.0, 0.01)
+        ]
 
-    chart = replace(CHARTS["spectrum"], measure=measure, seeds=range(1, 4))
-    assert chart.plan(tmp_path).left == 3
-    replace(chart, seeds=[2]).run(tmp_path)
-    assert chart.plan(tmp_path).left == 2 and done == [2, 2]  # the first one twice, to load libraries
-    told = []
-
-    def tell(share, text):
-        told.append((round(share, 2), text))
-
-    chart.run(tmp_path, tell)
-    found = chart.average(draw_tables(tmp_path, {"spectrum": chart}, PAGE, source=tmp_path, progress=tell)["spectrum"])
-    assert told == [(0.0, "spectrum: packing 1 of 3"), (0.67, "spectrum: packing 3 of 3"), (0.0, "spectrum")]
-    assert done[2:] == [1, 1, 3]
-    assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]
-    assert [p.error for p in found] == pytest.approx([0.1, 0.01])
+    chart = replace(CHARTS["spectrum"], measure=trials, seeds=range(1, 4))
+    path = measure(tmp_path, "spectrum", chart.study.tasks)
+    assert done == [1, 1, 2, 3] and path.exists()
+    drawn = chart.study.draw(read_folder(tmp_path))
+    found = drawn.table.set_index(["method", "setting"])
+    assert found.loc[("m", "2"), ["seconds", "error", "packings"]].tolist() == [100.0, 0.01, 3]
+    off, every = drawn.text
+    assert [[*row[:2], row[4]] for row in off.rows] == [["p", "m 1", "2.0"]] and len(every.rows) == 3
 
 
 def test_a_slow_code_is_cut_short_and_stands_for_tighter_tolerances(monkeypatch):
@@ -273,11 +245,3 @@ def test_a_slow_code_is_cut_short_and_stands_for_tighter_tolerances(monkeypatch)
     assert not (met.note or met.cut) and cut.cut and "0.025 s" in cut.note and same is cut
     assert 0.0125 < cut.seconds < 0.05 and 60 < given[-1] <= 125
     assert np.abs(cut.positions - minimum.positions).max() < np.abs(met.positions - minimum.positions).max()
-
-
-def test_defaults_off_the_front_are_named_with_their_price():
-    rows = [replace(point("m", 1.0, 1.0), default=True), point("better", 0.5, 0.5)]
-    assert [row[:2] + row[4:5] for row in defaults_off_the_front(CHARTS, {"spectrum": rows})] == [
-        ["spectrum: a", "m", "2.0"]
-    ]
-    assert defaults_off_the_front(CHARTS, {"spectrum": rows[:1]}) == []

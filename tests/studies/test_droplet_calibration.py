@@ -11,10 +11,10 @@ from studies.droplet_calibration import (
     DISTANCES,
     FITTED,
     TARGETS,
-    DropletCalibration,
     campaign_text,
     fit,
     observables,
+    open_scan,
     sensitivity,
 )
 from studies.published_numbers import table_contacts, table_modulus
@@ -137,5 +137,5 @@ def test_bad_input():
 @pytest.mark.parametrize(("n", "seeds", "text"), [(3, 4, "n = 3"), (8, 1, "seeds = 1")])
 def test_what_no_scan_can_start_from_writes_nothing(tmp_path, n, seeds, text):
     with pytest.raises(jamlab.InputError, match=text):
-        DropletCalibration(n=n, seeds=seeds).run(tmp_path / "scan")
+        open_scan(tmp_path / "scan", n, seeds)
     assert not list((tmp_path / "scan").glob("*"))

@@ -9,6 +9,7 @@ from jamlab.mechanics.held_motions import held_conditions
 from studies.beyond import foams, jamming
 from studies.beyond.foams import DRY, LAW, crystal, dry_skeleton, rounded_hexagons
 from studies.beyond.jamming import FORCES, FREQUENCIES, GAPS, cutoff, tail_exponent, unjamming_fraction
+from studies.reference_data import reference_tables
 
 
 def test_small_values_that_follow_a_power_have_its_exponent():
@@ -66,12 +67,12 @@ def test_rows_of_one_packing_hold_all_its_contacts_and_modes(monkeypatch):
         assert row["prestress"] is prestress and row["b"] == pytest.approx(jamlab.bulk_modulus(dense), rel=1e-6)
 
 
-@pytest.mark.parametrize("study", [jamming.ELASTICITY, jamming.ONSET, jamming.PROTOCOLS], ids=lambda s: s.name)
+@pytest.mark.parametrize("study", jamming.STUDIES, ids=lambda s: s.name)
 def test_tables_that_ship_are_drawn(study):
-    shown = study.draw()
+    shown = study.draw(reference_tables())
     assert shown.caption and {c.figure for c in shown.claims} <= {study.name}
     assert all(np.isfinite(number["value"]) for number in shown.numbers.values())
-    assert study.table().tasks <= set(study.tasks())
+    assert set(reference_tables().read(study.name)["task"]) <= set(study.tasks)
 
 
 # foams ----------------------------------------------------------------------------------------------------------------
@@ -105,7 +106,7 @@ def test_a_crystal_of_droplets_meets_the_exact_foam():
     *_, last = foams.measure_crystal(18)
     length, _, g = rounded_hexagons(np.array([last["cell"]]), np.array([last["area"]]))
     assert last["length"] == pytest.approx(length[0], rel=3e-3) and last["g"] == pytest.approx(g[0], rel=3e-3)
-    numbers = foams.CRYSTAL.draw().numbers
+    numbers = foams.draw_crystal(reference_tables()).numbers
     assert numbers["relative error of G, vertices = 72"]["value"] < 2e-4
     for what in ("length of outlines", "pressure"):
         few, many = (numbers[f"relative error of {what}, vertices = {v}"]["value"] for v in (24, 48))
@@ -126,6 +127,6 @@ def test_films_of_droplets_are_continued_to_a_foam(monkeypatch):
 
 
 def test_disordered_droplets_meet_another_code():
-    rows, numbers = foams.FOAM_OF_OTHERS.table().rows, foams.FOAM_OF_OTHERS.draw().numbers
+    rows, numbers = reference_tables().read("beyond-droplet-foam"), foams.draw_foam(reference_tables()).numbers
     assert set(rows["what"]) == {"area of all cells", "G", "length", "pressure"}
     assert max(n["value"] for n in numbers.values()) < 0.02

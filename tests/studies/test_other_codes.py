@@ -1,25 +1,23 @@
 """Other codes on the same disks: agreement, absent peers, recipes."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from commands import call_studies
 
 import jamlab
 from studies.other_codes.compare import (
     ANALYSIS_COLUMNS,
-    COLUMNS,
     HERE,
-    Comparison,
+    STUDY,
     compare,
     compare_analysis,
     comparison_tables,
     jolted_minimum,
-    write_comparison,
     write_recipe,
 )
 from studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters, plain_point
-from studies.table import measure_table
+from studies.reference_data import read_folder
+from studies.tables import measure
 
 
 class Absent(Peer):
@@ -95,20 +93,21 @@ def test_libraries_of_analysis_see_the_backbone():
     assert (absent["version"], absent["note"]) == (None, "not installed: pip install 'jamlab[peers]'")
 
 
-def test_the_study_shows_what_its_table_holds(rows, tmp_path, monkeypatch):
-    """Rows that went through a file give the same tables; the page of `python -m studies compare` has them too."""
-    study = Comparison(sizes=(32,))
+def test_the_study_shows_what_its_table_holds(rows, tmp_path):
+    """Rows that went through a file give the same tables; a code that is not installed has no time to draw."""
     analysis = [("itself", "1.0", "energy", 1e-3, ""), ("not there", None, "", None, "not installed")]
     analysis = [dict(zip(ANALYSIS_COLUMNS, row, strict=True)) for row in analysis]
-    monkeypatch.setattr(Comparison, "measure", lambda self, n: (rows, analysis))
-    table = measure_table(study.file(tmp_path), study.columns, study.tasks(), study.facts)
-    assert [t.rows for t in study.show(table).tables] == [t.rows for t in comparison_tables(rows, analysis, 32, 0.88)]
-    write_comparison(tmp_path / "out", rows, analysis, 32, 0.88)
-    assert pd.read_csv(tmp_path / "out" / "comparison.csv").columns.tolist() == list(COLUMNS)
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {
-        *("comparison.csv", "analysis.csv", "comparison.json", "index.html")
-    }
-    assert "not installed" in (tmp_path / "out" / "index.html").read_text()
+    both = [
+        {"n": 32, "phi": 0.88, "part": part, **row}
+        for part, of in (("rows", rows), ("analysis", analysis))
+        for row in of
+    ]
+    measure(tmp_path, "comparison", {"N = 32": lambda: both})
+    shown = STUDY.draw(read_folder(tmp_path))
+    expected = comparison_tables(rows, analysis, 32, 0.88)
+    assert [[row[0] for row in t.rows] for t in shown.text] == [[row[0] for row in t.rows] for t in expected]
+    assert shown.text[0].rows[-1][1:] == expected[0].rows[-1][1:] and "-" in expected[0].rows[-1]
+    assert sorted(shown.table["x"]) == pytest.approx(sorted(row["warm_ratio"] for row in rows[:-1]), rel=1e-5)
 
 
 def test_numpy_disks_at_an_analytic_point():

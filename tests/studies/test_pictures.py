@@ -9,12 +9,12 @@ import pytest
 from bare_pictures import HERE, artists, bare, covers_points, picture
 from matplotlib.legend import Legend
 
-from studies import gallery
-from studies.cost.chart import Point, curve_figure
+from studies import pages
 from studies.ensemble_tables import EnsembleTables
-from studies.failure.map import failure_figure
 from studies.reference_data import reference_tables
 from studies.registry import MAPS
+from studies.speed_accuracy.chart import Point, curve_figure
+from studies.stability.map import failure_figure
 
 paper_tables = cache(reference_tables)
 
@@ -36,7 +36,7 @@ def chart():
 @picture
 def test_failure_map():
     """Shares of runs in every cell of a shipped map, the limit of theory over them."""
-    return bare(failure_figure(MAPS["moved"], MAPS["moved"].table().rows))
+    return bare(failure_figure(MAPS["moved"], reference_tables().read("moved")))
 
 
 def checked(figure, labels, entries):
@@ -58,14 +58,14 @@ def test_speed_accuracy_chart():
 def test_boromand_9():
     """Coordination and shape against true packing fraction, both models with their bands."""
     shape = r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$"
-    figure = checked(gallery.draw("boromand-9", paper_tables()).figure, [(shape[1], "coordination z"), shape], 4)
+    figure = checked(pages.draw("boromand-9", paper_tables()).figure, [(shape[1], "coordination z"), shape], 4)
     return bare(figure, columns=2)
 
 
 @picture
 def test_baumgarten_1():
     """G' and G'' over eleven decades with the slopes of the paper; every point as the studies write it."""
-    drawing = gallery.draw("baumgarten-1", paper_tables())
+    drawing = pages.draw("baumgarten-1", paper_tables())
     stored = pd.read_csv(HERE / "baseline" / "baumgarten-1.csv")
     pd.testing.assert_frame_equal(drawing.table, stored, rtol=1e-6, check_dtype=False)
     labels = [(r"frequency $\omega\,\tau_1$", "$G'$ (filled), $G''$ (open)  [$k$]")]
@@ -96,4 +96,4 @@ def critical_flow(name):
 @pytest.mark.parametrize("name", FLOWS)
 def test_flows(name):
     tables = EnsembleTables(critical_flow if name == "collapse" else flow_table)
-    return bare(gallery.draw(f"dynamics-{name}", tables).figure, columns=FLOWS[name])
+    return bare(pages.draw(f"dynamics-{name}", tables).figure, columns=FLOWS[name])

@@ -6,8 +6,8 @@ import pytest
 import jamlab
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
-from studies.failure import plain_physics as plain
-from studies.failure.droplets import ring
+from studies.stability import plain_physics as plain
+from studies.stability.droplets import ring
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from studies.cost.chart import curve_figure
-from studies.failure.map import failure_figure
+from studies.reference_data import reference_tables
 from studies.registry import CHARTS, MAPS
+from studies.speed_accuracy.chart import curve_figure
+from studies.stability.map import failure_figure
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,13 +30,13 @@ def readme_picture(name):
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
-    points = [p for p in chart.average(chart.table().rows) if p.panel != "N = 1024"]
+    points = [p for p in chart.average(reference_tables().read(chart.name)) if p.panel != "N = 1024"]
     return curve_figure(chart.title, chart.error, points)
 
 
 @readme_picture("where_methods_fail.png")
 def test_where_methods_fail():
-    return failure_figure(MAPS["droplet-timestep"], MAPS["droplet-timestep"].table().rows)
+    return failure_figure(MAPS["droplet-timestep"], reference_tables().read("droplet-timestep"))
 
 
 @pytest.mark.parametrize("name", ["cost_against_error.png", "where_methods_fail.png"])

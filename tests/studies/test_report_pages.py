@@ -1,36 +1,39 @@
 """Pages of figures and charts in a real browser: nothing cut on a phone, rows chosen by their verdict."""
 
+from dataclasses import replace
+
 import pandas as pd
 import pytest
 from drawn_figures import tables
 from matplotlib.figure import Figure
 
-from studies import gallery
-from studies.cost import chart
-from studies.failure import map as stability
 from studies.html_page import TextTable
-from studies.reference_data import example_sections
-from studies.registry import CHARTS, MAPS
-from studies.study import Page, Shown, draw_tables, write_page
+from studies.pages import write_page
+from studies.panels import Drawing
+from studies.reference_data import example_sections, reference_tables
+from studies.registry import groups
+from studies.study import Group, Study
 
 
 @pytest.fixture(scope="module")
 def figures_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
-    gallery.write_all(["baumgarten-5", "tables"], tables(), folder, opening=example_sections())
-    return folder / gallery.PAGE
+    papers = groups()["papers"]
+    few = [study for study in papers.studies if study.name in ("baumgarten-5", "tables")]
+    write_page(folder, "papers", replace(papers, studies=few), tables(), opening=example_sections())
+    return folder / "papers.html"
 
 
 @pytest.fixture(scope="module")
 def charts_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("charts")
 
-    def draw(name):
+    def draw(tables):
         table = TextTable(["method", "a column with a long heading [1/s]"], [["a" * 60, "1"], ["b", "2"]], marks="xy")
-        return Shown(Figure(figsize=(12, 3)), "caption", [table], pd.DataFrame([{"method": name}]))
+        return Drawing("", Figure(figsize=(12, 3)), "caption", rows=[pd.DataFrame([{"method": "a"}])], text=[table])
 
-    page = Page("all", "Title", lambda claims: "Lead.")
-    write_page(folder, page, {name: f"chart {name}" for name in "abc"}, draw, {"packings": "made up"})
+    studies = [Study(name, f"chart {name}", {}, draw) for name in "abc"]
+    write_page(folder, "all", Group("Title", lambda drawings: "Lead.", studies), reference_tables())
     return folder / "all.html"
 
 
@@ -89,10 +92,10 @@ def test_dark_mode_is_legible(browser, figures_page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("page", "studies"), [(stability.PAGE, MAPS), (chart.PAGE, CHARTS)])
-def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, page, studies):
-    draw_tables(tmp_path, studies, page)
-    (page,) = tmp_path.glob("*.html")
+@pytest.mark.parametrize("name", ["stability", "speed-accuracy"])
+def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, name):
+    studies, page = groups()[name].studies, tmp_path / f"{name}.html"
+    write_page(tmp_path, name, groups()[name], reference_tables())
     browser.open(page, 1280)
     height = "return document.documentElement.scrollHeight"
     folded = browser.run(height)

@@ -10,16 +10,16 @@ import pytest
 
 import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
-from studies.failure import disks, dynamics, elastic_moduli
-from studies.failure.map import (
-    PAGE,
+from studies.reference_data import reference_tables
+from studies.registry import MAPS
+from studies.stability import disks, dynamics, elastic_moduli
+from studies.stability.map import (
     SILENT,
     Axis,
     Map,
     Trial,
     attempt,
     balanced,
-    counts,
     default_distance,
     failure_figure,
     judge_descent,
@@ -30,8 +30,6 @@ from studies.failure.map import (
     tick_text,
     worst_of,
 )
-from studies.registry import MAPS
-from studies.study import draw_tables
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
@@ -42,7 +40,7 @@ CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "pressure": [(1e-2, 12, "converged"), (0.5, 12, "refused")],
     "pressure-sheared": [(1e-2, 12, "converged"), (3e-9, 12, "refused")],
     "polydisperse": [(2.0, 0.5, "converged"), (11.0, 0.5, "refused")],
-    "onset": [(1e-12, 4, "converged"), (1e-6, 4, "refused")],
+    "onset-tolerance": [(1e-12, 4, "converged"), (1e-6, 4, "refused")],
     "sweep-step": [(0.02, 0.85, "converged")],
     "strain": [(1e-8, 1e-2, "converged")],
     "moved": [(1e-10, 1e-2, "converged"), (1e-2, 1e-2, "refused")],
@@ -57,7 +55,7 @@ CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "flow-background": [(1e-4, 0.1, "converged"), (1e-4, 2e3, "refused")],
     "flow-power": [(0.5, 0.1, "converged"), (0.34, 0.1, "refused")],
     "flow-droplets": [(1e-2, 10.0, "converged"), (0.3, 1.0, "refused")],
-    "oscillation": [(1e-6, 1.0, "converged"), (0.02, 1.0, "another basin")],
+    "oscillation-amplitude": [(1e-6, 1.0, "converged"), (0.02, 1.0, "another basin")],
     "quasistatic-step": [(0.05, 1e-2, "converged")],
 }
 
@@ -257,7 +255,7 @@ def test_shares_limit_and_distance_of_the_default():
 def test_distances_of_shipped_defaults():
     """The time step of droplets is near its limit; one of two flows stalled below the default, which still works."""
     steps, flow = (
-        default_distance(MAPS[name], MAPS[name].table().rows) for name in ("droplet-timestep", "flow-tolerance")
+        default_distance(MAPS[name], reference_tables().read(name)) for name in ("droplet-timestep", "flow-tolerance")
     )
     assert steps.far < 1.1 and steps.limit == pytest.approx(0.107, abs=1e-3)
     assert flow.default < 0.1 < flow.boundary and flow.scattered == 1
@@ -321,19 +319,18 @@ def test_what_ships_is_complete_and_holds_no_silent_wrong_number():
     assert CELLS.keys() == MAPS.keys()
     runs = 0
     for name, chart in MAPS.items():
-        table = MAPS[name].table()
-        assert len(table.rows) == len(chart.x.values) * len(chart.y.values) >= 144, name
-        assert table.rows[SILENT].sum() == 0, name
-        assert (table.rows["runs"] == table.provenance["facts"]["seeds"]).all(), name
-        assert not np.isnan(shares(chart, table.rows, "converged")).any(), name
-        runs += int(table.rows["runs"].sum())
+        table = reference_tables().read(name)
+        assert len(table) == len(chart.x.values) * len(chart.y.values) >= 144, name
+        assert table[SILENT].sum() == 0 and (table["runs"] == table["runs"][0]).all(), name
+        assert not np.isnan(shares(chart, table, "converged")).any(), name
+        runs += int(table["runs"].sum())
     assert runs >= 5000
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/explanation/accuracy.md"])
 def test_counts_in_the_documentation(page):
     text = " ".join((Path(__file__).parents[2] / page).read_text(encoding="utf-8").split())
-    tables = {name: MAPS[name].table().rows for name in MAPS}
+    tables = {name: reference_tables().read(name) for name in MAPS}
     runs = sum(int(table["runs"].sum()) for table in tables.values())
     known, unknown = 0, 0
     for name, table in tables.items():
@@ -359,18 +356,8 @@ def test_counts_in_the_documentation(page):
 def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
     chart = replace(MAPS[name], x=replace(MAPS[name].x, values=(x,)))
     (now,) = chart.rows(y)
-    shipped = MAPS[name].table().rows
+    shipped = reference_tables().read(name)
     (before,) = shipped[np.isclose(shipped["x"], x, atol=0) & np.isclose(shipped["y"], y)].to_dict("records")
     for key in ("runs", "converged", "stalled", "refused"):
         assert now[key] == before[key]
     assert now["limit"] == pytest.approx(before["limit"], rel=1e-4)
-
-
-def test_a_page_of_shipped_maps(tmp_path):
-    moved = {"moved": MAPS["moved"]}
-    found = draw_tables(tmp_path, moved, PAGE)
-    assert counts(moved, found)[0][:3] == ["moved", "144", "864"]
-    page = (tmp_path / "stability.html").read_text()
-    assert "data:image/png" in page and "data of the studies" in page and (tmp_path / "moved.png").exists()
-    assert pd.read_csv(tmp_path / "stability.csv")["map"].unique().tolist() == ["moved"]
-    assert MAPS["moved"].plan(tmp_path).left == 12

@@ -1,133 +1,208 @@
-"""Studies by name: what ships; they are planned, run and drawn."""
+"""The one mechanism: tasks whose rows are kept, tables and their manifest, pages, groups and commands."""
 
 import json
-from dataclasses import dataclass
+import os
+import time
 from functools import partial
 
 import campaigns
+import numpy as np
+import pandas as pd
 import pytest
 from commands import call, call_studies
 from matplotlib.figure import Figure
 
 import jamlab
-from studies import gallery, registry
-from studies.reference_data import read_record, save_reference
-from studies.registry import CHARTS, MAPS, studies
-from studies.study import Shown, TableStudy
+from studies import pages, registry
+from studies.html_page import TextTable
+from studies.panels import Drawing
+from studies.reference_data import open_tables, read_folder, reduce
+from studies.study import Group, Study
+from studies.tables import DATA, MANIFEST, AbsentTableError, measure, one_core, read_manifest, read_table, shortest
+from studies.tables import write_table as write
 
 
-def square(n):
-    return [{"n": n, "square": n**2}]
+def rows(seed, done):
+    done.append(seed)
+    if seed == 13:
+        raise jamlab.InputError("thirteen")
+    return [] if seed == 7 else [{"seed": seed, "error": 1.23456789e-9 * seed, "note": 'a, "b"\nc'}, {"seed": seed}]
 
 
-@dataclass(frozen=True)
-class Squares(TableStudy):
-    columns = ("n", "square")
-
-    def tasks(self):
-        return {f"{n}": partial(square, n) for n in (1, 2, 3)}
-
-    def show(self, table):
-        figure = Figure()
-        figure.subplots().plot(table.rows["n"], table.rows["square"])
-        return Shown(figure, "Squares of numbers.", rows=table.rows)
+def tasks(*seeds, done):
+    return {f"{seed}": partial(rows, seed, done) for seed in seeds}
 
 
-def test_a_study_is_listed_planned_run_and_drawn_and_no_code_of_the_folder_runs(tmp_path, monkeypatch):
-    (tmp_path / "jamlab-studies.txt").write_text("mine.py\n")
-    (tmp_path / "mine.py").write_text("1 / 0\n")
-    monkeypatch.setitem(registry.OTHERS, "squares", Squares("squares", "Squares of a few numbers"))
-    found = json.loads(call_studies(tmp_path, "list", "--kind", "study", "--json").stdout)
-    assert found["squares"] == {"kind": "study", "title": "Squares of a few numbers"}
-    plan = ("run", "--plan", "squares", "--out", "results", "--json")
-    assert json.loads(call_studies(tmp_path, *plan).stdout)["plan"] == [["squares", "3", "unknown"]]
-    assert "squares: task 2 of 3" in call_studies(tmp_path, "run", "squares", "--out", "results").stderr
-    assert json.loads(call_studies(tmp_path, *plan).stdout) == {"plan": [["squares", "0", "0"]], "seconds": 0.0}
-    done = call_studies(tmp_path, "draw", "squares", "--from", "results", "--out", "drawn", "--json")
-    assert json.loads(done.stdout)["captions"] == {"squares": "Squares of numbers."}
-    assert {p.name for p in (tmp_path / "drawn").iterdir()} == {f"squares.{e}" for e in ("png", "pdf", "csv")} | {
-        "studies.html"
-    }
-    refused = call_studies(tmp_path, "draw", "squares", "--from", "results", "--out", "results")
-    assert refused.exit_code == 1 and "must not lie among results" in refused.stderr
-    refused = call_studies(tmp_path, "draw", "squares", "--out", "other")
-    assert refused.exit_code == 1 and "ships no table 'squares'" in refused.stderr
+def test_a_run_that_stops_keeps_its_rows_and_resumes(tmp_path):
+    """Also after a task without rows, whose other cells are empty and which no reader sees."""
+    done, told = [], []
+    with pytest.raises(jamlab.InputError):
+        measure(tmp_path, "t", tasks(7, 1, 13, 2, done=done))
+    assert read_table(tmp_path, "t")["seed"].tolist() == [1, 1]
+    measure(tmp_path, "t", tasks(7, 1, 2, done=done), lambda share, text: told.append(share))
+    assert done == [7, 1, 13, 2] and told == [pytest.approx(2 / 3)]
+    table = read_table(tmp_path, "t")
+    assert table["task"].tolist() == ["1", "1", "2", "2"] and table["error"].isna().tolist() == [False, True] * 2
+    assert table["error"][0] == 1.23457e-9 and table["note"].tolist() == ['a, "b" c', ""] * 2
+    assert table["seed"].dtype == "int64"
+    before = (tmp_path / "t.csv").read_bytes()
+    measure(tmp_path, "t", tasks(7, 1, 2, done=done))
+    assert (tmp_path / "t.csv").read_bytes() == before and len(done) == 4
 
 
-def test_all_that_ships_is_one_list(tmp_path):
-    known = studies()
-    assert {
-        *CHARTS,
-        *MAPS,
-        *gallery.FIGURES,
-        "comparison",
-        "size-scaling",
-        "droplet-calibration",
-        "polydispersity",
-        *("beyond-moduli", "beyond-forces-and-gaps", "beyond-protocols"),
-        *("beyond-droplet-crystal", "beyond-droplet-foam"),
-    } == set(known)
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_a_table_comes_back_as_it_was_and_a_changed_one_is_refused(tmp_path, kind):
+    table = pd.DataFrame({"model": ["sp", "dp"], "n": [32, 64], "phi": [0.1 + 0.2, np.nan], "onset": [True, False]})
+    path = write(tmp_path, "t", table, "abc def", kind=kind)
+    pd.testing.assert_frame_equal(read_table(tmp_path, "t"), table, check_dtype=kind == "parquet")
+    assert read_manifest(tmp_path)[path.name] | {"sha256": "", "date": ""} == {
+        "rows": "2", "commit": "abc def", "sha256": "", "date": "",
+    }  # fmt: skip
+    path.write_bytes(path.read_bytes()[:-7])
+    with pytest.raises(jamlab.StorageError) as refused:
+        read_table(tmp_path, "t")
+    assert str(path) in str(refused.value)
+    with pytest.raises(AbsentTableError):
+        read_table(tmp_path, "u")
+
+
+def test_commits_of_a_table_measured_in_parts_are_all_named(tmp_path, monkeypatch):
+    for commit in ("one", "two", "two"):
+        monkeypatch.setattr("studies.tables.commit", lambda commit=commit: commit)
+        measure(tmp_path, "t", {commit: lambda: [{"x": 1}]})
+    assert read_manifest(tmp_path)["t.csv"]["commit"] == "one two"
+
+
+def test_the_manifest_names_every_table_that_ships():
+    known = read_manifest(DATA)
+    assert {path.name for path in DATA.iterdir() if path.suffix in (".csv", ".parquet")} == {*known, MANIFEST}
+    assert len({name.partition(".")[0] for name in known}) == len(known)  # a name is that of one table
+    for name, entry in known.items():
+        table = read_table(DATA, name.partition(".")[0])  # checks its hash
+        empty = 1 if name in ("beyond-droplet-foam.csv", "droplet-vertices.csv") else 0  # a task without rows
+        assert len(table) + empty == int(entry["rows"]) and entry["commit"] and entry["date"]
+
+
+def test_every_study_has_a_name_of_its_own_a_title_and_a_table():
+    groups, known = registry.groups(), registry.studies()
+    assert set(groups) == {"papers", "beyond", "speed-accuracy", "stability"}
+    assert sum(len(group.studies) for group in groups.values()) == len(known) - 1  # one compares with other codes
     assert all(study.title and name == study.name for name, study in known.items())
-    done = call_studies(tmp_path, "run", "--plan", "weather")
-    assert done.exit_code == 1 and "weather" in done.stderr and "boromand-6" in done.stderr
+    shipped = {name.partition(".")[0] for name in read_manifest(DATA)}
+    assert {name for name, study in known.items() if study.tasks} - shipped == {"comparison"}
 
 
-def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path):
-    plan = studies()["dynamics-collapse"].plan(tmp_path)
-    assert plan.left > 100 and plan.seconds is None  # no task is finished there
-    errors = studies()["micrograph-errors"]  # of rendered pictures, not of a campaign
-    errors.run(tmp_path / "none")
-    assert errors.plan(tmp_path).left == 0 and not (tmp_path / "none").exists()
-    assert studies()["size-scaling"].plan(tmp_path).seconds is None  # the table that ships lacks the largest sizes
-    done = call_studies(tmp_path, "draw", "baumgarten-5", "moved", "--out", "d")
+def drawing(name, tables):
+    if name == "absent":
+        raise jamlab.InputError("no data")
+    table = TextTable(["x"], [["cell <&>"]], folded="1 row")
+    return Drawing(name, Figure(), f"caption of {name}.", rows=[tables.read("t")], text=[table])
+
+
+def test_a_page_holds_what_could_be_drawn_and_why_the_rest_could_not(tmp_path):
+    measure(tmp_path / "results", "t", {"one": lambda: [{"x": 1.23456789}]})
+    tables = read_folder(tmp_path / "results")
+    studies = [Study(name, f"chart {name}", {}, partial(drawing, name)) for name in ("t", "a", "absent")]
+    told = []
+    drawn, failed = pages.write_page(
+        tmp_path, "all", Group("Title", lambda drawings: f"{len(drawings)} drawings.", studies), tables,
+        progress=lambda *step: told.append(step),
+    )  # fmt: skip
+    assert [each.name for each in drawn] == ["t", "a"] and failed == {"absent": "no data"}
+    assert told == [(0.0, "t"), (1 / 3, "a"), (2 / 3, "absent")]
+    files = {f"{name}.{kind}" for name in ("t", "a") for kind in ("png", "pdf", "csv")} | {"all.html"}
+    assert {path.name for path in tmp_path.iterdir() if path.is_file()} == files
+    page = (tmp_path / "all.html").read_text()
+    assert page.index("caption of t. Measured") < page.index("caption of a") < page.index("no data")
+    assert "cell &lt;&amp;&gt;" in page and "2 drawings." in page and "<details><summary>1 row</summary>" in page
+
+
+def test_commands(tmp_path):
+    listed = json.loads(call_studies(tmp_path, "list", "--json").stdout)
+    assert listed["moved"]["group"] == "stability" and set(listed) == set(registry.studies())
+    done = call_studies(tmp_path, "draw", "baumgarten-5", "moved", "--out", "d", "--json")
     assert done.exit_code == 0, done.stderr
-    assert (tmp_path / "d" / "baumgarten-5.csv").exists() and (tmp_path / "d" / "moved.png").exists()
-    with pytest.raises(jamlab.InputError, match="give the folder"):
-        studies()["droplet-calibration"].draw()
+    assert set(json.loads(done.stdout)["captions"]) == {"baumgarten-5", "moved"}
+    assert {"baumgarten-5.csv", "moved.png", "studies.html"} <= {path.name for path in (tmp_path / "d").iterdir()}
+    for words, named in (
+        (("draw", "weather"), "weather"),
+        (("run", "weather"), "weather"),
+        (("run", "boromand-6"), "reference.toml"),
+        (("draw", "moved", "--from", "nowhere"), "nowhere"),
+        (("draw", "moved", "--from", "d", "--out", "d"), "d"),
+    ):
+        done = call_studies(tmp_path, *words)
+        assert done.exit_code == 1 and named in done.stderr, words
 
 
-def test_packings_of_a_campaign_are_added_to_tables(tmp_path, monkeypatch):
-    campaign = jamlab.open_campaign(campaigns.written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+def test_results_of_ones_own_are_drawn_and_their_gaps_named(tmp_path, monkeypatch):
+    squares = Study("t", "Squares", {"1": lambda: [{"x": 1}]}, partial(drawing, "t"))
+    monkeypatch.setattr(registry, "studies", lambda: {"t": squares, "moved": registry.MAPS["moved"].study})
+    assert "task 1 of 1" in call_studies(tmp_path, "run", "t", "--out", "results").stderr
+    done = call_studies(tmp_path, "draw", "t", "moved", "--from", "results", "--out", "d", "--json")
+    said = json.loads(done.stdout)
+    assert list(said["captions"]) == ["t"] and "moved" in said["not_drawn"]["moved"]
+    assert list(pd.read_csv(tmp_path / "d" / "t.csv")) == ["task", "took", "x"]
+
+
+def test_a_campaign_is_reduced_and_packings_are_added(tmp_path):
+    """Seeds of the campaign replace those that are there, and leave others."""
+    campaign = jamlab.open_campaign(campaigns.written(tmp_path / "c.toml", n=8, seeds=2, compress=None, onset=True))
     campaigns.run_here(campaign)
-    for commit in ("one", "two"):
-        words = ("--add", "--out", "tables", "--commit", commit)
-        done = call_studies(tmp_path, "reduce", campaign.file, *words)
-        assert done.exit_code == 0, done.stderr
-    record = read_record(tmp_path / "tables")
-    assert [run["commit"] for run in record["runs"]] == ["one", "two"]
-    assert record["runs"][0]["rows"] == record["runs"][1]["rows"]
-    monkeypatch.setattr("jamlab.geometry.contact_network.CONTACTS_DEFINITION", 9)
-    campaigns.run_here(campaign)
-    with pytest.warns(UserWarning) as said:
-        save_reference(campaign.file, tmp_path / "tables", "three", add=True)
-    assert any(str(tmp_path / "tables") in str(w.message) and "contacts" in str(w.message) for w in said)
+    (path,) = reduce(campaign.file, tmp_path / "tables", "one", only=["onset"])
+    table = read_table(tmp_path / "tables", "onset")
+    write(tmp_path / "tables", "onset", table.assign(seed=table["seed"] + 1, rho_J=9.0), "one", kind="parquet")
+    done = call_studies(tmp_path, "reduce", campaign.file, "--add", "--only", "onset", "--out", "tables")
+    assert done.exit_code == 0, done.stderr
+    both = read_table(tmp_path / "tables", "onset").sort_values("seed")
+    assert both["seed"].tolist() == [1, 2, 3] and (both["rho_J"] == 9.0).tolist() == [False, False, True]
+    assert path.name == "onset.parquet" and len(open_tables(tmp_path / "tables").read("onset")) == 3
 
 
 @pytest.mark.parametrize(
-    ("words", "names"),
+    ("words", "name"),
     [
-        ("draw boromand-6", ["boromand-6.png", "boromand-6.pdf", "boromand-6.csv"]),
-        ("draw papers", ["tables.csv", "figures.html", "verdicts.csv", "summary.txt"]),
-        ("draw boromand-6 moved", ["boromand-6.png", "moved.csv", "studies.html"]),
-        ("draw speed-accuracy", ["spectrum.png", "speed-accuracy.html", "speed-accuracy.csv"]),
-        ("draw stability", ["moved.png", "stability.html", "stability.csv"]),
-        ("reduce c.toml", ["reference.json.xz", "states.columns.xz", "spectra.columns.xz"]),
-        ("compare --n 8", ["comparison.csv", "analysis.csv", "comparison.json", "index.html"]),
-        ("compare --n 8 --recipe hoomd", ["packing.npz", "hoomd_check.py"]),
+        ("draw boromand-6", "boromand-6.pdf"),
+        ("draw papers", "papers.html"),
+        ("draw boromand-6 moved", "moved.csv"),
+        ("draw stability", "moved.png"),
+        ("reduce c.toml", "states.parquet"),
+        ("compare --n 8 --recipe hoomd", "hoomd_check.py"),
     ],
 )
-def test_no_file_is_replaced_without_force(tmp_path, words, names):
+def test_no_file_is_replaced_without_force(tmp_path, words, name):
     (tmp_path / "c.toml").write_text(campaigns.FULL)
-    for name in names:
-        file = tmp_path / f"folder-{name}" / name
-        file.parent.mkdir()
-        file.write_text("work of a week")
-        done = call_studies(tmp_path, *words.split(), "--out", file.parent)
-        assert done.exit_code == 1 and name in done.stderr, done.stderr
-        assert file.read_text() == "work of a week" and list(file.parent.glob("*")) == [file]
+    file = tmp_path / "folder" / name
+    file.parent.mkdir()
+    file.write_text("work of a week")
+    done = call_studies(tmp_path, *words.split(), "--out", file.parent)
+    assert done.exit_code == 1 and name in done.stderr, done.stderr
+    assert file.read_text() == "work of a week" and list(file.parent.glob("*")) == [file]
 
 
 @pytest.mark.parametrize("word", ["figure", "chart", "compare", "calibrate", "study"])
 def test_a_command_that_left_says_what_replaced_it(tmp_path, word):
     done = call(tmp_path, word, "all")
     assert done.exit_code == 2 and "python -m studies" in " ".join(done.stderr.split())
+
+
+def test_one_core_holds_and_lets_go():
+    before = os.sched_getaffinity(0)
+    with one_core():
+        assert len(os.sched_getaffinity(0)) == 1 and os.sched_getaffinity(0) <= before
+    assert os.sched_getaffinity(0) == before
+
+
+def test_shortest_counts_work_not_waiting_and_stops_at_its_budget():
+    """Sleep costs nothing; a run that works longest does not count."""
+    runs = iter([300_000, 3_000, 100_000])
+
+    def work():
+        time.sleep(0.02)
+        return sum(range(next(runs)))
+
+    seconds, last = shortest(work, runs=3, budget=10.0)
+    assert seconds < 0.01 and last == sum(range(100_000))
+    runs = iter([200_000] * 2)
+    shortest(work, runs=2, budget=1e-6)
+    assert len(list(runs)) == 1

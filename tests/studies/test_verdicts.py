@@ -1,7 +1,6 @@
 """Verdicts on the papers' numbers: when ours agree, differ, or decide nothing."""
 
 import csv
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -15,16 +14,16 @@ from scipy.stats import ks_2samp
 from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import fit_exponent
-from studies import conventions, gallery
+from studies import conventions, pages
 from studies.baumgarten.crossovers import _ends
 from studies.boromand.onset import _same_distribution
 from studies.claims import SUMMARY, Claim, Verdict, claim, halves
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, vary_bootstrap
 from studies.published_numbers import Published
+from studies.tables import DATA
 
 CLAIMS = Path("docs", "explanation", "claims_of_the_papers.csv")
-REFERENCE = Path(str(resources.files("studies"))) / "reference"
 
 
 @pytest.mark.parametrize(
@@ -142,7 +141,7 @@ def test_two_packings_of_a_size_do_not_hide_the_others():
     disks = states[(states["model"] == "sp") & (states["n"] == states["n"].max())]
     few = disks[(disks["z"] < 6) | disks["seed"].isin(disks["seed"].unique()[:2])].assign(n=2048)
     both = EnsembleTables({"states": pd.concat([states, few])}.get)
-    (c,) = (c for c in gallery.draw("boromand-7", both).claims if c.quantity == found.quantity)
+    (c,) = (c for c in pages.draw("boromand-7", both).claims if c.quantity == found.quantity)
     assert found.measured and (c.value, c.low, c.high) == (found.value, found.low, found.high)
 
 
@@ -152,7 +151,7 @@ WITHOUT_NUMBER = {"method", "drawn", "no number", "not measured"}  # what may st
 def test_every_claim_of_the_papers_has_its_numbers_and_every_number_its_claim():
     """The list by section against the rows that ship, `summary.txt`, of which the slow test draws every one anew."""
     listed = list(csv.reader((Path(__file__).parents[2] / CLAIMS).read_text(encoding="utf-8").splitlines()))[1:]
-    lines = (REFERENCE / SUMMARY).read_text(encoding="utf-8").splitlines()[1:]
+    lines = (DATA / SUMMARY).read_text(encoding="utf-8").splitlines()[1:]
     numbers = {line.strip().split(" | ")[0] for line in lines}
     named = {name for _, _, cell in listed for name in cell.split(" | ") if name not in WITHOUT_NUMBER}
     assert len(listed) > 80 and all(place.startswith(("[B] ", "[T] ")) and fact for place, fact, _ in listed)

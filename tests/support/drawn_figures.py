@@ -3,7 +3,6 @@
 import atexit
 import shutil
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -12,13 +11,14 @@ import flow_tables
 import paper_tables
 
 from jamlab.errors import InputError
-from studies import gallery
-from studies.ensemble_tables import EnsembleTables
-from studies.reference_data import save
+from studies import pages
+from studies.ensemble_tables import NAMES, EnsembleTables
+from studies.reference_data import reference_tables, write_tables
+from studies.registry import BEYOND, PAPERS, studies
 
 TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
-REFERENCE = Path(str(resources.files("studies").joinpath("reference")))
-PICTURES = [name for name in gallery.FIGURES if gallery.FIGURES[name].__module__.endswith(".pictures")]
+FIGURES = [study.name for study in (*PAPERS, *BEYOND) if not study.tasks]
+PICTURES = [name for name in FIGURES if studies()[name].draw.__module__.endswith(".pictures")]
 PUBLISHED = [f"dynamics-{name}" for name in ("flow-curves", "collapse", "amplitudes")]  # figures of flow with a verdict
 
 
@@ -27,23 +27,23 @@ def tables():
     made = {name: make() for name, make in TABLES.items()}
 
     def read(name):
-        if name not in made:
+        if name not in made and name in NAMES:
             raise InputError(f"no table {name}")
-        return made[name]
+        return made[name] if name in made else reference_tables().read(name)  # of studies, which are measured
 
     return EnsembleTables(read, {"campaign": "made up"})
 
 
 @cache
 def drawn(name):
-    return gallery.draw(name, tables())
+    return pages.draw(name, tables())
 
 
 @cache
 def _saved():
     folder = Path(mkdtemp(prefix="jamlab-tables-"))
     atexit.register(shutil.rmtree, folder)
-    save(tables(), folder, {"commit": "old"})
+    write_tables(tables(), folder, "old")
     return folder
 
 

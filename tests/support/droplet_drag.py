@@ -5,7 +5,7 @@ import numpy as np
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.force_laws import rim_law
-from studies.failure.plain_physics import plain_forces
+from studies.stability.plain_physics import plain_forces
 
 
 def _outline_rotation(packing: jamlab.Packing) -> tuple:

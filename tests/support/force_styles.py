@@ -14,7 +14,7 @@ from disk_flows import dense_creep, dense_path, dense_tension, touching
 from mixtures import FORMS, coefficients, evaluate, mixture, write
 
 import jamlab
-from studies.failure.plain_physics import plain_stress
+from studies.stability.plain_physics import plain_stress
 
 STEP, STEPS = 0.01, 4  # as LAMMPS' testers: four steps, or of fixes eight, with a restart file halfway
 GAMMA, ETA, KA, A0 = (0.13, 0.2), (0.0, 0.05), 20.0, 0.45

@@ -1,8 +1,8 @@
-"""Energy, forces and stress of a packing by `studies.failure.plain_physics`, which looks at all pairs."""
+"""Energy, forces and stress of a packing by `studies.stability.plain_physics`, which looks at all pairs."""
 
 from functools import cached_property
 
-from studies.failure.plain_physics import droplet_contacts, plain_forces, plain_stress
+from studies.stability.plain_physics import droplet_contacts, plain_forces, plain_stress
 
 
 class Reference:

@@ -9,7 +9,7 @@ on each number. ``python -m studies draw papers`` draws every figure and writes 
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from studies.gallery import draw
+from studies.pages import draw
 from studies.reference_data import reference_tables
 
 tables = reference_tables()

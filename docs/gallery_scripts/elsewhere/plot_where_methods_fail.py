@@ -11,18 +11,17 @@ stability`` draws all maps, and ``python -m studies run`` measures them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from studies.failure.map import default_distance, failure_figure
+from studies.reference_data import reference_tables
 from studies.registry import MAPS
 
 
 def show(name):
-    """Draw one map from the data that ship, and say where the default lies in it."""
-    table = MAPS[name].table()
-    drawn = failure_figure(MAPS[name], table.rows)
-    canvas = FigureCanvasAgg(drawn)
+    """Draw one map from the data that ship, and say what it shows."""
+    shown = MAPS[name].draw(reference_tables())
+    canvas = FigureCanvasAgg(shown.figure)
     canvas.draw()
-    plt.figure(figsize=drawn.get_size_inches()).figimage(canvas.buffer_rgba())
-    print(f"{MAPS[name].meaning}\ndefault: {default_distance(MAPS[name], table.rows) or 'none'}\nmade {table.made}")
+    plt.figure(figsize=shown.figure.get_size_inches()).figimage(canvas.buffer_rgba())
+    print(shown.caption)
 
 
 # %%

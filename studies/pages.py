@@ -1,0 +1,123 @@
+"""Write studies as files: a picture, its numbers, and one page of several."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from jamlab.errors import JamlabError
+from jamlab.figures.save_picture import save_picture
+from jamlab.processes.progress import Progress, no_progress
+from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.storage.atomic_file import atomic_file, make_folder
+from jamlab.storage.verified_file import versions
+from studies import registry
+from studies.claims import SUMMARY, Claim, summary
+from studies.ensemble_tables import EnsembleTables
+from studies.html_page import Section, TextTable, write_report
+from studies.panels import Drawing
+from studies.study import Group, Study
+
+VERDICTS = "verdicts.csv"
+_FEW = 4  # studies of a process: it takes as long to start
+Drawn = tuple[Drawing, bytes]  # with its PNG
+
+
+def file_names(names: Sequence[str], page: str) -> list[str]:
+    """Names of the files that are written of studies and of their page."""
+    return [f"{name}.{kind}" for name in names for kind in ("png", "pdf", "csv")] + [f"{page}.html", VERDICTS, SUMMARY]
+
+
+def write_page(
+    folder: Path,
+    name: str,
+    group: Group,
+    tables: EnsembleTables,
+    *,
+    opening: Sequence[Section] = (),
+    processes: int = 1,
+    progress: Progress = no_progress,
+) -> tuple[list[Drawing], dict[str, str]]:
+    """Draw the studies of a group, and write PNG, PDF and CSV of each and one page NAME.html of all. Returns what was
+    drawn, and by name why another was not. What was drawn before an interruption is there."""
+    make_folder(folder)
+    one, names = partial(_draw_and_write, tables=tables, folder=folder), [study.name for study in group.studies]
+
+    def tell(name: str, *_: Any) -> None:
+        progress(names.index(name) / len(names), name)
+
+    if min(processes, len(names) // _FEW) > 1:
+        found = run_side_by_side(one, names, processes, report=tell)
+    else:
+        found = [one(study, partial(tell, study.name)) for study in group.studies]
+    drawn = [each for each in found if not isinstance(each, str)]
+    failed = {item: each for item, each in zip(names, found, strict=True) if isinstance(each, str)}
+    studies = {study.name: study for study in group.studies}
+    sections = [*opening, *(_section(studies[drawing.name], drawing, png, tables) for drawing, png in drawn)]
+    if failed:
+        rows = [list(item) for item in failed.items()]
+        sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), rows, words=True)]))
+    drawings = [drawing for drawing, _ in drawn]
+    facts = {**tables.facts, **versions()}
+    write_report(
+        folder / f"{name}.html", group.title, group.lead(drawings), sections, facts, group.assets, group.columns
+    )
+    return drawings, failed
+
+
+def write_verdicts(folder: Path, claims: Sequence[Claim]) -> None:
+    """Write the numbers of papers beside ours as CSV, and their verdicts as text."""
+    write_csv(folder / VERDICTS, pd.DataFrame([claim.row() for claim in claims]))
+    with atomic_file(folder / SUMMARY) as temporary:
+        temporary.write_text("\n".join(summary(claims, every=True)) + "\n", encoding="utf-8")
+
+
+def draw(study: Study | str, tables: EnsembleTables) -> Drawing:
+    """Draw one study, by its name one of all that there are."""
+    known = registry.studies()[study] if isinstance(study, str) else study
+    drawing = known.draw(tables)
+    drawing.name = known.name
+    return drawing
+
+
+def _draw_and_write(
+    study: Study | str, report: Callable[..., None], *, tables: EnsembleTables, folder: Path
+) -> Drawn | str:
+    report("begun")
+    try:
+        drawing = draw(study, tables)
+    except JamlabError as error:
+        return str(error)
+    write_csv(folder / f"{drawing.name}.csv", drawing.table)
+    png = save_picture(drawing.figure, folder / f"{drawing.name}.png")
+    drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
+    save_picture(drawing.figure, folder / f"{drawing.name}.pdf")
+    drawing.figure = Figure()  # of a process to another, pictures go as files
+    return drawing, png
+
+
+def _section(study: Study, drawing: Drawing, png: bytes, tables: EnsembleTables) -> Section:
+    made = f" {tables.made[study.name]}." if study.name in tables.made else ""
+    verdicts = [_verdicts(drawing.claims)] if drawing.claims else []
+    heading = f"{study.name}: {study.title}"
+    return Section(heading, png, f"{drawing.caption}{made}", [*verdicts, *drawing.text])
+
+
+def _verdicts(claims: Sequence[Claim]) -> TextTable:
+    columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
+    rows = []
+    for c in claims:
+        value = f"{c.value:.4g}" if np.isfinite(c.value) else "–"
+        ends = f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–"
+        rows.append((c.quantity, value, ends, c.paper_text, c.text, c.how))
+    return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
+
+
+def write_csv(path: Path, table: pd.DataFrame) -> None:
+    """Write a table as CSV with 8 significant digits; missing values are empty."""
+    with atomic_file(path) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.8g")

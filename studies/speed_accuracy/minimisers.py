@@ -1,0 +1,259 @@
+"""Charts of minimisers of disks and droplets, LAMMPS' own, jamlab's and those of other codes, by the force left."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.arrays import Array
+from jamlab.engine.session import Session, evaluate
+from jamlab.errors import EngineError, InputError
+from jamlab.estimates.ways import bring_on, default_way
+from jamlab.geometry.contact_network import contacts
+from jamlab.packing.neighbors import shortest_images
+from jamlab.packing.packing import Packing
+from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.protocols.onset import jam
+from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.relaxation import force_tolerance, relax
+from studies.other_codes.compare import jolted_minimum
+from studies.other_codes.peers import MOST_STEPS, PEERS, Descent, Jamlab
+from studies.speed_accuracy.chart import Chart, Trial
+from studies.tables import shortest
+
+_SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
+    "fire, jamlab": ("timestep 0.1", "min_style fire", "min_modify norm max dmax 0.1 tmax 4"),
+    "fire, LAMMPS": ("timestep 0.1", "min_style fire", "min_modify norm max dmax 0.1 tmax 10"),
+    "cg, energy": ("min_style cg", "min_modify norm max line quadratic dmax 0.1"),
+    "cg, force": ("min_style cg", "min_modify norm max line forcezero dmax 0.1"),
+    "hftn": ("min_style hftn", "min_modify norm two dmax 0.1"),
+    "quickmin": ("timestep 0.1", "min_style quickmin", "min_modify norm max dmax 0.1"),
+    "sd": ("min_style sd", "min_modify norm max line forcezero dmax 0.1"),
+}
+_PANELS = ((64, 0.85, "near onset"), (64, 1.0, "far from onset"), (1024, 0.87, ""), (1024, 1.0, "far from onset"))
+_LARGE = ("fire, jamlab", "cg, energy", "cg, force")  # large packings are left to the quickest
+_STEPS = 5000  # bound, so that slow minimisers end too
+_BEFORE = 30  # steps of FIRE that take the worst overlaps out of the random start
+_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_ROUNDING = 1e-16  # of a sum of forces of order 0.1
+_RHO = (0.88, 0.95)
+_DROPLETS = 8
+_KICK = 0.003  # mean diameters: far more than any force tolerance leaves, less than half a rim
+_STYLES = ("fire", "cg")  # with the settings of the decks
+_DROPLET_STEPS = 20_000  # bound
+_DROPLET_TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
+_DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the stiffness of a rim is 1/delta^2
+
+
+def measure_disks(seed: int) -> Iterator[Trial]:
+    """Measure every minimiser at every tolerance, from the loosest until one is not met within the steps."""
+    for n, phi, place in _PANELS:
+        with Session(random_disks(n, seed, phi=phi)) as session:
+            session.minimize(1e-6, style="fire", steps=_BEFORE)
+            start = session.packing()
+        panel = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
+        for name in _SETTINGS if n == 64 else _LARGE:
+            with Session(start) as session:
+                for line in _SETTINGS[name]:
+                    session.command(line)
+                descend, why = partial(_descend, session, start), f", by {_STEPS} steps or its line search"
+                yield from _until_missed(panel, name, _TOLERANCES, descend, _ROUNDING, why=why, runs=2, budget=0.05)
+        with Session(start) as session:
+            for tolerance in _TOLERANCES:
+                seconds, left = shortest(partial(_relax, session, start, tolerance), runs=2, budget=0.05)
+                default = tolerance == force_tolerance("sp")
+                yield Trial(panel, "jamlab relax", f"{tolerance:g}", seconds, left, _ROUNDING, default)
+
+
+def _until_missed(
+    panel: str,
+    name: str,
+    tolerances: Sequence[float],
+    descend: Callable[[float], float],
+    rounding: float,
+    usual: float | None = None,
+    why: str = "",
+    **timing: Any,
+) -> Iterator[Trial]:
+    """Measure a minimiser at every tolerance, from the loosest until one is not met."""
+    note = ""
+    for tolerance in tolerances:
+        seconds = left = float("nan")
+        if not note:
+            try:
+                seconds, left = shortest(partial(descend, tolerance), **timing)
+                note = "" if left <= tolerance else f"ends at {left:.1g}{why}"
+            except EngineError as error:
+                note = str(error).splitlines()[0]
+        numbers = (seconds, float("nan") if note else left, rounding)
+        yield Trial(panel, name, f"{tolerance:g}", *numbers, tolerance == usual, note)
+
+
+def _descend(session: Session, start: Packing, tolerance: float) -> float:
+    session.load(start)
+    # LAMMPS compares components, jamlab norms
+    session.command(f"minimize 0.0 {0.5 * tolerance:.17g} {_STEPS} {10 * _STEPS}")
+    return session.evaluate().max_force
+
+
+def _relax(session: Session, start: Packing, tolerance: float) -> float:
+    session.load(start)
+    return relax(session, tolerance).evaluation.max_force
+
+
+DISKS = Chart(
+    "disk-minimisers",
+    "Minimisers of disks",
+    "largest force left, ε/d",
+    "force tolerance",
+    "no force at all, to the rounding of a sum of forces, 1e-16; all start from one random start after 30 steps of "
+    "FIRE, and end where their basin takes them. What ends above its tolerance counts as failed",
+    measure_disks,
+)
+
+
+def measure_droplets(seed: int) -> Iterator[Trial]:
+    """Measure at both packing fractions, from the loosest tolerance until one is not met."""
+    onset = jam("sp", _DROPLETS, seed)
+    for rho in _RHO:
+        found = bring_on(default_way(_DROPLETS), onset, rho)
+        kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
+        start = found.with_state(positions=found.positions + kicks)
+        with Session(start) as session:
+            for style in (*_STYLES, "jamlab relax"):
+                usual = force_tolerance("dp") if style == "jamlab relax" else None
+                way = (_DROPLET_TOLERANCES, partial(_descend_droplets, session, start, style), _DROPLET_ROUNDING, usual)
+                yield from _until_missed(f"ρ = {rho}", style, *way, runs=1)
+
+
+def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:
+    session.load(start, anew=True)
+    if style in _STYLES:
+        return session.minimize(tolerance, style=style, steps=_DROPLET_STEPS).max_force
+    return relax(session, tolerance).evaluation.max_force
+
+
+DROPLETS = Chart(
+    "droplet-minimisers",
+    f"Minimisers of {_DROPLETS} droplets",
+    "largest force left, ε/d",
+    "force tolerance",
+    "no force at all, to the rounding of a sum of forces, 1e-14; all start from one minimum whose vertices are moved "
+    "by 0.003 diameters. What ends above its tolerance, after 20 000 steps or where its line search finds no way down, "
+    "counts as failed",
+    measure_droplets,
+)
+
+
+# Codes on jax compile for ten seconds before every packing; with JAX_COMPILATION_CACHE_DIR set to a folder and
+# JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS to 0, most of it is done once for all packings of a size.
+
+
+class Run(NamedTuple):
+    """One minimisation: CPU seconds, positions reached (n, 2), what a reader must know, whether it was cut short."""
+
+    seconds: float
+    positions: Array
+    note: str
+    cut: bool = False
+
+
+_PHI = 0.88
+_PACKINGS = {64: 20, 1024: 5, 8192: 3}  # N -> how many of the seeds
+_JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
+_CODE_TOLERANCES = (1e-4, 1e-8, 1e-12)
+_REFERENCE = (1e-14, 1e-13)  # forces left in the reference, and in another one that tells how well it is known
+_ELSEWHERE = 1e-5  # distance at the tightest tolerance beyond which the minimum is another one
+_COMPILING = 0.5  # s of set-up and a first step that a note tells
+_LIMIT = 10.0  # CPU s of a run
+_TRIED = 30  # steps by which the cost of a step is known
+_REPEATS = 0.2  # s after which a run is not repeated
+
+
+def measure_codes(seed: int) -> Iterator[Trial]:
+    """Measure every code at every tolerance, from a minimum whose disks were moved a little."""
+    for peer in PEERS:
+        if peer.version is None:
+            raise InputError(f"{peer.name} is not installed: {peer.install}")
+    for n in [n for n, packings in _PACKINGS.items() if seed <= packings]:
+        start, minimum = jolted_minimum(n, seed, _PHI, _JOLT[n])
+        bearing = ~contacts(minimum).rattlers
+        descend = Jamlab().descent(start)
+        exact, nearly = (descend(force, MOST_STEPS) for force in _REFERENCE)
+        known = _distance(nearly, exact, start, bearing)
+        apart = [peer for peer in PEERS if peer.apart]
+        found = {peer.name: _runs((peer.descent, start)) for peer in (Jamlab(), *PEERS) if not peer.apart}
+        theirs = run_side_by_side(_runs, [(peer.descent, start) for peer in apart], 1)
+        for name, runs in (found | {peer.name: each for peer, each in zip(apart, theirs, strict=True)}).items():
+            trials = []
+            for tolerance, run in zip(_CODE_TOLERANCES, runs, strict=True):
+                error = _distance(run.positions, exact, start, bearing)
+                default = name == "jamlab" and tolerance == force_tolerance("sp")
+                numbers = (run.seconds, error, known, default, run.note, run.cut)
+                trials.append(Trial(f"N = {n}", name, f"{tolerance:g}", *numbers))
+            if trials[-1].error > _ELSEWHERE and not trials[-1].cut:
+                trials = [replace(trial, error=float("nan"), note="ends in another minimum") for trial in trials]
+            yield from trials
+
+
+def _runs(item: tuple[Callable[[Packing], Descent], Packing], _: Any = None) -> list[Run]:
+    """One run for each tolerance, from a start. One that its limit cuts short stands for tighter ones too."""
+    prepare, start = item
+    began = time.process_time()
+    run = prepare(start)
+    run(_CODE_TOLERANCES[0], 1)
+    first = time.process_time() - began
+    began = time.process_time()
+    run(_CODE_TOLERANCES[-1], _TRIED)
+    steps = min(MOST_STEPS, int(_LIMIT / (time.process_time() - began) * _TRIED))
+    note = f"set-up {first:.1f} s more" if first > _COMPILING else ""
+    found: list[Run] = []
+    for tolerance in _CODE_TOLERANCES:
+        if found and found[-1].cut:
+            found.append(found[-1])
+        else:
+            seconds, positions = shortest(partial(run, tolerance, steps), budget=_REPEATS)
+            left = _force_left(start, positions)
+            if left > 2 * tolerance and seconds < 0.5 * _LIMIT and steps < MOST_STEPS:  # later steps may be cheaper
+                longer = partial(run, tolerance, min(MOST_STEPS, int(steps * _LIMIT / seconds)))
+                seconds, positions = shortest(longer, budget=_REPEATS)
+                left = _force_left(start, positions)
+            missed = left > 2 * tolerance
+            cut = missed and seconds > 0.5 * _LIMIT
+            if missed:
+                note = f"{f'cut short after {_LIMIT:g} s' if cut else 'stalls'} at a largest force of {left:.0e}"
+            found.append(Run(seconds, positions, note, cut))
+        note = ""
+    return found
+
+
+def _force_left(start: Packing, positions: Array) -> float:
+    return evaluate(start.with_state(positions=positions)).max_force
+
+
+def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[np.bool_]) -> float:
+    """Root mean square distance of the disks that bear force, in mean diameters, without the motion of all of them."""
+    moved = (positions - exact)[bearing]
+    moved -= shortest_images(moved, start.box) @ start.box
+    return float(np.sqrt(((moved - moved.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+CODES = Chart(
+    "other-codes",
+    "One minimum in other codes",
+    "distance, mean diameters",
+    "force tolerance",
+    "jamlab relaxed to a largest force of 1e-14, known to its distance from the state at 1e-13. φ = 0.88; disks moved "
+    f"out of it by {', '.join(f'{jolt:g} (N = {n})' for n, jolt in _JOLT.items())} mean diameters. Packings: "
+    f"{', '.join(f'{m} of N = {n}' for n, m in _PACKINGS.items())}. Times are of a run after the first: compiling and "
+    f"set-up are not counted, notes tell them. A run has {_LIMIT:g} s of CPU time, in steps by the cost of the first "
+    f"{_TRIED}; where it ends then is drawn, for tighter tolerances too",
+    measure_codes,
+    reason="LAMMPS' conjugate gradients are what jamlab starts with; with LAMMPS' own line search they miss the "
+    "tolerance on other starts",
+    seeds=range(20, 0, -1),  # from those of 64 disks alone, since the first one is measured twice
+)

@@ -1,0 +1,231 @@
+"""Maps where flow in time fails: steps, rates, drag laws, oscillation beyond the linear range, quasi-static steps."""
+
+from functools import cache, lru_cache, partial
+
+import numpy as np
+
+from jamlab.engine.deck_defaults import defaults
+from jamlab.flow.flow_run import LIMIT, FlowRun
+from jamlab.flow.oscillate import oscillate
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
+from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.shear import TOLERANCE, shear
+from jamlab.flow.shear_run import ShearRun
+from jamlab.packing.packing import Packing
+from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.relaxation import force_tolerance
+from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
+from studies.stability.disks import packed
+from studies.stability.droplets import jammed_disks
+from studies.stability.elastic_moduli import opening_strain
+from studies.stability.map import Axis, Map, Trial, linear_axis, log_axis, worst_of
+from studies.stability.plain_physics import (
+    plain_complex_modulus,
+    plain_drag,
+    plain_forces,
+    plain_max_force,
+    plain_stress,
+)
+
+_N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
+_SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one
+_PARTED = 0.01  # of the largest stress: beyond, the last one is that of another path
+_ENERGY = 1e-8  # of the work: stored energy is a difference of two larger ones
+_BACKGROUND = float(defaults("flow.sp")["background"])
+_ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
+_BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
+_NOT_LINEAR = 0.05  # of G*
+_SAME_BASIN = 1e-6  # of the largest energy: far above what a force within tolerance leaves
+_FINEST_STEP = 5e-4  # of strain
+
+
+_packed = partial(packed, _N, _PRESSURE)  # function of a seed
+
+
+@lru_cache(maxsize=32)
+def droplets(seed: int) -> Packing:
+    """A few droplets in the place of disks."""
+    return to_polygons(jammed_disks(0.88, seed))
+
+
+def try_shear(
+    packing: Packing, rate: float, tolerance: float = TOLERANCE, background: float | None = None, alpha: float = 1.0
+) -> Trial:
+    """Start-up at a constant rate: energy, elastic stress and, of linear drag on disks, viscous stress at the end."""
+    run = _start_up(packing, rate, tolerance, background, alpha)
+    verdict = "converged" if run.imbalance <= LIMIT else "stalled"
+    checks = [energy_trial(run), elastic_trial(run)]
+    if packing.model == "sp" and alpha == 1:
+        checks.append(viscous_trial(run))
+    return _as(verdict, worst_of(*checks), f"energy balanced to {run.imbalance:.1g}")
+
+
+def try_tolerance(packing: Packing, rate: float, tolerance: float) -> Trial:
+    """The same, and whether the finest steps end at another stress, by another order of contacts."""
+    trial = try_shear(packing, rate, tolerance)
+    if trial.verdict != "converged":
+        return trial
+    run, finest = (_start_up(packing, rate, t, None, 1.0) for t in (tolerance, LEAST_TOLERANCE))
+    change = abs(run.stress[-1] - finest.stress[-1]) / np.abs(finest.stress).max()
+    return _as("another basin" if change > _PARTED else "converged", trial, f"{change:.1g} from the finest steps")
+
+
+def _as(verdict: str, trial: Trial, note: str) -> Trial:
+    """The check of a run under another verdict."""
+    return Trial(verdict, f"{note}; {trial.note}", trial.error, trial.allowed)
+
+
+def _start_up(packing: Packing, rate: float, tolerance: float, background: float | None, alpha: float) -> ShearRun:
+    law = ContactDamping(alpha=alpha)
+    return shear(packing, rate, _STRAIN, law, rows=5, tolerance=tolerance, background=background)
+
+
+def energy_trial(run: ShearRun) -> Trial:
+    """Energy stored, computed anew from the positions at both ends, over the work."""
+    first, last = run.frames[0], run.packing
+    stored = (plain_forces(last)[0] - plain_forces(first)[0]) / first.area
+    largest = max(abs(float(run.work[-1])), abs(float(run.dissipated[-1])))
+    error = abs(stored - float(run.energy[-1] - run.energy[0])) / largest
+    return Trial("converged", f"energy off by {error:.1g}", error, _ENERGY + _end_of_step(run))
+
+
+def elastic_trial(run: FlowRun) -> Trial:
+    """Elastic stress at the end, from the positions there."""
+    plain = -plain_stress(run.packing)[0, 1]
+    largest = float(np.abs(run.stress).max())
+    error = abs(run.elastic_stress[-1] - plain) / largest
+    digits = np.spacing(np.abs(run.packing.box).max()) / largest  # of overlaps, near onset; stiffness is about 1
+    allowed = _ROUNDING + 10 * digits + _end_of_step(run)
+    return Trial("converged", f"elastic stress off by {error:.1g}", float(error), allowed)
+
+
+def _end_of_step(run: FlowRun) -> float:
+    """Part by which numbers may differ from those of the positions: droplets are corrected at the end of a step."""
+    return _SUMMED * run.tolerance if run.packing.model == "dp" else 0.0
+
+
+def viscous_trial(run: ShearRun) -> Trial:
+    """Viscous stress at the end, from velocities solved for anew: B u = F - rate b."""
+    assert run.damping is not None
+    packing, rate = run.packing, float(run.rate[-1])
+    drag = plain_drag(packing, run.damping.contrast, run.background)
+    force = np.append(plain_forces(packing)[1].ravel(), np.zeros(packing.n)) - rate * drag[:-1, -1]
+    motion = np.append(np.linalg.lstsq(drag[:-1, :-1], force, rcond=1e-13)[0], rate)
+    error = abs(drag[-1] @ motion / packing.area - run.viscous_stress[-1]) / np.abs(run.stress).max()
+    return Trial("converged", f"viscous stress off by {error:.1g}", float(error), _SUMMED * run.tolerance + _ROUNDING)
+
+
+def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:
+    """First harmonic: against the linear answer where no contact can open, else only that it repeats."""
+    run = oscillate(packing, omega, amplitude)
+    if not run.finished:
+        return Trial("stalled", "does not repeat")
+    exact = plain_complex_modulus(packing, omega)
+    error = abs(complex(run.storage, run.loss) - exact) / abs(exact)
+    note, elastic = f"G* off by {error:.1g}", elastic_trial(run)
+    if amplitude > _BEFORE_CHANGE * opening_strain(packing, affine=True):
+        return _as("another basin" if error > _NOT_LINEAR else "converged", elastic, note)
+    return worst_of(Trial("converged", note, error, _SUMMED * SMALL_STRAIN_TOLERANCE), elastic)
+
+
+def try_quasistatic(packing: Packing, step: float) -> Trial:
+    """Quasi-static shear with steps of one length: forces and stress at the end."""
+    run, finest = _quasistatic(packing, step), _quasistatic(packing, _FINEST_STEP)
+    if not run.converged.all():
+        return Trial("stalled", f"{(~run.converged).sum()} states not converged")
+    change = abs(run.energy[-1] - finest.energy[-1]) / finest.energy.max()  # what came loose has none at the end
+    verdict = "another basin" if change > _SAME_BASIN else "converged"
+    left = plain_max_force(run.packing)
+    balance = Trial("converged", f"max force {left:.1g}", left, 2 * force_tolerance("sp"))
+    return _as(verdict, worst_of(balance, elastic_trial(run)), f"energy {change:.1g} from that of the finest steps")
+
+
+@cache
+def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
+    found = shear(packing, 0.0, _STRAIN, step=step)
+    assert isinstance(found, QuasistaticShear)
+    return found
+
+
+_STEPS = log_axis("step of strain", 1e-3, _STRAIN)
+_RATES = log_axis("rate, 1/τ₁", 1e-3, 2e3)
+_CHECK = (
+    "Stored energy, elastic stress, and of disks under linear drag velocities with their viscous stress, all anew from "
+    "the positions."
+)
+
+MAPS = (
+    Map(
+        "flow-tolerance",
+        f"Start-up of disks: tolerance of steps against rate, N = {_N}",
+        log_axis("tolerance of velocities in a step", 1e-8, 0.3, TOLERANCE),
+        _RATES,
+        2,
+        lambda tolerance, rate, seed: try_tolerance(_packed(seed), rate, tolerance),
+        f"Another path: the last stress is more than {100 * _PARTED:g} % of the largest one from that of the finest "
+        f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
+        "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
+        _CHECK,
+        (lambda *_: LARGEST_TOLERANCE, "largest tolerance that is taken"),
+        elsewhere="another path",
+    ),
+    Map(
+        "flow-background",
+        f"Start-up of disks: background drag against rate, N = {_N}",
+        log_axis("background drag, kτ₁", 1e-10, 10.0, _BACKGROUND),
+        _RATES,
+        3,
+        lambda background, rate, seed: try_shear(_packed(seed), rate, background=background),
+        "Without background some motion costs hardly any drag; refused where it outruns every step.",
+        _CHECK,
+    ),
+    Map(
+        "flow-power",
+        f"Start-up of disks: power of the drag law against rate, N = {_N}",
+        linear_axis("α", 0.34, 1.0, 1.0),
+        _RATES,
+        3,
+        lambda alpha, rate, seed: try_shear(_packed(seed), rate, alpha=alpha),
+        "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
+        _CHECK,
+        (lambda *_: LEAST_ALPHA, "least power that is taken"),
+    ),
+    Map(
+        "flow-droplets",
+        "Start-up of droplets: tolerance of steps against rate, N = 4",
+        log_axis("tolerance of velocities in a step", 1e-5, 0.3, TOLERANCE),
+        log_axis("rate, 1/τ₁", 1e-2, 2e3),
+        3,
+        lambda tolerance, rate, seed: try_shear(droplets(seed), rate, tolerance),
+        "Stalled: more than 2 % of the work is neither stored nor lost, and the run shows it.",
+        _CHECK,
+    ),
+    Map(
+        "oscillation-amplitude",
+        f"Oscillation of disks: amplitude against frequency, N = {_N}",
+        log_axis("amplitude of the strain", 1e-7, 0.3),
+        log_axis("ω, 1/τ₁", 1e-3, 300.0),
+        2,
+        lambda amplitude, omega, seed: try_oscillation(_packed(seed), omega, amplitude),
+        f"Not linear: the first harmonic is more than {100 * _NOT_LINEAR:g} % off G*, since contacts open.",
+        "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
+        "stress at the end.",
+        (
+            lambda omega, seed: opening_strain(_packed(seed), affine=True),
+            "linear response opens a contact",
+        ),
+        elsewhere="not linear",
+    ),
+    Map(
+        "quasistatic-step",
+        f"Quasi-static shear to a strain of {_STRAIN}: step against pressure, N = {_N}",
+        _STEPS,
+        Axis("pressure, k", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
+        2,
+        lambda step, pressure, seed: try_quasistatic(packed(_N, pressure, seed), step),
+        f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
+        f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
+        "Forces and elastic stress at the end, anew from the positions.",
+        (lambda pressure, seed: opening_strain(packed(_N, pressure, seed)), "linear response opens a contact"),
+    ),
+)
