@@ -160,8 +160,9 @@ def unstable_direction(packing: Packing) -> tuple[Array, float] | None:
         elastic_tensor(packing)
     except UnstableError as error:
         direction = np.zeros_like(packing.positions)
-        direction[force_network(packing).held] = error.mode.reshape(-1, 2) / np.abs(error.mode).max()
-        return direction, error.eigenvalue
+        mode = error.mode.reshape(-1, 2)  # with one site fixed: all others may move where its own droplet slides
+        direction[force_network(packing).held] = mode - mode.mean(axis=0)
+        return direction / np.abs(direction).max(), error.eigenvalue
     except ConvergenceError:
         return None
     return None

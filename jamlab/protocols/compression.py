@@ -31,7 +31,8 @@ from jamlab.protocols.saddles import relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
-COMPRESSION_PROTOCOL = {"sp": 2, "dp": 2}  # versions, see jamlab.campaign.versions; 2 leaves saddles
+# versions, see jamlab.campaign.versions; 2 leaves saddles, 3 lets what stops a sliding droplet press
+COMPRESSION_PROTOCOL = {"sp": 2, "dp": 3}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
 

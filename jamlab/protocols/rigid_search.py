@@ -21,7 +21,7 @@ from jamlab.protocols.approach import Approach, fell_too_often
 from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.relaxation import Relaxed, relax
-from jamlab.protocols.saddles import rests_on_rattlers, slid
+from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
 from jamlab.protocols.solver_settings import SolverSettings
 
 
@@ -156,12 +156,11 @@ class RigidSearch(Approach[RigidDroplets]):
     def _judge(self, end: RigidDroplets, gap: float, late: bool) -> SearchState | RigidDroplets:
         """Onset of droplets beside rigid ones that barely touch; or, where it is none, the rigid state to go on from.
 
-        A droplet that slides or rolls is followed along its mode. What still gives way from where it comes to counts as
-        held if rattlers push it back either way; in a box that shears only after many states came loose, since there
-        nearly all others are minima.
+        A droplet that slides or rolls is followed along its mode. Where a rattler stops it, it is followed as a rigid
+        body that pushes rattlers aside; what cannot be pushed any further holds it.
         """
-        numbers, session, back = self.settings.rigid, self.droplets.session, late
-        unsettled, curvature = False, np.nan  # whether droplets did not come to rest; of the last mode that gave way
+        numbers, session, stopped = self.settings.rigid, self.droplets.session, late
+        unsettled = False  # whether droplets did not come to rest
         for _ in range(numbers.judgements):
             state = self._as_droplets(end, gap)
             if unsettled and not self.droplets.at_end(state):
@@ -173,28 +172,30 @@ class RigidSearch(Approach[RigidDroplets]):
                 if stuck and unsettled:
                     break
                 unsettled = stuck
-            elif (unstable := unstable_direction(state.packing)) is None:
-                return _held(state)
-            elif (late or (back and not self._shears)) and rests_on_rattlers(session, self.settings):
-                return replace(_held(state), on_rattlers=True)
-            elif abs(unstable[1] - curvature) <= numbers.alike * abs(curvature):
-                break  # it came back to where it was, and nothing holds it
+                continue
+            left = leave_saddles(session, state.found, self._relax_again, self.settings)
+            found = self.droplets.measure(left)
+            if self.droplets.at_end(found):
+                return found
+            if stopped and rests_on_rattlers(session, self.settings):
+                left = replace(left, converged=left.evaluation.max_force <= left.tolerance, off_saddles=True)
+                found = replace(self.droplets.measure(left), on_rattlers=True)
+                if self.droplets.at_end(found):
+                    return found
+            if (unstable := unstable_direction(found.packing)) is None:
+                end = self._relax(RigidDroplets.of(found.packing))
             else:
-                mode, curvature = unstable
-                session.set_positions(slid(session, state.packing, mode, self.settings))
-                stopped = self._relax_droplets(numbers.slide_steps)
-                if self.droplets.at_end(stopped) and unstable_direction(stopped.packing) is None:
-                    return _held(stopped)
-                end, back = self._followed(state.packing, mode), True
+                end, stopped = self._followed(found.packing, unstable[0])
             if not self.at_end(end):
                 break
         return end
 
-    def _followed(self, packing: Packing, mode: Array) -> RigidDroplets:
-        """Rigid droplets that moved along a mode, downhill, until others stop them; rattlers are pushed aside."""
+    def _followed(self, packing: Packing, mode: Array) -> tuple[RigidDroplets, bool]:
+        """Rigid droplets that moved along a mode, downhill, until others stop them; rattlers are pushed aside. Whether
+        they were stopped."""
         numbers, state = self.settings.rigid, RigidDroplets.of(packing)
         downhill = np.vdot(self.droplets.session.forces_at(packing.positions)[1], mode)
-        length = (self.settings.saddles.slide if downhill >= 0 else -self.settings.saddles.slide) * mean_size(packing)
+        length = (numbers.slide if downhill >= 0 else -numbers.slide) * mean_size(packing)
         ahead = RigidDroplets.of(packing._trusted(positions=packing.positions + length * mode)).coordinates
         ahead = ahead - state.coordinates
         for _ in range(numbers.slides):
@@ -202,8 +203,8 @@ class RigidSearch(Approach[RigidDroplets]):
             part = np.vdot(moved.coordinates - state.coordinates, ahead) / np.vdot(ahead, ahead)
             state = moved
             if part < numbers.moved or not self.at_end(state):
-                break
-        return state
+                return state, bool(part < numbers.moved)
+        return state, False
 
     def _as_droplets(self, end: RigidDroplets, gap: float) -> SearchState:
         """Droplets relaxed from rigid ones, compressed or decompressed until they lie in the window of onset."""
@@ -231,6 +232,9 @@ class RigidSearch(Approach[RigidDroplets]):
         session, tolerance = self.droplets.session, self.droplets.tolerance
         return self.droplets.measure(self.droplets.relax_state(session, tolerance, settings=effort))
 
+    def _relax_again(self) -> Relaxed:
+        return self._relax_droplets(self.settings.rigid.slide_steps).found
+
     def _relax_droplets(self, steps: int) -> SearchState:
         """Droplets near a minimum, by a bounded number of Newton steps; so far, where they get there, that contacts
         are left that stop a slide with hardly any force."""
@@ -255,10 +259,6 @@ class RigidSearch(Approach[RigidDroplets]):
             else:
                 session.load(reached)
         return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, taken))
-
-
-def _held(state: SearchState) -> SearchState:
-    return replace(state, found=replace(state.found, off_saddles=True))
 
 
 def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:

@@ -16,7 +16,6 @@ from jamlab.mechanics.elasticity import unstable_direction
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.relaxation import Relaxed
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
@@ -39,15 +38,20 @@ def leave_saddles(
 ) -> Relaxed:
     """The minimum beside a state that a session was relaxed to, which does not count as converged where none is found.
     `relax_again`: of what lies near a minimum."""
-    for _ in range(settings.saddles.slides):
+    numbers, tried = settings.saddles, np.zeros((0, session.packing().positions.size))
+    for _ in range(numbers.slides):
         packing = session.packing()
         if not found.converged:
             return found
         if (unstable := unstable_direction(packing)) is None:
             return replace(found, off_saddles=True)
-        session.set_positions(slid(session, packing, unstable[0], settings))
-        descend_by_newton(session, min(settings.saddles.finest, found.tolerance), settings=settings.newton)
-        found = relax_again()
+        mode = unstable[0].ravel() / np.linalg.norm(unstable[0])
+        if (np.abs(tried @ mode) > numbers.alike).sum() > numbers.returns:
+            break  # what stops it is taken out of the Hessian, a rattler
+        tried = np.vstack([tried, mode])
+        session.set_positions(slid(session, packing, unstable[0], found.tolerance, settings))
+        state = session.evaluate()
+        found = replace(found, evaluation=state) if state.max_force <= found.tolerance else relax_again()
     return replace(found, converged=False)
 
 
@@ -67,24 +71,51 @@ def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
     return bool(min(pushes) > settings.saddles.pushed)
 
 
-def slid(session: Session, packing: Packing, direction: Array, settings: SolverSettings) -> Array:
-    """Positions downhill along a mode, where it goes uphill again: at the next contact, found by bisection."""
-    numbers, start = settings.saddles, packing.positions
-    least = numbers.held * session.evaluate().pressure * mean_size(packing)
-    if np.vdot(session.forces_at(start)[1], direction) < 0:
+def slid(session: Session, packing: Packing, direction: Array, tolerance: float, settings: SolverSettings) -> Array:
+    """Positions downhill along a mode, where it goes uphill again: at the next contact, which is left to push back with
+    a part of the tolerance on forces, so that it counts. Droplets turn and shift as they do in the mode."""
+    numbers = settings.saddles
+    least = min(numbers.held * session.evaluate().pressure * mean_size(packing), numbers.pressed * tolerance)
+    if np.vdot(session.forces_at(packing.positions)[1], direction) < 0:
         direction = -direction
+    path = _path(packing, direction)
 
     def uphill(length: float) -> float:
-        forces = session.forces_at(start + length * direction)[1]
-        return float(-np.vdot(forces, direction) / np.linalg.norm(direction) - least)
+        positions, along = path(length)
+        return float(-np.vdot(session.forces_at(positions)[1], along) / np.linalg.norm(along) - least)
 
-    reached, length = 0.0, numbers.slide
-    for _ in range(numbers.doublings):
-        if uphill(length) > 0:
-            break
+    reached, length = 0.0, numbers.nearest
+    while uphill(length) <= 0 and length < numbers.slide:
         reached, length = length, 2 * length
-    if uphill(length) > 0:
-        from scipy.optimize import bisect  # loaded by packings on a saddle alone
+    for _ in range(numbers.bisections):  # SciPy's takes half a second to load
+        middle = 0.5 * (reached + length)
+        reached, length = (reached, middle) if uphill(middle) > 0 else (middle, length)
+    return path(length)[0]
 
-        length = bisect(uphill, reached, length, xtol=1e-9)
-    return np.asarray(start + length * direction)
+
+def _path(packing: Packing, mode: Array) -> Callable[[float], tuple[Array, Array]]:
+    """Positions, and their derivatives, along a mode, in which each particle shifts, turns and changes its shape."""
+    particle = packing.particle
+    counts = np.bincount(particle)
+
+    def centred(sites: Array) -> tuple[Array, Array]:
+        z = sites @ [1, 1j]
+        mean = ((np.bincount(particle, z.real) + 1j * np.bincount(particle, z.imag)) / counts)[particle]
+        return mean, z - mean
+
+    (centre, arm), (shift, change) = centred(packing.positions), centred(mode)
+    inertia = np.bincount(particle, np.abs(arm) ** 2)
+    turn = np.bincount(particle, (arm.conj() * change).imag) / np.where(inertia > 0, inertia, 1.0)
+    spin = 1j * turn[particle]
+    change = change - spin * arm
+
+    def at(length: float) -> tuple[Array, Array]:
+        turned = np.exp(spin * length)
+        shape = arm + length * change
+        return _plane(centre + length * shift + shape * turned), _plane(shift + (spin * shape + change) * turned)
+
+    return at
+
+
+def _plane(z: Array) -> Array:
+    return np.column_stack([z.real, z.imag])

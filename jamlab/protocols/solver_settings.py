@@ -196,6 +196,7 @@ class RigidSettings:
     lowest: float = 0.05
     highest: float = 15.0
     slides: int = 20  # along modes that give way, one after the other, at most
+    slide: float = 0.05  # length of one, mean particle size
     moved: float = 0.2  # part of a slide that remains where nothing stops it
     # same, repeats: how near in phi a state is the one before, and how often it is judged before the search goes on
     # from denser ones
@@ -205,7 +206,6 @@ class RigidSettings:
     judgements: int = 8
     corrections: int = 4
     farthest: float = 100.0  # change of the distance to onset at most, in one of them
-    alike: float = 0.01  # relative difference of two curvatures along the mode of one state
     gone: float = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
     # Newton steps of droplets at most: from rigid ones, from there to the smallest forces, and after a slide
     droplet_steps: int = 60
@@ -220,10 +220,17 @@ class RigidSettings:
 class SaddleSettings:
     """Numbers of the way off a saddle, `leave_saddles`."""
 
-    slides: int = 20  # along unstable modes at most, until none is left: one or two do, four were seen in 30 onsets
-    slide: float = 0.05  # longest, mean particle size
-    doublings: int = 2  # of the slide, as long as it goes downhill
-    held: float = 1e-3  # force uphill, over pressure times particle size, at which a slide ends
+    slides: int = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
+    # slide, nearest: longest, and the first try, mean particle size
+    slide: float = 0.1
+    nearest: float = 1e-6
+    bisections: int = 40  # to the contact that stops it, which then overlaps by rounding
+    # held, pressed: force uphill at which a slide ends, over pressure times particle size, and over the tolerance
+    held: float = 1e-3
+    pressed: float = 0.1
+    # alike, returns: cosine of two modes that are one, and how often it may come back
+    alike: float = 0.9
+    returns: int = 1
     finest: float = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
     # probe, pushed: move either way, mean particle size, that rattlers push back, and the least force that is not
     # rounding: 1.4e-12 to 7e-10 were seen, where a curvature of -1e-11 alone leaves 1e-15

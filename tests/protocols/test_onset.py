@@ -166,6 +166,35 @@ def test_every_onset_of_droplets_is_a_minimum(n):
         _assert_held(jamlab.jam("dp", n=n, seed=seed))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_slide_goes_downhill_until_it_goes_uphill(sign):
+    """Whichever way a mode points: energy -x^2/2 of one disk, and a wall at x = 0.03."""
+    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
+
+    def forces_at(positions):
+        x = positions[0, 0] + 0.001  # already off the saddle, to the right
+        forces = np.zeros((2, 2))
+        forces[0, 0] = 1e-9 * x - max(0.0, x - 0.031)
+        return 0.0, forces
+
+    session = SimpleNamespace(evaluate=lambda: SimpleNamespace(pressure=1e-3), forces_at=forces_at)
+    found = saddles.slid(session, start, sign * np.array([[1.0, 0], [0, 0]]), 1e-12, jamlab.SolverSettings())
+    assert found[0, 0] == pytest.approx(0.03, abs=1e-9) and found[1].tolist() == [1, 1]
+    assert -1e-12 < forces_at(found)[1][0, 0] < 0  # the wall pushes back, with less than the tolerance
+
+
+def test_droplets_shift_turn_and_deform_along_the_path_of_a_slide():
+    """Positions and their derivatives; a turn keeps the shape of a droplet."""
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    positions, mode = np.vstack([square, square + 3]), np.vstack([square @ [[0, 1], [-1, 0]], 1e-2 * square])
+    packing = SimpleNamespace(particle=np.repeat([0, 1], 4), positions=positions)
+    path = saddles._path(packing, mode)
+    np.testing.assert_allclose(path(0.0), [positions, mode], atol=1e-15)
+    np.testing.assert_allclose((path(0.7 + 1e-6)[0] - path(0.7 - 1e-6)[0]) / 2e-6, path(0.7)[1], atol=1e-9)
+    turned = path(0.7)[0][:4]
+    np.testing.assert_allclose(np.hypot(*(turned - turned.mean(0)).T), np.sqrt(0.5))
+
+
 def test_the_search_ends_where_nothing_can_jam():
     """Three triangles whose edges are longer than half the box; and four droplets, which took 25 tries once."""
     with pytest.raises(jamlab.JamlabError):
