@@ -1,6 +1,7 @@
 """Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
