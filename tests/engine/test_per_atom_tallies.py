@@ -151,11 +151,3 @@ def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
         r = o.points - o.points.mean(axis=0)
         assert np.abs(own.sum(axis=0)).max() < 1e-13
         assert abs(np.sum(r[:, 0] * own[:, 1] - r[:, 1] * own[:, 0])) < 1e-13
-
-
-def test_centroid_stress_of_bonds_alone_is_served(lmp, tmp_path):
-    """The same as that of stress/atom: a bond is a pair of atoms."""
-    state = outlines.scene(16)
-    more = "compute of_bonds all centroid/stress/atom NULL bond\ncompute m all reduce max c_of_bonds[1]\n"
-    outlines.start(lmp, tmp_path, state, more + "thermo_style custom pe c_m\nrun 0\n")
-    close(per_atom(lmp, "of_bonds"), -bond_parts(state)[:, 1:])

