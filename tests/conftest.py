@@ -2,6 +2,7 @@
 
 import gc
 import os
+import resource
 import sys
 from pathlib import Path
 
@@ -37,6 +38,35 @@ def pytest_collection_modifyitems(items):
 def pytest_collection_finish():
     """Modules and collected tests live as long as the run: the garbage collector need not look at them again."""
     gc.freeze()
+
+
+def _cpu_seconds():
+    """Of this process and its children so far."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """CPU time of the workers of xdist."""
+    of_workers = getattr(node.config, "cpu_of_workers", 0.0)
+    node.config.cpu_of_workers = of_workers + getattr(node, "workeroutput", {}).get("cpu", 0.0)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session):
+    """CPU time of all tests, printed, and a failure beyond the seconds in JAMLAB_CPU_BUDGET; no load decides it."""
+    config = session.config
+    if hasattr(config, "workeroutput"):
+        config.workeroutput["cpu"] = _cpu_seconds()
+        return
+    used, most = (
+        _cpu_seconds() + getattr(config, "cpu_of_workers", 0.0),
+        float(os.environ.get("JAMLAB_CPU_BUDGET", "inf")),
+    )
+    print(f"\n{used:.0f} CPU seconds" + (f" are more than {most:.0f}, the budget of the suite" if used > most else ""))
+    if used > most:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(scope="session")
