@@ -1,5 +1,6 @@
 """`python -m studies`: list, draw and run evidence, compare with other codes, reduce campaigns to tables."""
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.main import Commands
 from jamlab.cli.options import Force, Json, Seed
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import check_targets
+from jamlab.storage.atomic_file import atomic_file, check_targets
 
 if TYPE_CHECKING:
     from studies.panels import Drawing
@@ -141,7 +142,7 @@ def tables(
     quick: Annotated[bool, typer.Option("--quick", help="flow-errors: a few packings and one check.")] = False,
 ) -> None:
     """Measure a table that ships in jamlab/estimates; run again to resume."""
-    from jamlab.estimates.flow_errors import Part
+    from studies.flow_errors import Part, checks_kept, reduce_runs
     from studies.least_model import FLOW_SEEDS, SEEDS, make_table, measure_errors
 
     check_choice("table", name, ("ways", "flow-errors"))
@@ -153,10 +154,13 @@ def tables(
         print_table(f"wrote {file}", ["way", "packings"], lines)
         return
     few = {part: given[: 2 if part == Part.CALIBRATE else 1] for part, given in FLOW_SEEDS.items()}
-    errors = measure_errors(file, few if quick else FLOW_SEEDS, progress=tell)
-    (kept, of), (others, of_others) = errors.kept(), errors.kept(Part.SLIDING_CHECK)
+    runs = measure_errors(file, few if quick else FLOW_SEEDS, progress=tell)
+    errors, reduced = reduce_runs(runs), file.with_name("flow_errors.json")
+    with atomic_file(reduced) as temporary:
+        temporary.write_text(json.dumps(errors.content, indent=1) + "\n", encoding="utf-8")
+    (kept, of), (others, of_others) = (checks_kept(errors, runs, None, beta) for beta in (1.0, None))
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
-    out_console.print(f"wrote {file}: {len(errors.rows)} runs; {held}", soft_wrap=True)
+    out_console.print(f"wrote {file}: {len(runs)} runs; {reduced}, for jamlab/estimates; {held}", soft_wrap=True)
 
 
 @app.command(

@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError, InputError, JamlabError
-from jamlab.estimates import flow_errors, ways
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, STOKES, Flow, FlowErrors, Part, mean_overlap
+from jamlab.estimates import ways
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, STOKES, Flow, mean_overlap
 from jamlab.estimates.ways import ONSET, QUANTITIES, EnsembleWay, N
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
@@ -30,6 +31,7 @@ from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import NonlinearModulus, nonlinear_modulus
 from jamlab.storage.atomic_file import atomic_file
+from studies.flow_errors import Part, read_runs
 from studies.published_numbers import MODELS_PART
 from studies.tables import Task, measure
 
@@ -158,7 +160,7 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
     return StokesDrag(eta_f=0.0) if alpha == STOKES else ContactDamping(beta, alpha=alpha)
 
 
-def measure_errors(out: Path, parts: dict[Part, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
+def measure_errors(out: Path, parts: dict[Part, tuple[int, ...]] | None = None, **how: Any) -> pd.DataFrame:
     """Measure the table and save it after every packing; goes on where it stopped. `how`: of `measure`."""
     tasks = {
         f"{part}, seed {seed}": partial(_rows_of_part, part, seed)
@@ -167,7 +169,7 @@ def measure_errors(out: Path, parts: dict[Part, tuple[int, ...]] | None = None, 
     }
     facts = {"background": BACKGROUND, "strain": _STRAIN, "tolerance": TOLERANCE, "cycles": CYCLES}
     _measure(out, tasks, facts, **how)
-    return flow_errors.read_errors(out)
+    return read_runs(out)
 
 
 def _rows_of_part(part: str, seed: int) -> Iterator[dict[str, Any]]:

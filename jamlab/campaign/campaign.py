@@ -151,11 +151,22 @@ class Campaign:
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & names)
             skip = self.folder.finished() | self.folder.failed()
-            if task_names(wanted_batches(chosen, self.folder)) <= skip:
+            wanted = task_names(wanted_batches(chosen, self.folder))
+            if wanted <= skip:
                 return CampaignRun(0, 0, repaired)
             for function in sorted({name for batch in chosen for name in batch.parameters.own}):
                 load_function(function, self._modules())  # what cannot be imported is named before any work begins
-            ran = self._drive(chosen, where, self._teller(chosen, progress, done))
+            count = len(names & skip)
+
+            def tell(outcome: Outcome) -> None:
+                nonlocal count
+                count += 1
+                if done is not None:
+                    done(outcome)
+                if progress is not None:
+                    progress(count / max(count, len(wanted)), outcome.line)  # `until` may add seeds
+
+            ran = self._drive(chosen, where, tell)
         return replace(ran, repaired=repaired)
 
     @checked
@@ -170,23 +181,6 @@ class Campaign:
         """
         ranks = sorted({batch.ranks for batch in batches(self.content, only)}, reverse=True)
         return {number: job_script({"job_name": self.name} | self.content.slurm, number) for number in ranks}
-
-    def _teller(
-        self, chosen: list[Batch], progress: Progress | None, done: Callable[[Outcome], None] | None
-    ) -> Callable[[Outcome], None]:
-        """Function that tells both callbacks of one outcome."""
-        wanted = task_names(wanted_batches(chosen, self.folder))
-        count = len(wanted & (self.folder.finished() | self.folder.failed()))
-
-        def tell(outcome: Outcome) -> None:
-            nonlocal count
-            count += 1
-            if done is not None:
-                done(outcome)
-            if progress is not None:
-                progress(count / max(count, len(wanted)), outcome.line)  # `until` may add seeds
-
-        return tell
 
     def _drive(self, chosen: list[Batch], where: Workers, tell: Callable[[Outcome], None]) -> CampaignRun:
         """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first."""
@@ -276,16 +270,7 @@ class Campaign:
     def at(
         self, table: str = "states", sweep: str | None = None, converged: bool = True, /, **where: float
     ) -> pd.DataFrame:
-        r"""Take one state of each packing: the nearest to a value of one column, and within 0.5 % of it.
-
-        >>> from pathlib import Path
-        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
-        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
-        >>> campaign = jamlab.open_campaign("small.toml")
-        >>> campaign.run(workers=1).finished
-        4
-        >>> campaign.at(rho=0.9)["rho"].round(4).tolist()
-        [0.9, 0.9, 0.9, 0.9]
+        """Take one state of each packing: the nearest to a value of one column, and within 0.5 % of it.
 
         Args:
             table: to take rows from; of a table with several rows for each state all of them.
@@ -323,14 +308,6 @@ class Campaign:
 
         The legend counts states that are not drawn. Intervals are of whole packings, by bootstrap, and wider for few
         packings (Student's t); a point of one packing has none.
-
-        >>> from pathlib import Path
-        >>> sweep = 'model = "sp"\\nn = 16\\nseeds = 4\\ncompress = { to = 0.9, step = 0.02 }\\n'
-        >>> _ = Path("small.toml").write_text(f'name = "small"\\n[[sweep]]\\nname = "disks"\\n{sweep}')
-        >>> campaign = jamlab.open_campaign("small.toml")
-        >>> campaign.run(workers=1).finished
-        4
-        >>> ax = campaign.plot("z", along="d_rho")
 
         Args:
             value: column to average, see `table`.

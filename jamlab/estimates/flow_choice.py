@@ -14,7 +14,7 @@ import pandas as pd
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, Flow, Outside, Part, shipped_errors
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, Outside, shipped_errors
 from jamlab.estimates.options import Why, judge
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
@@ -163,7 +163,7 @@ def _for_oscillation(
         flow = Flow.oscillating(packing, law, omega, amplitude)
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
-        kept = _kept("oscillation", flow.beta) if np.isfinite(error) else kept
+        kept = table.kept("oscillation", flow.beta) if np.isfinite(error) else kept
         if law.alpha < 1:
             found = nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
             best = complex(found.storage[0], found.loss[0])
@@ -224,7 +224,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     arguments = {"rates": [at], "damping": used, "strain": average[way], "background": BACKGROUND}
-    kept = _kept("flow", flow.beta) if way == "linear flow" else (0, 0)
+    kept = table.kept("flow", flow.beta) if way == "linear flow" else (0, 0)
     return FlowChoice(way, errors[way], options, used, TRANSIENT + average[way], None, flow_curve, arguments, kept=kept)
 
 
@@ -242,12 +242,6 @@ def _options(errors: dict[str, float], strains: dict[str, float], tolerance: flo
     ]
     options, row = judge(rows, "order")
     return options.drop(columns="order"), row
-
-
-def _kept(kind: str, beta: float) -> tuple[int, int]:
-    """How often promises of a kind were kept: at the same end of beta, or at both between them."""
-    end = beta if beta in SLIDING_BETAS else None
-    return shipped_errors().kept(Part.CHECK if beta == 1 else Part.SLIDING_CHECK, kind, end)
 
 
 def _average(noise: float, tolerance: float, model_error: float) -> float:

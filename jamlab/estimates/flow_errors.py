@@ -1,50 +1,36 @@
-"""How far simpler models of flow are off, measured: runs beside them, and the error that they promise elsewhere.
+"""How far simpler models of flow are off: the error that they promise for a packing at some conditions.
 
-`flow_errors.csv.xz` in this package, made by `python -m studies tables flow-errors`, holds runs of disks at many
-conditions, each with the error of the simpler model. Two numbers carry them over to other packings: amplitude over
-overlap, which says whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
+`flow_errors.json` in this package, made by `python -m studies tables flow-errors`, holds what runs of disks at many
+conditions showed, each beside the simpler model. Two numbers carry them over to other packings: amplitude over overlap,
+which says whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
 """
 
+import json
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cache, cached_property
-from pathlib import Path
+from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.estimates.ways import read_table
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
-from jamlab.statistics.confidence import exceeded_by_few
 
-SIZE = 64  # disks of the packings that make the table
+SIZE = 64  # disks of the packings that were measured
 STOKES = 0.0  # in the place of alpha
 SLIDING_BETAS = (0.1, 10.0)
-BACKGROUND = 1e-2  # drag against the affine flow in all steady flow of the table, k tau_1; power laws take ten times
-# longer without
-LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
-COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
-_CONDITION = ["alpha", "drag", "amplitude"]
-_SHORT_BLOCKS = 1.5  # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those of the table, over 3
-_FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
-_SPRINGS = 2.0  # exponent of the repulsion of all disks of the table
+BACKGROUND = 1e-2  # drag against the affine flow in all steady flow that was measured, k tau_1; power laws take ten
+# times longer without
+LEAST_ERROR = 0.01  # that a promise can be: the runs are as good as that
+_SHORT_BLOCKS = (
+    1.5  # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those that were measured, over 3
+)
+_SPRINGS = 2.0  # exponent of the repulsion of all disks that were measured
 _RATIO = 1.4  # of their two sizes, half and half
-_DIGITS = 1e-4  # relative: the table has five digits
-
-
-class Part(StrEnum):
-    """Packings of the table, by what they are for."""
-
-    CALIBRATE = "calibrate"  # a few at every condition of a grid
-    MANY = "many"  # under linear drag, at strains at which few rearrange
-    CHECK = "check"  # others at random conditions, which promises are held against
-    SLIDING = "sliding"  # at random conditions where sliding is damped less and more than approach
-    SLIDING_CHECK = "sliding check"  # others, which promises at such beta are held against
+_DIGITS = 1e-4  # relative: conditions have five digits
 
 
 class Flow(NamedTuple):
@@ -93,59 +79,54 @@ class Outside(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FlowErrors:
-    """A table of runs, and what it promises; what was worked out of it once is remembered."""
+    """Errors that were measured, on a grid of conditions.
 
-    rows: pd.DataFrame
+    Attributes:
+        content: `grids`, for each kind and drag law the error that is promised (null: nothing) over alpha, drag and
+            amplitude; `factor`, by which promises are wider at other beta; `kept`, checks that held and their number;
+            `scatter` of a mean stress over beta; `measured`, ranges of the conditions.
+    """
+
+    content: dict[str, Any]
 
     def promise(self, flow: Flow) -> float:
         """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
-        At a condition with enough runs it is the error that few of them exceed. Elsewhere the median counts, times the
-        ratio to it that few runs exceed, of all drags at one amplitude together. Between conditions it lies on lines;
-        where drag or strain are less than in the table, and errors tend to a limit, it is that of the least. One
-        packing in twenty rearranges early, which a few do not show: no G* is promised better than that under linear
-        drag, of which there are many. At another beta all of this is wider, see `sliding_factor`.
+        Between conditions it lies on lines; where drag or strain are less than in the grid, and errors tend to a
+        limit, it is that of the least. One packing in twenty rearranges early, which a few do not show: no G* is
+        promised better than that under linear drag, of which there are many. At another beta all of this is wider, see
+        `sliding_factor`.
         """
         factor = self.sliding_factor(flow.kind, flow.beta)
-        return factor * self._promise_at_one(flow) if np.isfinite(factor) else np.inf
+        return factor * self.promise_at_one(flow) if np.isfinite(factor) else np.inf
 
     def sliding_factor(self, kind: str, beta: float) -> float:
-        """Factor by which promises are wider where sliding is not damped as approach is, at least 1. 95 % of the runs
-        at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both where one has too
-        few; beta between them counts as they do. Infinite beyond, or if there are too few runs."""
+        """Factor by which promises are wider where sliding is not damped as approach is, at least 1; infinite beyond
+        `SLIDING_BETAS`, or if there are too few runs."""
         if beta == 1.0:
             return 1.0
-        return self._factors[kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else np.inf
+        factor = self.content["factor"][kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else None
+        return np.inf if factor is None else float(factor)
 
-    def kept(self, part: str = Part.CHECK, kind: str | None = None, beta: float | None = None) -> tuple[int, int]:
-        """How many checks, on other packings at random conditions, stayed below the error promised, and of how many for
-        which one was; `part` is `CHECK`, of beta = 1, or `SLIDING_CHECK`; None: of both kinds, of all beta."""
-        checks = self.rows[self.rows["part"] == part]
-        for name, only in (("kind", kind), ("beta", beta)):
-            checks = checks if only is None else checks[checks[name] == only]
-        promised = self.promises(checks)
-        known = np.isfinite(promised)
-        return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
-
-    def promises(self, rows: pd.DataFrame, *, at_one: bool = False) -> Array:
-        """(m,) what is promised for some rows of the table; as if all had beta = 1, if that is asked for."""
-        flows = [Flow(*row) for row in rows[["kind", *_CONDITION, "beta"]].itertuples(index=False)]
-        return np.array([self._promise_at_one(flow) if at_one else self.promise(flow) for flow in flows])
+    def kept(self, kind: str, beta: float) -> tuple[int, int]:
+        """How many checks, on other packings at random conditions, stayed below the error promised, and of how many: at
+        the same end of beta, or at both ends between them."""
+        end = f"{beta:g}" if beta in (1.0, *SLIDING_BETAS) else "ends"
+        held, number = self.content["kept"][kind][end]
+        return held, number
 
     def scatter_of_flow(self, beta: float = 1.0) -> float:
-        """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over runs at beta = 1.
-        For another beta that of the runs at the end of `SLIDING_BETAS` on its side counts, if it is larger. Stress of
-        64 disks remembers more strain than blocks of a short run are long: the table's is raised by as much."""
-        rows = self.rows[(self.rows["kind"] == "flow") & (self.rows["n"] == SIZE)]
-        means = rows.groupby("beta")["scatter"].mean()
-        usual = float(means.loc[1.0])
-        end = float(means.get(SLIDING_BETAS[0] if beta < 1 else SLIDING_BETAS[1], usual))
+        """Standard error of a mean stress over that stress, of 64 disks at unit strain. For another beta than 1 the one
+        at the end of `SLIDING_BETAS` on its side counts, if it is larger. Stress of 64 disks remembers more strain than
+        blocks of a short run are long: what was measured is raised by as much."""
+        means = self.content["scatter"]
+        usual = float(means["1"])
+        end = float(means.get(f"{SLIDING_BETAS[0] if beta < 1 else SLIDING_BETAS[1]:g}", usual))
         return _SHORT_BLOCKS * (usual if beta == 1.0 else max(usual, end))
 
     def outside(self, packing: Packing, flow: Flow) -> tuple[Outside, ...]:
-        """What of a packing and a flow lies outside the rows of its kind; larger packings than measured do not."""
-        rows = self.rows[self.rows["kind"] == flow.kind]
-        power = rows[rows["alpha"].isin([STOKES, 1.0]) == (flow.alpha in (STOKES, 1.0))]
+        """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
+        measured, linear = self.content["measured"][flow.kind], flow.alpha in (STOKES, 1.0)
         found = [] if packing.model == "sp" else [Outside("model", packing.model, "sp", "sp")]
         if (exponent := float(packing.params.get("exponent", _SPRINGS))) != _SPRINGS:
             found += [Outside("exponent", exponent, _SPRINGS, _SPRINGS)]
@@ -153,29 +134,30 @@ class FlowErrors:
         if (d := packing.diameters) is not None:
             given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
             given += [("width of the diameters", d.std() / d.mean(), *2 * [(_RATIO - 1) / (_RATIO + 1)])]
-        given += [("particles", packing.n, rows["n"].min(), np.inf)]
-        given += [("pressure over stiffness", mean_overlap(packing), rows["pressure"].min(), rows["pressure"].max())]
+        given += [("particles", packing.n, measured["n"], np.inf)]
+        given += [("pressure over stiffness", mean_overlap(packing), *measured["pressure"])]
         given += [("beta", flow.beta, *SLIDING_BETAS)]
         if flow.alpha != STOKES:
-            given += [("alpha", flow.alpha, rows.loc[rows["alpha"] != STOKES, "alpha"].min(), rows["alpha"].max())]
+            given += [("alpha", flow.alpha, *measured["alpha"])]
         elif flow.kind == "flow":
             found += [Outside("drag", "Stokes", "contact damping", "contact damping")]
         if flow.kind == "flow":
-            given += [("linear rate (tau rate)^alpha", flow.drag, rows["drag"].min(), rows["drag"].max())]
+            given += [("linear rate (tau rate)^alpha", flow.drag, *measured["drag"])]
         else:
-            least = 0.0 if flow.alpha in (STOKES, 1.0) else power["drag"].min()
-            given += [("drag over elasticity", flow.drag, least, np.inf)]
-            given += [("strain over overlap", flow.amplitude, 0.0, power["amplitude"].max())]
+            given += [("drag over elasticity", flow.drag, 0.0 if linear else measured["power_drag"], np.inf)]
+            largest = measured["linear_amplitude" if linear else "power_amplitude"]
+            given += [("strain over overlap", flow.amplitude, 0.0, largest)]
         for name, value, low, high in given:
             if not low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS):
                 found.append(Outside(name, float(value), float(low), float(high)))
         return tuple(found)
 
-    def _promise_at_one(self, flow: Flow) -> float:
-        axes, upper = self._grids[flow.kind, flow.alpha == STOKES]
-        if not upper.size:
+    def promise_at_one(self, flow: Flow) -> float:
+        """What `promise` would be at beta = 1."""
+        grid = self._grids.get(f"{flow.kind}, {'stokes' if flow.alpha == STOKES else 'contact'}")
+        if grid is None:
             return np.inf
-        alphas, drags, amplitudes = axes
+        alphas, drags, amplitudes, upper = grid
         alpha, x, y = flow.alpha, float(np.log(flow.drag)), float(np.log(flow.amplitude))
         if flow.kind == "flow":
             alpha = min(alpha, alphas[-1])
@@ -189,62 +171,23 @@ class FlowErrors:
         promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)  # linear in 1 - alpha
         if flow.kind == "flow" or alpha == 1.0:
             return promised
-        return max(promised, self._promise_at_one(flow._replace(alpha=1.0)))
+        return max(promised, self.promise_at_one(flow._replace(alpha=1.0)))
 
     @cached_property
-    def _factors(self) -> dict[str, float]:
-        found = {}
-        for kind in ("oscillation", "flow"):
-            rows = self.rows[(self.rows["part"] == Part.SLIDING) & (self.rows["kind"] == kind)]
-            ratio = rows["error"] / self.promises(rows, at_one=True)
-            ratio = ratio[ratio > 0]  # where nothing is promised it is 0
-            each = [exceeded_by_few(part.to_numpy()) for _, part in ratio.groupby(rows["beta"])]
-            enough = bool(each) and np.isfinite(each).all()
-            found[kind] = max([1.0, *(each if enough else [exceeded_by_few(ratio.to_numpy())])])
+    def _grids(self) -> dict[str, tuple[Array, ...]]:
+        """alpha, ln drag, ln amplitude and the logarithm of the error."""
+        found: dict[str, tuple[Array, ...]] = {}
+        for name, grid in self.content["grids"].items():
+            error = np.array(grid["error"], dtype=np.float64)  # null becomes nan
+            axes = np.array(grid["alpha"]), np.log(grid["drag"]), np.log(grid["amplitude"])
+            found[name] = (*axes, np.where(np.isnan(error), np.inf, np.log(error)))
         return found
-
-    @cached_property
-    def _grids(self) -> dict[tuple[str, bool], tuple[list[Array], Array]]:
-        rows = self.rows[self.rows["part"].isin([Part.CALIBRATE, Part.MANY])]
-        rows = rows[(rows["kind"] != "flow") | (rows["alpha"] < 1.0)]  # linear drag beside itself has no error
-        stokes = rows["alpha"] == STOKES
-        return {
-            (kind, law): _upper_errors(rows[(rows["kind"] == kind) & (stokes == law)])
-            for kind in ("oscillation", "flow")
-            for law in (False, True)
-        }
-
-
-def _upper_errors(rows: pd.DataFrame) -> tuple[list[Array], Array]:
-    """Axes (alpha, ln drag, ln amplitude) of some rows, and on them the logarithm of the error that is promised."""
-    error, places = rows["error"].clip(lower=_FLOOR), [rows[name] for name in _CONDITION]
-    median = error.groupby(places).transform("median")
-    alike = [rows["alpha"].isin([STOKES, 1.0]), rows["amplitude"]]  # power laws together, and drags
-    pooled = median * _quantile((error / median).groupby(alike))
-    own = _quantile(error.groupby(places))
-    promised = own.where(np.isfinite(own), pooled).groupby(places).first().map(np.log).unstack("amplitude")
-    alphas, drags = (np.unique(rows[name].to_numpy(dtype=np.float64)) for name in _CONDITION[:2])
-    every = pd.MultiIndex.from_product([alphas, drags])
-    grid = promised.reindex(every).bfill(axis=1).cummax(axis=1)  # errors grow with amplitude
-    amplitudes = np.log(grid.columns.to_numpy(dtype=np.float64))
-    upper = grid.fillna(np.inf).to_numpy().reshape(len(alphas), len(drags), len(amplitudes))
-    return [alphas, np.log(drags), amplitudes], upper
-
-
-def _quantile(errors: Any) -> Any:
-    """What few of a group exceed, for each of its rows."""
-    return errors.transform(lambda group: exceeded_by_few(group.to_numpy()))
-
-
-def read_errors(path: Path | None = None) -> FlowErrors:
-    """Read the shipped runs, or those written by `python -m studies tables flow-errors`."""
-    return FlowErrors(read_table(path, "flow_errors.csv.xz", COLUMNS, "python -m studies tables flow-errors"))
 
 
 @cache
 def shipped_errors() -> FlowErrors:
-    """The shipped runs, read once."""
-    return read_errors()
+    """The shipped errors, read once."""
+    return FlowErrors(json.loads(resources.files("jamlab.estimates").joinpath("flow_errors.json").read_text("utf-8")))
 
 
 def relative_amplitude(packing: Packing, amplitude: float) -> float:

@@ -1,0 +1,137 @@
+"""What runs of flow beside simpler models promise of other packings: the table of runs, reduced to a grid of errors.
+
+`flow_errors.csv.xz` beside this file holds the runs; `jamlab/estimates/flow_errors.json` what follows from them.
+"""
+
+from collections.abc import Iterable
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.estimates.flow_errors import SIZE, SLIDING_BETAS, STOKES, Flow, FlowErrors
+from jamlab.estimates.ways import read_table
+from jamlab.statistics.confidence import exceeded_by_few
+
+COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
+KINDS = ("oscillation", "flow")
+_CONDITION = ["alpha", "drag", "amplitude"]
+_FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
+
+
+class Part(StrEnum):
+    """Packings of the table, by what they are for."""
+
+    CALIBRATE = "calibrate"  # a few at every condition of a grid
+    MANY = "many"  # under linear drag, at strains at which few rearrange
+    CHECK = "check"  # others at random conditions, which promises are held against
+    SLIDING = "sliding"  # at random conditions where sliding is damped less and more than approach
+    SLIDING_CHECK = "sliding check"  # others, which promises at such beta are held against
+
+
+def read_runs(path: Path | None = None) -> pd.DataFrame:
+    """Read the runs of this folder, or those of a file written by `python -m studies tables flow-errors`."""
+    path = path or Path(__file__).with_name("flow_errors.csv.xz")
+    return read_table(path, path.name, COLUMNS, "python -m studies tables flow-errors")
+
+
+def reduce_runs(rows: pd.DataFrame) -> FlowErrors:
+    """Errors that the runs promise, with what the checks of them say."""
+    errors = FlowErrors({"grids": _grids(rows)})
+    errors.content["factor"] = {kind: _factor(errors, rows, kind) for kind in KINDS}
+    ends = [1.0, *SLIDING_BETAS, None]
+    errors.content["kept"] = {
+        kind: {"ends" if end is None else f"{end:g}": checks_kept(errors, rows, kind, end) for end in ends}
+        for kind in KINDS
+    }
+    scatter = rows[(rows["kind"] == "flow") & (rows["n"] == SIZE)].groupby("beta")["scatter"].mean()
+    errors.content["scatter"] = {f"{beta:g}": float(mean) for beta, mean in scatter.items()}
+    parts = {kind: rows[rows["kind"] == kind] for kind in KINDS}
+    errors.content["measured"] = {kind: _ranges(part) for kind, part in parts.items() if len(part)}
+    return errors
+
+
+def checks_kept(errors: FlowErrors, rows: pd.DataFrame, kind: str | None, beta: float | None) -> tuple[int, int]:
+    """How many checks, on other packings at random conditions, stayed below the error promised, and of how many for
+    which one was; None: of both kinds, of all beta but 1."""
+    checks = rows[rows["part"] == (Part.CHECK if beta == 1.0 else Part.SLIDING_CHECK)]
+    for name, only in (("kind", kind), ("beta", beta)):
+        checks = checks if only is None else checks[checks[name] == only]
+    promised = promises(errors, checks)
+    known = np.isfinite(promised)
+    return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
+
+
+def promises(errors: FlowErrors, rows: pd.DataFrame, *, at_one: bool = False) -> Array:
+    """(m,) what is promised for some runs; as if all had beta = 1, if that is asked for."""
+    flows = [Flow(*row) for row in rows[["kind", *_CONDITION, "beta"]].itertuples(index=False)]
+    return np.array([errors.promise_at_one(flow) if at_one else errors.promise(flow) for flow in flows])
+
+
+def _factor(errors: FlowErrors, rows: pd.DataFrame, kind: str) -> float | None:
+    """95 % of the runs at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both where
+    one has too few; None if there are too few runs."""
+    rows = rows[(rows["part"] == Part.SLIDING) & (rows["kind"] == kind)]
+    ratio = rows["error"] / promises(errors, rows, at_one=True)
+    ratio = ratio[ratio > 0]  # where nothing is promised it is 0
+    each = [exceeded_by_few(part.to_numpy()) for _, part in ratio.groupby(rows["beta"])]
+    enough = bool(each) and np.isfinite(each).all()
+    factor = max([1.0, *(each if enough else [exceeded_by_few(ratio.to_numpy())])])
+    return factor if np.isfinite(factor) else None
+
+
+def _grids(rows: pd.DataFrame) -> dict[str, Any]:
+    rows = rows[rows["part"].isin([Part.CALIBRATE, Part.MANY])]
+    rows = rows[(rows["kind"] != "flow") | (rows["alpha"] < 1.0)]  # linear drag beside itself has no error
+    found = {}
+    for kind in KINDS:
+        for name, law in (("stokes", rows["alpha"] == STOKES), ("contact", rows["alpha"] != STOKES)):
+            if len(part := rows[(rows["kind"] == kind) & law]):
+                found[f"{kind}, {name}"] = _upper_errors(part)
+    return found
+
+
+def _upper_errors(rows: pd.DataFrame) -> dict[str, Any]:
+    """Error that is promised over alpha, drag and amplitude. At a condition with enough runs it is the error that few
+    of them exceed. Elsewhere the median counts, times the ratio to it that few runs exceed, of all drags at one
+    amplitude together."""
+    error, places = rows["error"].clip(lower=_FLOOR), [rows[name] for name in _CONDITION]
+    median = error.groupby(places).transform("median")
+    alike = [rows["alpha"].isin([STOKES, 1.0]), rows["amplitude"]]  # power laws together, and drags
+    pooled = median * _quantile((error / median).groupby(alike))
+    own = _quantile(error.groupby(places))
+    promised = own.where(np.isfinite(own), pooled).groupby(places).first().unstack("amplitude")
+    axes = {name: np.unique(rows[name].to_numpy(dtype=np.float64)).tolist() for name in _CONDITION}
+    every = pd.MultiIndex.from_product([axes["alpha"], axes["drag"]])
+    grid = promised.reindex(every).bfill(axis=1).cummax(axis=1)  # errors grow with amplitude
+    upper = grid.to_numpy().reshape(len(axes["alpha"]), len(axes["drag"]), len(axes["amplitude"]))
+    known: Any = upper.astype(object)
+    known[~np.isfinite(upper)] = None
+    return axes | {"error": known.tolist()}
+
+
+def _quantile(errors: Any) -> Any:
+    """What few of a group exceed, for each of its rows."""
+    return errors.transform(lambda group: exceeded_by_few(group.to_numpy()))
+
+
+def _ranges(rows: pd.DataFrame) -> dict[str, Any]:
+    """Conditions of the runs of one kind."""
+
+    def ends(values: Iterable[float]) -> list[float]:
+        return [float(min(values)), float(max(values))]
+
+    power = rows[~rows["alpha"].isin([STOKES, 1.0])]
+    linear = rows.drop(power.index)
+    return {
+        "n": int(rows["n"].min()),
+        "pressure": ends(rows["pressure"]),
+        "alpha": ends(rows.loc[rows["alpha"] != STOKES, "alpha"]),
+        "drag": ends(rows["drag"]),
+        "power_drag": float(power["drag"].min()),
+        "linear_amplitude": float(linear["amplitude"].max()),
+        "power_amplitude": float(power["amplitude"].max()),
+    }
