@@ -3,6 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -103,6 +104,9 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     with warnings.catch_warnings(record=True) as notes:
         warnings.simplefilter("always")
         packing = jamlab.read(settings["data"])
+    with open(settings["data"], "rb") as file:
+        if not any(line.rstrip().endswith(b" atoms") for line in islice(file, 100)):
+            raise InputError(f"data = {settings['data']}: LAMMPS reads a file of jamlab.write_data or of another deck")
     for note in notes:
         typer.echo(str(note.message))
     if packing.model != (taken := settings.get("model", "sp")):
@@ -126,7 +130,7 @@ def check_setting(deck_name: str, name: str, text: str, known: Mapping[str, str]
 
     own = sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
     if name not in own:
-        raise InputError(f"--{name}: {deck_name} has no such variable; {name_meant(name, own, ', '.join(own))}")
+        raise InputError(f"--{name}: {deck_name} has no such variable; {name_meant(name.lower(), own, ', '.join(own))}")
     choices, limits = _choices(), limits_of(deck_name)
     if name in choices:
         if text not in choices[name]:

@@ -30,6 +30,7 @@ def stress_of(packing):
 def given(tmp_path, dense):
     """The folder of a test with the file of a packing of disks in it."""
     jamlab.write_data(tmp_path / "packing.data", dense)
+    jamlab.write_dump(tmp_path / "sp.dump", [dense])
     return tmp_path
 
 
@@ -69,6 +70,7 @@ def test_a_default_of_two_decks_is_one_number():
         ("in.sp.shear", "law", "k"),
         ("in.sp.shear", "d2", 2),
         ("in.sp.shear", "ratio", 1.4),
+        ("in.sp.shear", "data", "sp.dump"),
         ("in.sp.absent", "n", 8),
     ],
 )
@@ -77,7 +79,7 @@ def test_jamlab_deck_refuses_by_name_and_value(given, deck, name, value):
     words = [word for key, text in {**data, name: value}.items() for word in (f"--{key}", str(text))]
     done = call(given, "deck", deck, *words)
     assert done.exit_code == 1 and (name in done.stderr or str(value) in done.stderr or deck in done.stderr)
-    assert [path.name for path in given.iterdir()] == ["packing.data"]
+    assert sorted(path.name for path in given.iterdir()) == ["packing.data", "sp.dump"]
 
 
 @pytest.mark.parametrize("settings", [{"n": 7}, {"data": "packing.data"}], ids=["odd", "law unknown"])
