@@ -15,7 +15,7 @@ from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabErr
 from jamlab.geometry.contact_lengths import contact_lengths
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
 from jamlab.geometry.orientational_order import orientational_order
-from jamlab.geometry.packing_fraction import cover_outside_voids, packing_fraction
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
@@ -232,7 +232,6 @@ def _edges(packing: Packing) -> dict[str, float]:
 
 @_observes("rho", "voids", "void_sides", "void_area", "void_shape")
 def _cover(packing: Packing) -> dict[str, float]:
-    """For droplets rho comes from the same boundary as the voids."""
     try:
         found = voids(packing)
     except BoundaryError:
@@ -244,7 +243,7 @@ def _cover(packing: Packing) -> dict[str, float]:
         return float(values[closed].mean()) if closed.any() else float("nan")
 
     return {
-        "rho": packing_fraction(packing) if packing.offsets is None else cover_outside_voids(packing, found),
+        "rho": packing_fraction(packing),
         "voids": float(len(found.area)),
         "void_sides": mean(found.sides),
         "void_area": mean(found.area),

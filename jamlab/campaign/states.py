@@ -18,8 +18,8 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.models.models import optional_parameters
 from jamlab.packing.hdf5 import read_all
-from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
 from jamlab.protocols.onset import jam
@@ -67,7 +67,8 @@ def _at_pressures(
 def _particles(parameters: Parameters) -> dict[str, Any]:
     """Sizes, and parameters of the force law that a protocol takes by name; what it cannot change of a deck stays."""
     law = parameters.force_law
-    changes = dict(law) if parameters.model == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
+    optional = optional_parameters("sp")
+    changes = dict(law) if parameters.model == "dp" else {name: law[name] for name in optional if name in law}
     return changes if parameters.sizes is None else changes | {"sizes": parameters.sizes}
 
 

@@ -21,7 +21,7 @@ from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
 from jamlab.campaign.versions import as_column, unlike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
+from jamlab.models.models import MODELS
 from jamlab.packing.quantities import COLUMNS
 from jamlab.plotting.axes import merged
 from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
@@ -339,5 +339,5 @@ def _label(frame: pd.DataFrame, column: str) -> str:
     units: list[str] = []
     if column in _STRESSES and {"model", "units"} <= set(frame.columns):
         kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
-        units = list(dict.fromkeys(UNIT_OF_STRESS[model, unit] for model, unit in kinds))
+        units = list(dict.fromkeys(MODELS[model].unit_names[unit].stress for model, unit in kinds))
     return in_unit(LABELS.get(column, column), " or ".join(units))

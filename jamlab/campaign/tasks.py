@@ -25,7 +25,7 @@ from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.campaign.versions import STATES_BY, Versions, raised
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.law_parameters import OPTIONAL
+from jamlab.models.models import optional_parameters
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
 TASK_VERSION = 2  # of the groups in a task file and the meaning of the parameters
@@ -202,7 +202,7 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
 
 
 def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
-    usual = {name: default for name, (default, *_) in OPTIONAL[model].items()}
+    usual = {name: each.default for name, each in optional_parameters(model).items()}
     law = {
         name: value
         for name, value in (defaults(model) | sweep.force_law).items()

@@ -171,7 +171,7 @@ def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
     """Least and largest value of every number in the decks: those of the arguments of Python, where it has them."""
     from jamlab.checks import MOST_PARTICLES
     from jamlab.flow import creep, oscillate, overdamped_session, shear
-    from jamlab.packing.law_parameters import OPTIONAL
+    from jamlab.models.models import optional_parameters
     from jamlab.protocols.compression import LARGEST_TOLERANCE
     from jamlab.protocols.relaxation import LEAST_TOLERANCE
     from jamlab.protocols.size_distributions import LARGEST_RATIO
@@ -179,7 +179,7 @@ def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
 
     largest, above = 1e9, _ABOVE_ZERO
     background = (0.0, overdamped_session.LARGEST_BACKGROUND)
-    droplets = ".dp." in deck_name
+    droplets, exponent = ".dp." in deck_name, optional_parameters("sp")["exponent"]
     found: dict[str, tuple[float, float]] = {
         **dict.fromkeys(("u_jammed", "u_contact", "displacement", "nearby", "longest_edge", "skin"), (above, largest)),
         **dict.fromkeys(("short_edge", "fluid", "seed", "least"), (0, largest)),
@@ -201,7 +201,7 @@ def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
         "eta": (0, largest),
         "ka": (above, 1e5),  # stiffer droplets fly apart under the time step of FIRE
         "delta": (above, 2),
-        "exponent": OPTIONAL["sp"]["exponent"][1:],
+        "exponent": (exponent.least, exponent.largest),
         "ratio": (1, LARGEST_RATIO),
         "n": (2, MOST_PARTICLES),
         "pressure": (above, 30),

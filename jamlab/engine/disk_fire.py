@@ -1,7 +1,7 @@
 """FIRE over soft disks in compiled code: the steps of LAMMPS' `min_style fire`, at less than half its price.
 
 A step of LAMMPS serves any force field in three dimensions; one of `plugin/kernels/disk_fire.cpp` knows only disks that
-repel by `jamlab.packing.force_laws.disk_law`, and its threads share memory. The states are the same to rounding, unless
+repel by `jamlab.models.pair_laws.PowerLaw`, and its threads share memory. The states are the same to rounding, unless
 a disk has more than twice the mean diameter: its mass then grows with it. Forces, energy and stress of the last state
 are always LAMMPS' own.
 """
@@ -16,7 +16,6 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
-from jamlab.packing.force_laws import disk_law
 from jamlab.packing.packing import Packing
 
 
@@ -98,18 +97,21 @@ def fire_disks(
 
     Returns:
         The packing, the steps taken, and the largest force left. None if the box is so small (three times the largest
-        disk) that two disks may meet in two images, which the kernel does not count.
+        disk) that two disks may meet in two images, which the kernel does not count, or if it does not know the law.
 
     Raises:
         EngineError: positions are not finite, or no threads can be started.
         MemoryError: out of memory.
     """
     assert packing.diameters is not None
+    law = packing.law.kernel_arguments()
+    if law is None:
+        return None
     positions, largest = packing.positions.copy(), np.zeros(1)
     box = packing.box[[0, 1, 1], [0, 0, 1]]
     strains = np.zeros((0, 2, 2)) if border is None else border.strains
     taken = _fire_disks(
-        *(packing.n, positions, packing.diameters, box, *disk_law(packing).kernel_arguments()),
+        *(packing.n, positions, packing.diameters, box, *law),
         *(force, steps, threads, SKIN),
         *(np.array(astuple(fire or fire_settings())), DELAY, MOST_UPHILL, len(strains)),
         *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),

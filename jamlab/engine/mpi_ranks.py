@@ -16,7 +16,6 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.force_laws import lammps_variables
 from jamlab.packing.lammps_files import MAX_TYPES, types, write_data
 from jamlab.packing.packing import Packing
 from jamlab.processes.child import child_environment
@@ -85,7 +84,7 @@ def law_settings(packing: Packing) -> dict[str, object]:
     Raises:
         InputError: more sizes than types, which decks take a size from.
     """
-    found = lammps_variables(packing)
+    found = packing.kind.lammps_variables(packing)
     if packing.model == "sp":
         if (table := types(packing)).classes:
             raise InputError(f"more than {MAX_TYPES} sizes of disks: decks take a size from its type; use Python")

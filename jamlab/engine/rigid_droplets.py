@@ -1,7 +1,7 @@
 """Droplets as rigid bodies in compiled code: three coordinates of each, where its vertices have dozens.
 
 Droplets that do not touch are regular polygons of the size at which line tension and area elasticity balance, see
-`jamlab.packing.free_droplet`. So below onset their minima are those of rigid polygons with the same rims,
+`jamlab.models.droplets`. So below onset their minima are those of rigid polygons with the same rims,
 `plugin/kernels/rigid_polygons.h`; above onset rigid polygons press harder, since only their rims give way.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
-from jamlab.packing.free_droplet import free_polygon_area
+from jamlab.models.droplets import free_polygon_area
 from jamlab.packing.packing import Packing
 
 _relax = kernel(

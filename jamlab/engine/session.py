@@ -29,8 +29,7 @@ from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, start_lammps
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.force_laws import disk_law, has_springs, lammps_variables
-from jamlab.packing.lammps_files import types, wrap, write_data
+from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import refuse_crossings, self_crossings
@@ -163,7 +162,7 @@ class Session:
     @property
     def springs(self) -> bool:
         """Whether contact forces grow in proportion to overlaps."""
-        return has_springs(self._packing)
+        return self._packing.law.springs
 
     @property
     def size(self) -> int:
@@ -180,7 +179,7 @@ class Session:
         """
         before = self._packing
         self._hold(packing)
-        stretched = packing.model == "dp" and _longest_edge(self._packing) >= _EDGE_KEPT * self._edge_limit
+        stretched = packing.kind.longest_edge(self._packing) > _EDGE_KEPT * self._edge_limit
         if anew or stretched or self._packing.difference(before) is not None:
             self._build()
             return
@@ -395,16 +394,17 @@ class Session:
 
     def _build(self) -> None:
         packing = self._packing
-        table = types(packing)
-        settings = lammps_variables(packing)
+        table, kind = types(packing), packing.kind
+        section = section_of_sizes(packing, table)
+        settings = kind.lammps_variables(packing)
         settings |= {"out": packing.model, "of_python": "yes", "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
-        own = packing.model == "sp" and table.classes  # diameters go by disk instead of by type
-        if own:
-            settings["own_sizes"] = f"sizes d_diameter power {_text(disk_law(packing).power_of_reach)}"
-            settings["section"] = "fix d_diameter NULL d_diameter"
-        if packing.model == "dp":
-            settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
+        if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
+            settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
+            settings["section"] = f"fix {section} NULL {section}"
+        if longest := kind.longest_edge(packing):  # it sets the neighbour cutoff, so it stays near what there is
+            self._edge_limit = max(float(defaults("dp")["longest_edge"]), _EDGE_ROOM * longest)
+            settings["longest_edge"] = self._edge_limit
 
         self.command("clear")
         self.command(f"newton {'on' if self._newton else 'off'}")
@@ -480,15 +480,6 @@ def _plain_name(file: Path) -> Iterator[str]:
         return
     with open(file, "rb") as opened:
         yield f"/dev/fd/{opened.fileno()}"
-
-
-def _edge_limit(packing: Packing) -> float:
-    """Longest edge that the pair style must expect: it sets the neighbour cutoff, so keep it near what there is."""
-    return max(float(defaults("dp")["longest_edge"]), _EDGE_ROOM * _longest_edge(packing))
-
-
-def _longest_edge(packing: Packing) -> float:
-    return float(np.hypot(*packing.edges.T).max())
 
 
 def _check_fits(packing: Packing) -> None:

@@ -20,7 +20,7 @@ from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.flow.shear_run import TRANSIENT
-from jamlab.packing.force_laws import drag_stiffness
+from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus, warn_of_negative
@@ -192,7 +192,7 @@ def _for_oscillation(
         arguments = {"omega": [omega], "damping": linear}
     elif way == "equivalent damping":  # linear drag that dissipates as much at this stress
         stress = abs(best) * (amplitude or 0.0)
-        time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=drag_stiffness(packing))[0]
+        time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=stiffness_scale(packing))[0]
         arguments = {"omega": [omega], "damping": replace(linear, tau=law.tau * float(time))}
     else:
         function = shear_modulus

@@ -15,7 +15,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.mechanics.stiffness import pressure
-from jamlab.packing.force_laws import drag_stiffness
+from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -197,7 +197,7 @@ def relative_amplitude(packing: Packing, amplitude: float) -> float:
 
 def mean_overlap(packing: Packing) -> float:
     """Pressure over stiffness, the column `pressure` of the table."""
-    return pressure(packing) / drag_stiffness(packing)
+    return pressure(packing) / stiffness_scale(packing)
 
 
 def _short(value: float | str) -> str:

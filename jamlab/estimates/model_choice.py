@@ -22,7 +22,7 @@ from jamlab.errors import InputError
 from jamlab.estimates import ways
 from jamlab.estimates.options import Why, judge
 from jamlab.estimates.ways import STEP, EnsembleWay, N, WayRecord, Ways
-from jamlab.packing.law_parameters import MODELS
+from jamlab.models.models import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.protocols.size_distributions import Sizes

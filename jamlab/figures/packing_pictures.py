@@ -23,7 +23,6 @@ from jamlab.packing.packing_plot import (
     draw_background,
     draw_particles,
     move_home,
-    particle_shapes,
     size_colours,
 )
 from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
@@ -81,7 +80,7 @@ def draw_cells(axes: Any, packing: Packing, title: str = "") -> None:
 def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
     """Draw overlaps dark, with the common chords that divide them, as fig 1 of Boromand et al. SP: the chord (white)
     divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined."""
-    fills, lines = (move_home(packing, shapes) for shapes in particle_shapes(packing))
+    fills, lines = (move_home(packing, shapes) for shapes in packing.kind.rings(packing))
     shapes = shapely.polygons([shapely.linearrings(fill) for fill in fills])
     moves = lattice_moves(packing.box)
     moved = [shapely.transform(shapes, lambda x, move=move: x + move) for move in moves]

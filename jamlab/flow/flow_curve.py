@@ -29,7 +29,6 @@ from jamlab.flow.overdamped_session import background_drag, check_flowing
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear import TOLERANCE, check_rates, shear
 from jamlab.flow.shear_run import TRANSIENT, ShearRun
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
@@ -289,7 +288,7 @@ def flow_curve(
         return cost_of_flow(packing, rates, law, strain=strain + discard, tolerance=tolerance, background=background)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
     file = RunFile(out, FlowCurve, packing, law, task)
-    facts = {**task, "damping": law, "unit": UNIT_OF_STRESS[packing.model, packing.units]}
+    facts = {**task, "damping": law, "unit": packing.unit_names.stress}
     points = _known_points(file.before)
     missing = [rate for rate in wanted if rate not in points]
     done = dict.fromkeys(missing, 0.0)

@@ -24,11 +24,10 @@ from jamlab.rheology.damping import Damping
 
 def check_touching(packing: Packing) -> None:
     """Refuse particles of which no two touch."""
-    particles = "disks" if packing.model == "sp" else "droplets"
     if contacts(packing).loose:
         raise InputError(
-            f"no {particles} touch at phi = {packing.phi:.4g}, so nothing holds or resists: give a jammed packing, or "
-            "shear it at a rate"
+            f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}, so nothing holds or resists: give a jammed "
+            "packing, or shear it at a rate"
         )
 
 

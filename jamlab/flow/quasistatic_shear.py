@@ -23,7 +23,6 @@ from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import count_pressing
 from jamlab.packing.deformation import sheared
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -225,7 +224,7 @@ class Walk:
             steps=self._minima,
             iterations=0,
             seconds=time.perf_counter() - self._began,
-            unit=UNIT_OF_STRESS[self.packing.model, self.packing.units],
+            unit=self.packing.unit_names.stress,
             shear_rate=0.0,
             strain_asked=abs(strain),
         )

@@ -10,7 +10,6 @@ import numpy as np
 
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import FlowState, Length, OverdampedSession
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -35,7 +34,7 @@ class Recording:
         length: Length,
     ) -> None:
         self._how = {"damping": damping, "background": background, "tolerance": tolerance}
-        self._unit = UNIT_OF_STRESS[packing.model, packing.units]
+        self._unit = packing.unit_names.stress
         self._began = time.perf_counter() - (before.seconds if before else 0.0)
         self._steps = before.steps if before else 0
         self.rows: list[FlowState] = _rows(before) if before else []

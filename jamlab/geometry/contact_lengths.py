@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -86,7 +85,7 @@ def contact_lengths(packing: Packing) -> ContactLengths:
     sides = [_length_inside(rings[a], grown[b], s) for a, b, s in ((i, j, r), (j, i, -r))]
     length = 0.5 * (sides[0] + sides[1])
     touching = length > 0
-    return ContactLengths(pairs[touching], length[touching], UNIT_OF_LENGTH[packing.model, packing.units])
+    return ContactLengths(pairs[touching], length[touching], packing.unit_names.length)
 
 
 def _length_inside(

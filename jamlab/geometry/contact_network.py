@@ -11,18 +11,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
-from jamlab.geometry.vertex_contacts import (
-    PairNames,
-    VertexContacts,
-    name_pairs,
-    pair_polygons,
-    touching_disks,
-    vertex_contacts,
-)
 from jamlab.packing.derived import per_packing
-from jamlab.packing.force_laws import disk_law, reach, rim_law
-from jamlab.packing.law_parameters import UNIT_OF_FORCE
-from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
@@ -85,31 +74,9 @@ class ContactForces:
         return np.asarray(np.hypot(*self.on_j.T))
 
 
-def _between_disks(packing: Packing, meetings: Pairs) -> ContactForces:
-    pairs, distance = np.column_stack([meetings.i, meetings.j]), np.hypot(*meetings.r.T)
-    s = reach(packing, pairs)
-    push = -disk_law(packing)(s, distance)[1]
-    return ContactForces(_per_length(push, distance)[:, None] * meetings.r, distance - s)
-
-
-def _between_droplets(packing: Packing, meetings: VertexContacts, names: PairNames) -> ContactForces:
-    pairs, row, on_vertex_of_j = names
-    distance = meetings.distance
-    push = -rim_law(packing, distance)[1]
-    force = np.where(on_vertex_of_j, 1.0, -1.0)[:, None] * _per_length(push, distance)[:, None] * meetings.separation
-    on_j = np.zeros((len(pairs), 2))
-    np.add.at(on_j, row, force)
-    closest = np.full(len(pairs), np.inf)
-    np.minimum.at(closest, row, distance)
-    return ContactForces(on_j, closest - packing.params["delta"])
-
-
-def _per_length(push: Array, distance: Array) -> Array:
+def per_length(push: Array, distance: Array) -> Array:
     """Force over distance; disks in one place, or a vertex on an edge, have no direction to be pushed in."""
     return np.divide(push, distance, out=np.zeros_like(push), where=distance > 0)
-
-
-Meetings = Pairs | VertexContacts  # what presses on what: disks on disks, or vertices on edges
 
 
 @dataclass(frozen=True)
@@ -124,7 +91,6 @@ class Contacts:
         bearing: (m,) bool, contacts of `min_force` between two particles that are not rattlers.
         r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
-        meetings: SP: the touching disks, the same rows as `pairs`. DP: every contact of a vertex with an edge.
         packing: the packing whose contacts they are.
 
     Example:
@@ -138,7 +104,6 @@ class Contacts:
     bearing: NDArray[np.bool_]
     r: NDArray[np.float64]
     shift: NDArray[np.int64]
-    meetings: Meetings
     packing: Packing = field(repr=False, compare=False)
 
     __repr__ = short_repr
@@ -178,9 +143,8 @@ class Contacts:
     @property
     def forces(self) -> ContactForces:
         """Force and gap of every contact, by the force law of the packing."""
-        if isinstance(self.meetings, Pairs):
-            return _between_disks(self.packing, self.meetings)
-        return _between_droplets(self.packing, self.meetings, name_pairs(self.packing))
+        forces: ContactForces = self.packing.kind.contact_forces(self.packing)
+        return forces
 
     @drawn("LineCollection, such as color='black'; `linewidth` is that of the mean force, points", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -214,11 +178,6 @@ class Contacts:
         _draw_legend(axes, self, look.get("edgecolor", look.get("color")), width, bare)
 
 
-def find_meetings(packing: Packing) -> Meetings:
-    """Find the disks that touch, or the vertices and edges that touch in the contact form of a DP packing."""
-    return touching_disks(packing) if packing.model == "sp" else vertex_contacts(packing)
-
-
 @checked
 def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
     """Find the contacts and rattlers of a packing.
@@ -245,7 +204,7 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
     """
     if not (is_number(min_force) and 0 <= min_force <= 1):
         raise InputError(f"min_force = {min_force!r}: must be a number from 0 to 1, over the mean force of contacts")
-    found = Contacts(*_contacts_of_all(packing), find_meetings(packing), packing)
+    found = Contacts(*_contacts_of_all(packing), packing)
     if not min_force:
         return found
     size = found.forces.size
@@ -258,8 +217,7 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
 @per_packing
 def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDArray[np.bool_], Array, Indices]:
     """First five attributes of `Contacts`, whatever their force."""
-    meetings = find_meetings(packing)
-    near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, name_pairs(packing)[0])
+    near = packing.kind.pairs(packing)
     pairs = np.column_stack([near.i, near.j])
     return pairs, *find_rattlers(pairs, np.ones(packing.n, dtype=bool)), near.r, near.shift
 
@@ -275,8 +233,7 @@ def count_strong(packing: Packing) -> dict[str, float]:
 
 def count_pressing(packing: Packing) -> int:
     """Number of pairs of particles that press on each other, as in `Contacts.pairs`."""
-    meetings = find_meetings(packing)
-    return len(meetings.i) if isinstance(meetings, Pairs) else len(name_pairs(packing)[0])
+    return len(packing.kind.pairs(packing).i)
 
 
 @checked
@@ -310,18 +267,10 @@ def contacts_are_certain(packing: Packing) -> bool:
     same others."""
     if not packing.rounding:
         return True
-    reach = 3 * packing.rounding
-    if reach >= (packing.params["delta"] if packing.diameters is None else packing.diameters.min()):
+    wider, narrower = (packing.kind.grown(packing, growth) for growth in (3 * packing.rounding, -3 * packing.rounding))
+    if wider is None or narrower is None:
         return False
-    larger, smaller = (contacts(_grow(packing, growth)) for growth in (reach, -reach))
-    return np.array_equal(larger.pairs, smaller.pairs)
-
-
-def _grow(packing: Packing, growth: float) -> Packing:
-    """Particles that touch at distances larger by `growth`."""
-    if packing.diameters is not None:
-        return packing.with_state(diameters=packing.diameters + growth)
-    return packing.with_state(params={**packing.params, "delta": packing.params["delta"] + growth})
+    return np.array_equal(contacts(wider).pairs, contacts(narrower).pairs)
 
 
 def contact_lines(network: Contacts) -> Array:
@@ -344,7 +293,7 @@ def _draw_legend(axes: Any, network: Contacts, colour: Any, width: float, bare: 
     handles: list[Any] = [Line2D([], [], linestyle="none", label="no contacts")]
     if len(network.pairs):
         mean = float(network.forces.size.mean())
-        label = f"mean force {mean:.3g} {UNIT_OF_FORCE[packing.model, packing.units]}"
+        label = f"mean force {mean:.3g} {packing.unit_names.force}"
         handles = [Line2D([], [], color=colour, linewidth=width, label=label)]
     if bare and network.rattlers.any():
         count = int(network.rattlers.sum())

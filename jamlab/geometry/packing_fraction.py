@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from jamlab.arrays import Array
@@ -19,7 +17,7 @@ from jamlab.geometry.power_cells import (
     radical_height,
 )
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.geometry.voids.voids import BoundedVoids, Voids, bound_voids
+from jamlab.geometry.voids.voids import bound_voids
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -50,10 +48,12 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
         >>> round(jamlab.packing_fraction(p), 4), round(p.phi, 4)  # phi counts what two disks share twice
         (0.3854, 0.3927)
     """
-    if method not in METHODS[packing.model]:
-        choices = ", ".join(METHODS[packing.model])
-        raise InputError(f"unknown packing fraction {method!r} for model {packing.model}: use one of {choices}")
-    return METHODS[packing.model][method](packing)
+    methods = packing.kind.fraction_methods
+    if method not in methods:
+        raise InputError(
+            f"unknown packing fraction {method!r} for model {packing.model}: use one of {', '.join(methods)}"
+        )
+    return methods[method](packing)
 
 
 @checked
@@ -70,48 +70,33 @@ def exact_method(packing: Packing) -> str:
         >>> jamlab.exact_method(p)
         'pairs'
     """
-    if packing.model == "sp":
-        return cover_by_disks(packing)[1]
-    return _cover_by_droplets(packing)[1]
+    return packing.kind.cover(packing)[1]
 
 
 def cover_by_disks(packing: Packing) -> tuple[float, str]:
     """rho of an SP packing, and the way taken: "pairs" or "cells" (see `exact_method`)."""
     if cuts_overlap(disk_chords(packing)):
-        return float(disk_cells(packing).area.sum() / packing.area), "cells"
+        return fraction_by_cells(packing), "cells"
     return packing.phi - float(_lenses(touching_disks(packing), disk_radii(packing)).sum() / packing.area), "pairs"
 
 
-def cover_outside_voids(packing: Packing, found: Voids | BoundedVoids) -> float:
-    """rho of a packing from its voids, which leave the rest of the cell to the particles."""
-    return 1.0 - float(found.area.sum() / packing.area)
-
-
-def _cover_by_droplets(packing: Packing) -> tuple[float, str]:
+def cover_by_droplets(packing: Packing) -> tuple[float, str]:
+    """rho of a DP packing, and the way taken: "boundary" or "outlines" (see `exact_method`)."""
     try:
-        return cover_outside_voids(packing, bound_voids(packing)), "boundary"
+        return 1.0 - float(bound_voids(packing).area.sum() / packing.area), "boundary"
     except BoundaryError:
         return float(particle_areas(packing).sum() / packing.area), "outlines"
 
 
-def _subtract_pairs(packing: Packing) -> float:
+def fraction_by_cells(packing: Packing) -> float:
+    """Disks cut by their power cells, over the cell."""
+    return float(disk_cells(packing).area.sum() / packing.area)
+
+
+def fraction_by_pairs(packing: Packing) -> float:
     """Boromand et al. eq 9."""
     lenses = _lenses(touching_disks(packing), disk_radii(packing))
     return float((packing.phi * packing.area - lenses.sum()) / packing.area)
-
-
-METHODS: dict[str, dict[str, Callable[[Packing], float]]] = {
-    "sp": {
-        "exact": lambda packing: cover_by_disks(packing)[0],
-        "pairs": _subtract_pairs,
-        "cells": lambda packing: float(disk_cells(packing).area.sum() / packing.area),
-        "nominal": lambda packing: packing.phi,
-    },
-    "dp": {
-        "exact": lambda packing: _cover_by_droplets(packing)[0],
-        "nominal": lambda packing: packing.phi,
-    },
-}
 
 
 def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:

@@ -7,8 +7,6 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.power_cells import disk_cells
-from jamlab.geometry.rims import rims, shared_areas
 from jamlab.packing.packing import Packing
 
 SHAPE_DEFINITION = 1  # version, see jamlab.campaign.versions
@@ -30,9 +28,7 @@ def particle_areas(packing: Packing) -> Array:
         >>> bool(np.isclose(jamlab.particle_areas(p).sum() / p.area, jamlab.packing_fraction(p)))
         True
     """
-    if packing.model == "sp":
-        return disk_cells(packing).area.copy()
-    return shared_areas(packing)
+    return packing.kind.shares(packing)
 
 
 @checked
@@ -57,14 +53,7 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
         >>> a.shape, bool((a >= 1).all())
         ((32,), True)
     """
-    if packing.model == "sp":
-        cells = disk_cells(packing)
-        area, perimeter = cells.area, cells.perimeter
-    elif rim:
-        grown = rims(packing)
-        area, perimeter = grown.area, grown.perimeter
-    else:
-        area, perimeter = packing.polygon_areas, packing.perimeters
+    area, perimeter = packing.kind.outline(packing, rim)
     factors = np.full(packing.n, np.nan)
     np.divide(perimeter**2, 4 * np.pi * area, out=factors, where=area > 0)
     return factors
@@ -75,7 +64,7 @@ def area_ratios(packing: Packing) -> Array:
     """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
 
     SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
-    droplet is below 1 already, because line tension compresses it (`jamlab.packing.free_droplet.free_polygon_area`).
+    droplet is below 1 already, because line tension compresses it (`jamlab.models.droplets.free_polygon_area`).
 
     Args:
         packing: SP or DP.
@@ -86,9 +75,7 @@ def area_ratios(packing: Packing) -> Array:
         >>> bool((ratio <= 1).all()), bool(np.allclose(ratio, jamlab.particle_areas(p) / (np.pi / 4 * p.diameters**2)))
         (True, True)
     """
-    if packing.diameters is not None:
-        return np.asarray(particle_areas(packing) / (0.25 * np.pi * packing.diameters**2))
-    return np.asarray(packing.polygon_areas / packing.params["a0"])
+    return np.asarray(packing.kind.bare_areas(packing) / packing.kind.rest_areas(packing))
 
 
 @checked

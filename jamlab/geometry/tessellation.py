@@ -120,11 +120,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     """
     if not (np.isfinite(spacing) and spacing > 0):
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
-    if packing.diameters is not None:
-        owner, points, radius = np.arange(packing.n), packing.positions, 0.5 * packing.diameters
-    else:
-        owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
-        radius = np.zeros(len(points))
+    owner, points, radius = packing.kind.power_points(packing, spacing)
     walls = _find_power_walls(points, radius, packing.box)
     area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
     return _merge_cells(packing, owner, area, walls)
@@ -155,15 +151,6 @@ def covered_fraction(cells: Tessellation) -> Array:
     fraction = np.full(len(cells.area), np.nan)
     np.divide(particle_areas(cells.packing), cells.area, out=fraction, where=cells.area > 0)
     return fraction
-
-
-def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
-    """Sample the polygons at the middle of equal parts of every edge."""
-    edges = packing.edges
-    parts = np.maximum(np.ceil(np.hypot(*edges.T) / spacing), 1).astype(np.int64)
-    edge = np.repeat(np.arange(len(edges)), parts)
-    place = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts) + 0.5) / parts[edge]
-    return packing.particle[edge], packing.positions[edge] + place[:, None] * edges[edge]
 
 
 def _find_power_walls(points: Array, radius: Array, box: Array) -> _Walls:

@@ -15,13 +15,13 @@ A periodic image of a polygon is another polygon, also to itself: in a small box
 Disks touch where r < (d_i + d_j)/2.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
@@ -60,6 +60,12 @@ class VertexContacts:
         return VertexContacts(
             self.vertex[rows], self.tail[rows], self.place[rows], self.separation[rows], self.shift[rows]
         )
+
+    def among(self, held: Mask) -> "VertexContacts":
+        """Those between vertices that are held, (n_vertices,), numbered as if there were no others."""
+        number, kept = np.cumsum(held) - 1, held[self.vertex] & held[self.tail]
+        found = self.select(kept)
+        return replace(found, vertex=number[found.vertex], tail=number[found.tail])
 
     @property
     def distance(self) -> Array:

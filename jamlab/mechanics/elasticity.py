@@ -19,7 +19,6 @@ from jamlab.mechanics.static_response import UnstableError, static_response
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.deformation import at_phi, deformed, shear_gradient
 from jamlab.packing.derived import per_packing
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -90,14 +89,14 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         >>> bool(np.isclose(c[0, 1, 0, 1], jamlab.shear_modulus(p)))
         True
     """
-    force_network(packing, prestress=prestress).check_at_rest()
+    force_network(packing).check_at_rest()
     return _response(packing, prestress)
 
 
 @per_packing
 def _response(packing: Packing, prestress: bool) -> ElasticTensor:
-    network = force_network(packing, prestress=prestress)
-    k = stiffness(network.packing, network.terms)
+    network = force_network(packing)
+    k = stiffness(network.packing, prestress=prestress)
     right = k.ue.reshape(-1, 4)
     solution = np.zeros_like(right)
     if len(right) > 2:  # one particle that presses on its own images moves with the box alone
@@ -109,7 +108,7 @@ def _response(packing: Packing, prestress: bool) -> ElasticTensor:
     response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
-    unit = UNIT_OF_STRESS[packing.model, packing.units]
+    unit = packing.unit_names.stress
     return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements, unit)
 
 

@@ -21,17 +21,12 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import LEAST_CONTACTS, contacts, find_rattlers
-from jamlab.geometry.vertex_contacts import name_pairs, vertex_contacts
-from jamlab.packing.neighbors import Pairs
-from jamlab.packing.outlines import cross
+from jamlab.geometry.contact_network import contacts, find_rattlers
 from jamlab.packing.packing import Packing
 
 MOST = 1000  # particles: singular values of a matrix of about (3 n, 3 n) take 10 s
 DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which conditions hang on each other: droplets
 # are dented a little at onset, which leaves up to 7e-4; independent ones of 328 packings, N = 16 to 128, have 4.5e-3 on
-_LEAST_DROPLET = 2  # contacts of a droplet that may bear load: its flats hold it between two opposite ones
-_SAME = 1e-7  # directions and levers of one contact, seen from both sides, in mean diameters
 
 
 @dataclass(frozen=True)
@@ -85,44 +80,10 @@ def held_motions(packing: Packing) -> HeldMotions:
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
-    network = contacts(packing)
-    meetings, every = network.meetings, np.ones(packing.n, dtype=bool)
-    disks = isinstance(meetings, Pairs)
-    rattlers, bearing = find_rattlers(network.pairs, every, LEAST_CONTACTS if disks else _LEAST_DROPLET)
-    loose = np.repeat(rattlers, 2 if disks else 3)
+    network, kind = contacts(packing), packing.kind
+    rattlers, bearing = find_rattlers(network.pairs, np.ones(packing.n, dtype=bool), kind.least_bearing)
     if rattlers.all():
         return np.zeros((0, 0)), 0, 0
-    rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing)
+    loose, rows = np.repeat(rattlers, kind.motions), kind.rigidity(packing)
     rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
     return rows, int((~rattlers).sum()), int(bearing.sum())
-
-
-def _disk_conditions(packing: Packing, meetings: Pairs) -> Array:
-    """(contacts, 2 n) change of every gap with the positions of disks."""
-    rows = np.zeros((len(meetings.i), packing.n, 2))
-    normal = meetings.r / np.linalg.norm(meetings.r, axis=1)[:, None]
-    each = np.arange(len(rows))
-    np.add.at(rows, (each, meetings.j), normal)
-    np.add.at(rows, (each, meetings.i), -normal)
-    return rows.reshape(len(rows), -1)
-
-
-def conditions(packing: Packing) -> Array:
-    """(contacts, 3 n) change of every gap with positions and angles of droplets, in mean diameters."""
-    size = float(np.mean(np.sqrt(packing.params["a0"])))
-    meetings, (names, pair, swapped) = vertex_contacts(packing), name_pairs(packing)
-    sign = np.where(swapped, 1.0, -1.0)[:, None]  # the normal points from the first of a pair to the second
-    normal = sign * meetings.separation / meetings.distance[:, None]
-    vertex, centre = packing.positions[meetings.vertex], packing.centroids
-    of_vertex, of_edge = packing.particle[meetings.vertex], packing.particle[meetings.tail]
-    on_vertex = cross(vertex - centre[of_vertex], normal) / size
-    on_edge = cross(vertex - meetings.separation - meetings.shift - centre[of_edge], normal) / size
-    lever_i, lever_j = np.where(swapped, (on_edge, on_vertex), (on_vertex, on_edge))
-    marks = np.round(np.column_stack([normal, lever_i]) / _SAME).astype(np.int64)
-    first = np.unique(np.column_stack([pair, marks]), axis=0, return_index=True)[1]
-    i, j = names[pair[first], :2].T
-    rows = np.zeros((len(first), packing.n, 3))
-    each = np.arange(len(first))
-    np.add.at(rows, (each, j), np.column_stack([normal[first], lever_j[first]]))
-    np.add.at(rows, (each, i), -np.column_stack([normal[first], lever_i[first]]))
-    return rows.reshape(len(first), -1)

@@ -16,8 +16,6 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
-from jamlab.packing.law_parameters import UNIT_OF_LENGTH
-from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -109,10 +107,9 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     """
     if packing.diameters is None:
         raise InputError("slow_shear splits the motion of disks in contact: use a packing of model sp, not dp")
-    network = force_network(packing, prestress=prestress)
+    network = force_network(packing)
     u = elastic_tensor(packing, prestress=prestress).displacements[network.held, :, 0, 1]
-    touching = network.meetings
-    assert isinstance(touching, Pairs)
+    touching = packing.kind.pairs(network.packing)
     i, j, r = touching.i, touching.j, touching.r
     relative = u[j] - u[i]
     normal = r / np.hypot(*r.T)[:, None]
@@ -123,5 +120,5 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
         sliding=sliding,
         nonaffine=u - u.mean(axis=0),
-        unit=UNIT_OF_LENGTH[packing.model, packing.units],
+        unit=packing.unit_names.length,
     )

@@ -19,9 +19,10 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REALS, SHORT_INTEGERS, kernel
-from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
+from jamlab.packing.terms import Terms
 
 _joined_sites = kernel(
     "joined_sites", INTEGER, INTEGER, INTEGERS, INTEGERS, INTEGERS, INTEGER, INTEGERS, SHORT_INTEGERS
@@ -98,10 +99,15 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
     return _assemble(energy_terms(packing, prestress=prestress), len(packing.positions))
 
 
-def stiffness(packing: Packing, terms: Sequence[Terms]) -> Stiffness:
-    """Assemble the Hessian and its couplings to a homogeneous strain from the `energy_terms` of a packing."""
+def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
+    """Assemble the Hessian of a packing and its couplings to a homogeneous strain."""
+    return stiffness_of(energy_terms(packing, prestress=prestress), len(packing.positions))
+
+
+def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:
+    """The same of some terms between `size` sites."""
     couplings = [np.einsum("kaibj,kbl->kaijl", term.hessian, term.local) for term in terms]
-    size, ee = len(packing.positions), np.zeros((2, 2, 2, 2))
+    ee = np.zeros((2, 2, 2, 2))
     for term, coupling in zip(terms, couplings, strict=True):
         ee += np.einsum("kal,kaijm->iljm", term.local, coupling)
     return Stiffness(_assemble(terms, size), add_up(terms, couplings, size).reshape(2 * size, 2, 2), ee)

@@ -14,7 +14,6 @@ from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -105,7 +104,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         values, vectors = values[:count], vectors[:, :count]
     else:
         values, vectors = _find_lowest(matrix, count)
-    unit = UNIT_OF_STRESS[packing.model, packing.units]
+    unit = packing.unit_names.stress
     return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2), unit)
 
 

@@ -36,15 +36,25 @@ def per_packing(function: Callable[Concatenate[S, P], R]) -> Callable[Concatenat
         derived: Derived = packing._derived  # type: ignore[attr-defined]  # Packing is declared above this module
         key = (function, args, *{**defaults, **kwargs}.items())
         if key not in derived:
-            found = function(packing, *args, **kwargs)
-            lock(found)
-            if not derived:
-                _memory.take(derived, len(packing.positions))  # type: ignore[attr-defined]
-            derived[key] = found
+            _note(packing, key, function(packing, *args, **kwargs))
         result: R = derived[key]
         return result
 
     return call
+
+
+def keep(function: Callable[..., R], packing: Any, found: R) -> None:
+    """Say what a function under `per_packing` gives of a packing, with its default arguments, where that is known."""
+    plain = function.__wrapped__  # type: ignore[attr-defined]
+    _note(packing, (plain, (), *(plain.__kwdefaults__ or {}).items()), found)
+
+
+def _note(packing: Any, key: Any, found: Any) -> None:
+    lock(found)
+    derived: Derived = packing._derived
+    if not derived:
+        _memory.take(derived, len(packing.positions))
+    derived[key] = found
 
 
 class _Memory:

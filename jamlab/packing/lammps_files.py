@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
-from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
+from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.file_endings import check_ending
@@ -64,8 +64,7 @@ class TypeTable:
 
 def types(packing: Packing) -> TypeTable:
     """Sort the particles of a packing by size into LAMMPS atom types, up to 64 sizes one type a size."""
-    sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
-    values, rank = np.unique(np.asarray(sizes, dtype=np.float64), return_inverse=True)
+    values, rank = np.unique(packing.kind.type_sizes(packing), return_inverse=True)
     if len(values) <= MAX_TYPES:
         return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
     # of equal ratio: a class of wide ratio has long neighbor lists, an empty one is left out
@@ -152,13 +151,24 @@ def describe(packing: Packing) -> str:
     """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum. Numbers
     have 17 significant digits; rest areas of droplets are left to the section `d_a0`."""
     entries: dict[str, Any] = {"model": packing.model, "units": packing.units}
-    entries |= {name: value for name, value in packing.params.items() if name != "a0"}
-    if packing.model == "sp" and not types(packing).classes:
+    entries |= _law(packing)
+    if not section_of_sizes(packing, types(packing)):
         entries |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
     entries |= {name: getattr(packing, name) for name in STATE}
     if packing.rounding:
         entries["rounding"] = packing.rounding
     return _MARK + " ".join(_entry(name, value) for name, value in entries.items() if value is not None)
+
+
+def _law(packing: Packing) -> dict[str, Any]:
+    """Parameters of the force law that are the same for all particles."""
+    return {name: value for name, value in packing.params.items() if not packing.parameters[name].each}
+
+
+def section_of_sizes(packing: Packing, table: TypeTable) -> str:
+    """Section of a data file that holds the size of each site; empty where types tell the sizes."""
+    kind = packing.kind
+    return f"d_{kind.size_column}" if kind.sizes_by_atom or table.classes else ""
 
 
 def described(lines: Iterable[str]) -> dict[str, Any]:
@@ -192,39 +202,34 @@ def _value(word: str) -> tuple[str, Any]:
 
 
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
-    polygons = packing.model == "dp"
-    count = len(packing.positions)
+    bonded, count = packing.kind.atom_style == "molecular", len(packing.positions)
     lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
     yield describe(packing)
     yield ""
     yield f"{count} atoms"
-    if polygons:
+    if bonded:
         yield f"{count} bonds"
     yield f"{table.ntypes} atom types"
-    if polygons:
+    if bonded:
         yield "1 bond types"
     yield f"\n0 {lx:.17g} xlo xhi\n0 {ly:.17g} ylo yhi\n-0.5 0.5 zlo zhi\n{xy:.17g} 0 0 xy xz yz"
 
     yield "\nMasses\n"
-    size = "a0" if polygons else "diameter"
-    yield from (f"{k} 1 # {size} {value:.17g}" for k, value in enumerate(table.values, start=1))
+    yield from (f"{k} 1 # {packing.kind.size_column} {value:.17g}" for k, value in enumerate(table.values, start=1))
 
     particle = packing.particle
     wrapped, image = wrap(packing)
-    rows = enumerate(zip(particle, table.types[particle], wrapped, image, strict=True), start=1)
-    if polygons:
-        yield "\nAtoms # molecular\n"
-        yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {ix} {iy} 0" for i, (m, t, (x, y), (ix, iy)) in rows)
+    rows = enumerate(zip(table.types[particle], wrapped, image, strict=True), start=1)
+    yield f"\nAtoms # {packing.kind.atom_style}\n"
+    molecule = [f" {m + 1}" if bonded else "" for m in particle]
+    yield from (f"{i}{molecule[i - 1]} {t} {x:.17g} {y:.17g} 0 {ix} {iy} 0" for i, (t, (x, y), (ix, iy)) in rows)
+    if bonded:
         yield "\nBonds\n"
         yield from (f"{i} 1 {i} {j + 1}" for i, j in enumerate(packing.successor, start=1))
-        yield "\nd_a0\n"
-        yield from (f"{i} {value:.17g}" for i, value in enumerate(packing.params["a0"][particle], start=1))
-    else:
-        yield "\nAtoms # atomic\n"
-        yield from (f"{i} {t} {x:.17g} {y:.17g} 0 {ix} {iy} 0" for i, (_, t, (x, y), (ix, iy)) in rows)
-        if table.classes:
-            yield "\nd_diameter\n"
-            yield from (f"{i} {value:.17g}" for i, value in enumerate(np.asarray(packing.diameters), start=1))
+    if section := section_of_sizes(packing, table):
+        yield f"\n{section}\n"
+        sizes = packing.kind.type_sizes(packing)[particle]
+        yield from (f"{i} {value:.17g}" for i, value in enumerate(sizes, start=1))
 
 
 def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
@@ -233,10 +238,7 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
     yield "ITEM: BOX BOUNDS xy xz yz pp pp pp"  # bounds of the parallelogram, not of its edges
     yield f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"
     particle = packing.particle
-    if packing.model == "dp":
-        own = {"radius": np.full(packing.n, 0.5 * packing.params["delta"]), "a0": packing.params["a0"]}
-    else:
-        own = {"radius": 0.5 * np.asarray(packing.diameters)}
+    own = packing.kind.dump_columns(packing)
     shared = _numbers(packing)
     sizes = [" ".join(f"{value:.17g}" for value in values) for values in zip(*own.values(), strict=True)]
     end = " ".join(f"{value:.17g}" for value in shared.values())
@@ -247,11 +249,11 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
 
 def _numbers(packing: Packing) -> dict[str, float]:
     """Columns of a dump with the entries of `describe`."""
-    law = {name: value for name, value in packing.params.items() if name != "a0"}
-    if packing.model == "dp":
-        law["contact"] = CONTACT_FORMS.index(law["contact"])
+    law = _law(packing)
     for name, value in law.items():
-        _check_number(name, value)
+        if choices := packing.parameters[name].choices:
+            law[name] = choices.index(value)
+        _check_number(name, law[name])
     state = {
         "ensemble": ENSEMBLES.index(packing.ensemble),
         "onset": packing.onset or 0.0,

@@ -1,9 +1,12 @@
-"""Names of models, units, ensembles and contact forms, the parameters of each force law, and limits on lengths.
+"""What a force law says, what its parameters may be, names of units, ensembles and contact forms, limits on lengths.
 
 Beyond these limits numbers overflow or lose their digits, and searches never end.
 """
 
-from typing import Any
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -43,45 +46,88 @@ def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
         )
 
 
-MODELS = ("sp", "dp")
-UNITS = ("eps", "k")
+UNITS = ("eps", "k")  # names of the strength that is 1, and of the parameter that holds it
 ENSEMBLES = ("fixed-box", "shear-stabilized")
 NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble='shear-stabilized' lets it"
 CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # in the order of ContactForm of plugin/contact_law.h
 LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
-FORCE_LAW = {  # parameters that each model and unit system needs
-    ("sp", "eps"): ("eps",),
-    ("sp", "k"): ("k",),
-    ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
-}
-# model -> parameter -> default, least, largest. What a packing does not say has the default; `jam`, `pack`, campaigns
-# and the command line take these by name. Disks of an exponent above 10 that barely touch have no stiffness left.
-OPTIONAL: dict[str, dict[str, tuple[float, float, float]]] = {"sp": {"exponent": (2.0, 2.0, 10.0)}, "dp": {}}
-# of the two papers, for labels: ε and the mean diameter σ, ε and l (droplets), k and the mean diameter d
-UNIT_OF_LENGTH = {("sp", "k"): "d", ("sp", "eps"): "σ", ("dp", "eps"): "l"}
-UNIT_OF_FORCE = {("sp", "k"): "k d", ("sp", "eps"): "ε/σ", ("dp", "eps"): "ε/l"}
-UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε/l²"}
 
 
-def check_params(model: str, units: str, params: dict[str, Any]) -> None:
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a force law, declared once: what it may be, and what it is measured in.
+
+    `jam`, `pack`, campaigns and the command line take those with a default by name; a packing that does not say one has
+    the default.
+    """
+
+    energy: int = 0  # power of energy that it is measured in
+    length: int = 0  # power of length
+    default: Any = None  # None: every packing says it
+    least: float = 1 / LARGEST
+    largest: float = LARGEST
+    may_vanish: bool = False
+    choices: tuple[str, ...] = ()  # of a parameter that is a name; files of LAMMPS hold its place here
+    each: bool = False  # one number for each particle
+
+    def check(self, name: str, value: Any) -> None:
+        """Refuse a value that is no number in range, or no name among the choices."""
+        if self.choices:
+            check_choice(f"{name} form", value, self.choices)
+        elif not self.each and not (self.may_vanish and is_number(value) and value == 0):
+            if not (is_number(value) and self.least <= value <= self.largest):
+                raise InputError(
+                    f"params[{name!r}] is {value!r}: must be a number from {self.least:g} to {self.largest:g}; choose "
+                    "other units where it is beyond"
+                )
+
+
+class PairLaw(ABC):
+    """What every law of a contact can be asked, so that nobody needs to ask which one it is."""
+
+    parameters: ClassVar[Mapping[str, Parameter]]  # beside the strength that the units name; declared here alone
+
+    @abstractmethod
+    def __call__(self, contact: Array, distance: Array) -> tuple[Array, Array, Array]:
+        """Energy U, force U' and stiffness U'' of pairs within the cutoff. `contact`: (m,) distance s at which two
+        surfaces meet; `distance`: (m,) r. Returns three (m,) arrays: U, dU/dr, d2U/dr2."""
+
+    @property
+    def range(self) -> float:
+        """How far beyond contact the law acts; 0 for pure repulsion, whose cutoff is the contact itself."""
+        return 0.0
+
+    def drag_stiffness(self, contact: Array, distance: Array) -> Array:
+        """(m,) stiffness in the drag coefficient of each contact, never negative."""
+        return self(contact, distance)[2]
+
+    @property
+    def springs(self) -> bool:
+        """Whether the force grows in proportion to the overlap."""
+        return True
+
+    def kernel_arguments(self) -> tuple[float, int, float] | None:
+        """What the compiled FIRE of disks takes; None where it does not know the law, and LAMMPS minimises alone."""
+        return None
+
+    @property
+    def power_of_contact(self) -> float:
+        """p of a strength ~ s^p that pair styles of LAMMPS scale where each disk has its own size."""
+        return 0.0
+
+    def root_energy(self, energy: float) -> float:
+        """Contact energy, to the power that makes it grow as phi - phi_J above onset: sqrt(U) of springs."""
+        return float(np.sqrt(energy))
+
+
+def check_params(model: str, units: str, declared: Mapping[str, Parameter], params: Mapping[str, Any]) -> None:
     """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range."""
-    if (model, units) not in FORCE_LAW:
+    if units not in declared:
         raise InputError(f"model {model} has no units {units!r}")
-    unknown = params.keys() - {*FORCE_LAW[model, units], *OPTIONAL[model]}
-    if unknown:
+    if unknown := params.keys() - declared.keys():
         raise InputError(f"params[{min(unknown)!r}]: the force law of model {model} in units {units} has no such name")
-    for name, (_, least, largest) in OPTIONAL[model].items():
-        if name in params and not (is_number(params[name]) and least <= params[name] <= largest):
-            raise InputError(f"params[{name!r}] is {params[name]!r}: must be a number from {least:g} to {largest:g}")
-    for name in FORCE_LAW[model, units]:
-        if name not in params:
+    for name, parameter in declared.items():
+        if name in params:
+            parameter.check(name, params[name])
+        elif parameter.default is None:
             raise InputError(f"params of model {model} in units {units} lack {name!r}")
-        value = params[name]
-        if name == "contact":
-            check_choice("contact form", value, CONTACT_FORMS)
-        elif name != "a0" and not (is_number(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
-            raise InputError(f"params[{name!r}] is {value!r}: must be a positive number")
-        elif name not in ("contact", "a0") and value and not 1 / LARGEST <= value <= LARGEST:
-            raise InputError(
-                f"params[{name!r}] is {value!r}: must lie between {1 / LARGEST:g} and {LARGEST:g}; choose other units"
-            )

@@ -15,16 +15,7 @@ import numpy as np
 from jamlab.packing.packing import Packing
 
 _SAME = 1e-12  # by which rounding moves a mean size of 1
-# powers of energy and of length that a parameter of a force law, or an entry of the provenance, is measured in
-_PARAMETERS = {
-    "eps": (1, 0),
-    "k": (1, -2),
-    "gamma": (1, -1),
-    "ka": (1, -4),
-    "delta": (0, 1),
-    "eta": (0, 1),
-    "a0": (0, 2),
-}
+# powers of energy and of length that an entry of the provenance is measured in
 _ENTRIES = {
     **{name: (0, 1) for name in ("rounding", "moved")},
     **{name: (1, -1) for name in ("max_force", "force_tolerance")},
@@ -69,16 +60,24 @@ class Scales:
 
 def mean_size(packing: Packing) -> float:
     """Mean diameter of disks, or mean square root of the rest areas of droplets: 1 in packings that jamlab makes."""
-    return float(np.mean(np.sqrt(packing.params["a0"]) if packing.diameters is None else packing.diameters))
+    return float(np.mean(packing.kind.sizes(packing)))
+
+
+def stiffness_scale(packing: Packing) -> float:
+    """Stiffness k, or eps over the square of the mean size of particles: of contacts and in drag coefficients."""
+    strength, power = _strength(packing)
+    return strength / mean_size(packing) ** (2 + power)
+
+
+def _strength(packing: Packing) -> tuple[float, int]:
+    """The parameter that the units name, and the power of length that it is measured in."""
+    return float(packing.params[packing.units]), packing.parameters[packing.units].length
 
 
 def natural_scales(packing: Packing) -> Scales:
     """Scales of a packing, of either model, in any units."""
-    params = packing.params
-    length = _power_of_two(mean_size(packing))
-    if packing.units == "k":
-        return Scales(length, _power_of_two(float(params["k"])) * length**2)
-    return Scales(length, _power_of_two(float(params["eps"])))
+    length, (strength, power) = _power_of_two(mean_size(packing)), _strength(packing)
+    return Scales(length, _power_of_two(strength) * length**-power)
 
 
 def unit_scales(packing: Packing) -> Scales:
@@ -90,7 +89,8 @@ def unit_scales(packing: Packing) -> Scales:
     length = mean_size(packing)
     if abs(length - 1.0) < _SAME:
         length = 1.0
-    return Scales(length, float(packing.params["k"] * length**2 if packing.units == "k" else packing.params["eps"]))
+    strength, power = _strength(packing)
+    return Scales(length, strength * length**-power)
 
 
 def _power_of_two(value: float) -> float:
@@ -101,6 +101,8 @@ def _in_units(packing: Packing, scales: Scales) -> Packing:
     """The packing with all lengths and energies multiplied by the scales."""
     if scales == Scales():
         return packing
+
+    powers = {name: (each.energy, each.length) for name, each in packing.parameters.items()}
 
     def convert(entries: dict[str, Any], powers: dict[str, tuple[int, int]]) -> dict[str, Any]:
         return {
@@ -114,7 +116,7 @@ def _in_units(packing: Packing, scales: Scales) -> Packing:
     return packing._trusted(
         box=packing.box * scales.length,
         positions=packing.positions * scales.length,
-        params=convert(packing.params, _PARAMETERS),
+        params=convert(packing.params, powers),
         diameters=None if diameters is None else diameters * scales.length,
         max_force=None if max_force is None else max_force * scales.force,
         converged=packing.converged,

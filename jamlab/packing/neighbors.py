@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 
@@ -41,6 +41,11 @@ class Pairs:
     def select(self, rows: NDArray[np.bool_] | Indices) -> "Pairs":
         """Keep some rows, by mask or by number."""
         return Pairs(self.i[rows], self.j[rows], self.r[rows], self.shift[rows])
+
+    def among(self, held: Mask) -> "Pairs":
+        """Those between points that are held, (n,), numbered as if there were no others."""
+        number, found = np.cumsum(held) - 1, self.select(held[self.i] & held[self.j])
+        return Pairs(number[found.i], number[found.j], found.r, found.shift)
 
 
 def positive_image(shift: Indices) -> NDArray[np.bool_]:

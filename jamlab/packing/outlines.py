@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
@@ -20,6 +20,14 @@ if TYPE_CHECKING:
 def cross(a: Array, b: Array) -> Array:
     """(m,) a_x b_y - a_y b_x of vectors (m, 2): positive if b lies counter-clockwise of a."""
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def polygon_areas(positions: Array, offsets: Indices) -> Array:
+    """(n,) areas of polygons without rims, positive if counter-clockwise; arguments as in `Packing`."""
+    r = positions - np.repeat(positions[offsets[:-1]], np.diff(offsets), axis=0)
+    following = np.arange(1, offsets[-1] + 1)
+    following[offsets[1:] - 1] = offsets[:-1]
+    return np.asarray(np.add.reduceat(0.5 * cross(r, positions[following] - positions), offsets[:-1]))
 
 
 _doubtful_outlines = kernel("doubtful_outlines", INTEGER, INTEGERS, REALS, FLAGS)

@@ -1,30 +1,139 @@
 """A packing: the state that every other part of jamlab takes and gives.
 
-Two models share the class. SP: soft disks, one position each. DP: deformable polygons, one position per vertex. The
-box is a parallelogram with periodic boundaries; all lengths and energies are in the units of the paper that
-`Packing.units` names.
+Models share the class. SP: soft disks, one position each. DP: deformable polygons, one position per vertex. The box is
+a parallelogram with periodic boundaries; all lengths and energies are in the units of the paper that `Packing.units`
+names. What depends on the model is asked of `Packing.kind`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NoReturn
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
-from jamlab.checks import check_choice, check_positive, checked, checked_class, finite_array, is_number
-from jamlab.errors import InputError, SelfCrossingError
+from jamlab.arrays import Array, Indices
+from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
+from jamlab.errors import InputError
 from jamlab.packing.derived import Derived, per_packing
-from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_magnitudes, check_params
-from jamlab.packing.outlines import outlines, self_crossings
+from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_params
+from jamlab.packing.neighbors import Pairs
+from jamlab.packing.outlines import outlines, polygon_areas
 from jamlab.packing.quantities import MEASURED
+from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a packing follows from
+
+
+class UnitNames(NamedTuple):
+    """Names of units, for labels."""
+
+    length: str
+    force: str
+    stress: str
+
+
+class Model(Protocol):
+    """What depends on the model: disks in `jamlab/models/disks.py`, droplets in `droplets.py`."""
+
+    name: str  # of `Packing.model`
+    particles: str  # what they are called
+    size_name: str
+    size_label: str  # of a scale of colours
+    unit_names: Mapping[str, UnitNames]  # by `Packing.units`
+    least_bearing: int  # contacts of a particle that may bear load
+    motions: int  # of a rigid particle
+    least_force: float  # that rounding leaves at a minimum, over the energy of the law and the mean size
+    fraction_methods: Mapping[str, Callable[[Packing], float]]  # of `packing_fraction`
+    atom_style: str  # of LAMMPS; molecular ones have bonds
+    size_column: str  # name of the property of atoms that holds the size
+    sizes_by_atom: bool  # whether data files always hold it
+
+    def parameters(self, units: str) -> dict[str, Parameter]:
+        """Parameters of the force law, declared once."""
+
+    def checked(self, packing: Packing) -> dict[str, Any]:
+        """Attributes as they are kept; refuses what is no state of the model."""
+
+    def law(self, params: Mapping[str, Any]) -> PairLaw:
+        """The law of its contacts."""
+
+    def sizes(self, packing: Packing) -> Array:
+        """(n,) sizes whose mean is the unit of length in packings that jamlab makes."""
+
+    def type_sizes(self, packing: Packing) -> Array:
+        """(n,) sizes by which particles have types in LAMMPS."""
+
+    def rest_areas(self, packing: Packing) -> Array:
+        """(n,) areas of single particles at rest, rims left out."""
+
+    def free_area(self, packing: Packing) -> float:
+        """Sum of the areas of undeformed particles, rims included."""
+
+    def grown(self, packing: Packing, growth: float) -> Packing | None:
+        """Particles that touch at distances larger by `growth`; None where nothing would be left of one."""
+
+    def rotations(self, packing: Packing) -> int:
+        """Number of coordinates of rotation."""
+
+    def points(self, packing: Packing, /) -> Any:
+        """What presses on what, sites by number; can be renumbered among those that are held."""
+
+    def pairs(self, packing: Packing) -> Pairs:
+        """Particles i <= j that press on each other."""
+
+    def contact_forces(self, packing: Packing) -> Any:
+        """Force and gap of every pair."""
+
+    def loads(self, packing: Packing) -> Array:
+        """(n,) largest push on each particle that fewer than three contacts may hold; 0 elsewhere."""
+
+    def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
+        """Terms of the potential energy."""
+
+    def shape_terms(self, packing: Packing) -> list[Terms]:
+        """Those that need no contact."""
+
+    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian:
+        """Relative velocities at contacts."""
+
+    def rigidity(self, packing: Packing) -> Array:
+        """(contacts, motions of all particles) compatibility matrix of rigid particles."""
+
+    def shares(self, packing: Packing) -> Array:
+        """(n,) area of each particle, overlaps shared."""
+
+    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
+        """(n,) area and perimeter of each particle, of droplets with or without rim."""
+
+    def bare_areas(self, packing: Packing) -> Array:
+        """(n,) areas to compare with `rest_areas`."""
+
+    def cover(self, packing: Packing, /) -> tuple[float, str]:
+        """True packing fraction, and the way in which it was found."""
+
+    def boundary(self, packing: Packing, /) -> Any:
+        """Boundary of the covered region."""
+
+    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
+        """Owner, place and radius of the points whose power cells are those of particles."""
+
+    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
+        """Rings to fill and rings to outline for each particle, where it is stored."""
+
+    def lammps_variables(self, packing: Packing) -> dict[str, object]:
+        """Variables of the deck that holds the force law."""
+
+    def dump_columns(self, packing: Packing) -> dict[str, Array]:
+        """Columns of a dump that each particle has its own value of."""
+
+    def longest_edge(self, packing: Packing) -> float:
+        """Length of the longest edge; 0 without edges."""
 
 
 class ReadOnlyDict(dict[str, Any]):
@@ -112,7 +221,7 @@ class Packing:
 
     def __post_init__(self) -> None:
         self._set("_derived", Derived())
-        check_choice("model", self.model, MODELS)
+        check_choice("model", self.model, _models())
         check_choice("units", self.units, UNITS)
         self._set("box", finite_array("box", self.box, (2, 2)))
         self._set("positions", finite_array("positions", self.positions, (None, 2)))
@@ -122,12 +231,10 @@ class Packing:
             raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
         self._check_minimum()
         check_box(self.box)
-        check_params(self.model, self.units, self.params)
-        if self.model == "sp":
-            self._check_disks()
-        else:
-            self._check_polygons()
-        self._lock(self._derived)
+        check_params(self.model, self.units, self.parameters, self.params)
+        for name, value in self.kind.checked(self).items():
+            self._set(name, value)
+        self._lock()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -142,9 +249,8 @@ class Packing:
         self._set("_derived", Derived() if derived is None else derived)
         self._set("params", _frozen(self.params))
         self._set("provenance", _frozen(self.provenance))
-        rest_areas = self.params["a0"] if self.model == "dp" else None
-        for array in (self.box, self.positions, self.diameters, self.offsets, rest_areas):
-            if array is not None:
+        for array in (self.box, self.positions, self.diameters, self.offsets, *self.params.values()):
+            if isinstance(array, np.ndarray):
                 array.flags.writeable = False
 
     if not TYPE_CHECKING:  # else every name would be known to type checkers
@@ -186,39 +292,26 @@ class Packing:
             reached = {"max_force": self.max_force, "converged": self.converged}
             self._set("provenance", {**self.provenance, **reached})
 
-    def _check_disks(self) -> None:
-        if self.offsets is not None:
-            raise InputError("offsets belong to model dp, not to sp")
-        if self.diameters is None:
-            raise InputError("model sp needs diameters, one per disk")
-        self._set("diameters", finite_array("diameters", self.diameters, (len(self.positions),)))
-        check_positive("diameters", self.diameters)
-        check_magnitudes(self.box, self.positions, self.diameters)
+    @property
+    def kind(self) -> Model:
+        """What depends on the model."""
+        return _models()[self.model]
 
-    def _check_polygons(self) -> None:
-        if self.diameters is not None:
-            raise InputError("diameters belong to model sp, not to dp")
-        offsets = np.asarray(self.offsets if self.offsets is not None else [])
-        if offsets.size and not np.issubdtype(offsets.dtype, np.integer):
-            raise InputError(f"offsets must be whole numbers, one per polygon and one more; got {self.offsets!r}")
-        offsets = offsets.astype(np.int64)
-        if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != len(self.positions):
-            raise InputError(f"offsets must run from 0 to the number of vertices, {len(self.positions)}; got {offsets}")
-        vertices = np.diff(offsets)
-        if vertices.min() < 3:
-            raise InputError(f"polygon {vertices.argmin()} has {vertices.min()} vertices, needs at least 3")
-        self._set("offsets", offsets)
-        a0 = finite_array("params['a0']", self.params["a0"], (len(vertices),))
-        check_positive("params['a0']", a0)
-        self._set("params", {**self.params, "a0": a0})
-        check_magnitudes(self.box, self.positions, np.append(np.sqrt(a0), self.params["delta"]))
-        crossed = self_crossings(self.positions, offsets)
-        if len(crossed):
-            raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
-        negative = np.flatnonzero(self.polygon_areas <= 0)
-        if len(negative):
-            m = negative[0]
-            raise InputError(f"polygon {m} has area {self.polygon_areas[m]:.6g}: order its vertices counter-clockwise")
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """What the parameters of its force law may be."""
+        return self.kind.parameters(self.units)
+
+    @property
+    @per_packing
+    def law(self) -> PairLaw:
+        """The law of its contacts."""
+        return self.kind.law(self.params)
+
+    @property
+    def unit_names(self) -> UnitNames:
+        """Names of its units, for labels."""
+        return self.kind.unit_names[self.units]
 
     @property
     def n(self) -> int:
@@ -257,10 +350,7 @@ class Packing:
     @per_packing
     def polygon_areas(self) -> Array:
         """DP (n,): area of each polygon without its rim, positive if counter-clockwise."""
-        offsets = self._polygon_offsets
-        r = self.positions - np.repeat(self.positions[offsets[:-1]], np.diff(offsets), axis=0)
-        e = self.edges
-        return np.add.reduceat(0.5 * (r[:, 0] * e[:, 1] - r[:, 1] * e[:, 0]), offsets[:-1])
+        return polygon_areas(self.positions, self._polygon_offsets)
 
     @property
     @per_packing
@@ -286,13 +376,9 @@ class Packing:
     def phi(self) -> float:
         """Nominal packing fraction: area of the undeformed particles, overlaps counted twice, over the cell.
 
-        SP: sum(pi d^2/4)/A. DP: sum over particles of the area of the free droplet with its rim (see `droplet`).
+        SP: sum(pi d^2/4)/A. DP: sum over particles of the area of the free droplet with its rim.
         """
-        if self.diameters is not None:
-            return float(np.pi / 4 * np.sum(self.diameters**2) / self.area)
-        from jamlab.packing.free_droplet import free_area
-
-        return float(np.sum(free_area(np.diff(self._polygon_offsets), self.params)) / self.area)
+        return self.kind.free_area(self) / self.area
 
     @property
     def on_target(self) -> bool:
@@ -360,7 +446,9 @@ class Packing:
             changes["diameters"] = self.diameters[particles]
         if self.offsets is not None:
             changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[particles])])
-            changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
+        own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
+        if own:
+            changes["params"] = {**self.params, **own}
         return self._trusted(**changes)
 
     @checked
@@ -411,3 +499,10 @@ def check_box(box: Array) -> None:
         raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
     if box[0, 0] <= 0 or box[1, 1] <= 0:
         raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
+
+
+@cache
+def _models() -> dict[str, Model]:
+    from jamlab.models.models import MODELS  # they know packings, which name one of them
+
+    return MODELS

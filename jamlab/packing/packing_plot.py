@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
-import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize, to_hex
@@ -19,7 +18,7 @@ from jamlab.arrays import Array
 from jamlab.packing.neighbors import moves_home
 from jamlab.plotting.axes import merged
 from jamlab.plotting.palette import LARGE, OUTLINE, PARTICLE, SMALL
-from jamlab.plotting.periodic_cell import circles, fill_everywhere, line_everywhere
+from jamlab.plotting.periodic_cell import fill_everywhere, line_everywhere
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -39,13 +38,13 @@ def draw_png(packing: Packing) -> bytes | None:
     return buffer.getvalue()
 
 
-_QUARTER_ARC = 16  # steps of a right angle around the corners of a rim
+QUARTER_ARC = 16  # steps of a right angle around the corners of a rim
 _SCALE = "viridis"  # of many sizes; nothing in it looks like the grey of rattlers
 
 
 def size_colours(packing: Packing) -> NDArray[np.str_]:
     """(n,) colours: of two sizes the large ones blue and the small ones pink; more sizes on a scale of colours."""
-    sizes = particle_sizes(packing)
+    sizes = packing.kind.sizes(packing)
     if not has_many_sizes(packing):
         return np.where(sizes > sizes.mean(), LARGE, SMALL)
     return _scale_colours(_size_scale(sizes)(sizes))
@@ -60,22 +59,16 @@ def _scale_colours(places: Array) -> NDArray[np.str_]:
     return np.array([to_hex(colour) for colour in matplotlib.colormaps[_SCALE](places)])
 
 
-def particle_sizes(packing: Packing) -> Array:
-    """(n,) diameters of disks; of droplets the root of the rest area."""
-    return packing.diameters if packing.diameters is not None else np.sqrt(packing.params["a0"])
-
-
 def has_many_sizes(packing: Packing) -> bool:
     """Whether particles have more sizes than two colours can tell apart."""
-    return len(np.unique(particle_sizes(packing))) > 2
+    return len(np.unique(packing.kind.sizes(packing))) > 2
 
 
 def add_size_bar(axes: Axes, packing: Packing) -> None:
     """Say beside the axes what the colours of `size_colours` mean, where there are more than two."""
     if has_many_sizes(packing):
-        label = "diameter" if packing.model == "sp" else r"$\sqrt{a_0}$"
-        scale = matplotlib.cm.ScalarMappable(_size_scale(particle_sizes(packing)), _SCALE)
-        axes.figure.colorbar(scale, ax=axes, label=label, shrink=0.8)
+        scale = matplotlib.cm.ScalarMappable(_size_scale(packing.kind.sizes(packing)), _SCALE)
+        axes.figure.colorbar(scale, ax=axes, label=packing.kind.size_label, shrink=0.8)
 
 
 def _size_scale(sizes: Array) -> Normalize:
@@ -85,7 +78,7 @@ def _size_scale(sizes: Array) -> Normalize:
 def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any) -> None:
     """Fill every particle in all its images, droplets with their rims, and draw a line around each (DP: bare polygon).
     `axes`: to draw into; `facecolor`: one colour, or (n,) of them; `style`: of matplotlib's PolyCollection."""
-    fills, edges = (move_home(packing, shapes) for shapes in particle_shapes(packing))
+    fills, edges = (move_home(packing, shapes) for shapes in packing.kind.rings(packing))
     look = merged(
         PolyCollection, {"facecolor": facecolor, "edgecolor": "white", "linewidth": 0.8, "alpha": 0.55}, style
     )
@@ -95,22 +88,8 @@ def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any
 
 def draw_background(axes: Axes, packing: Packing, facecolor: Any = PARTICLE) -> None:
     """Fill every particle pale, for pictures of something else."""
-    fills = move_home(packing, particle_shapes(packing)[0])
+    fills = move_home(packing, packing.kind.rings(packing)[0])
     fill_everywhere(axes, fills, packing.box, facecolor=facecolor, edgecolor=OUTLINE, linewidth=0.6)
-
-
-def particle_shapes(packing: Packing) -> tuple[list[Array], list[Array]]:
-    """Rings to fill and rings to outline for each particle, at the place where it is stored. Disks: the circle, twice.
-    Droplets: the polygon grown by its rim of width delta/2, and the polygon itself."""
-    if packing.diameters is not None:
-        disks = circles(packing.positions, packing.diameters)
-        return disks, disks
-    outlines = packing.outlines()
-    grown = shapely.buffer(outlines, 0.5 * packing.params["delta"], quad_segs=_QUARTER_ARC)
-    fills, edges = (
-        [shapely.get_coordinates(shapely.get_exterior_ring(shape)) for shape in part] for part in (grown, outlines)
-    )
-    return fills, edges
 
 
 def move_home(packing: Packing, shapes: list[Array]) -> list[Array]:
@@ -127,6 +106,6 @@ def draw_coloured(axes: Axes, packing: Packing, values: Array, scale: Normalize,
     """Fill particles by values (n,), white where there is none, and add the scale of colours beside the axes."""
     colours = matplotlib.colormaps["cividis"](scale(values))
     colours[~np.isfinite(values)] = 1.0
-    fills = move_home(packing, particle_shapes(packing)[0])
+    fills = move_home(packing, packing.kind.rings(packing)[0])
     fill_everywhere(axes, fills, packing.box, **merged(PolyCollection, {"facecolor": colours}, style))
     axes.figure.colorbar(matplotlib.cm.ScalarMappable(scale, "cividis"), ax=axes, label=label, shrink=0.8)

@@ -21,11 +21,9 @@ from jamlab.arrays import Array
 from jamlab.engine.box_border import Border
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.stiffness import stiffness
-from jamlab.packing.force_laws import disk_law
-from jamlab.packing.natural_units import mean_size
+from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import factorise
 from jamlab.protocols.solver_settings import SOLVERS, BorderSettings, SolverSettings
@@ -42,7 +40,7 @@ class Model:
     @classmethod
     def of(cls, packing: Packing, border: Border, state: Evaluation) -> "Model":
         """The model of the enthalpy at a packing."""
-        k, m = stiffness(packing, energy_terms(packing)), border.strains
+        k, m = stiffness(packing), border.strains
         coupling = np.einsum("nij,aij->na", k.ue, m)
         both = np.einsum("aij,bjk->abik", m, m)  # exp(E) = 1 + E + E E/2: the second order works against the stress
         second = 0.5 * (both + both.transpose(1, 0, 2, 3))
@@ -113,7 +111,7 @@ def descend_with_box(
 
 def stress_noise(packing: Packing, pressure: float, settings: BorderSettings = SOLVERS.border) -> float:
     """Unbalanced stress below which a packing counts as balanced: 1e-12 of the pressure, or what rounding leaves."""
-    return max(settings.digits * pressure, settings.rounding * disk_law(packing).typical_stiffness(mean_size(packing)))
+    return max(settings.digits * pressure, settings.rounding * stiffness_scale(packing))
 
 
 @dataclass(frozen=True)

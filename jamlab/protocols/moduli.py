@@ -19,19 +19,17 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import pressure, pressure_of
+from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
-from jamlab.packing.force_laws import disk_law, has_springs
-from jamlab.packing.natural_units import mean_size, natural_scales
+from jamlab.packing.natural_units import mean_size, natural_scales, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 
 METHODS = ("linear-response", "finite-strain", "affine")
 
 # At small strain soft modes turn a force f that is left into an error of the stress of 100 f and more; Newton steps on
-# LAMMPS forces reach these, the minimisers of plain decks do not. Rounding leaves little less: over the energy of the
-# law, which natural units leave between 0.7 and 1.4, and over the mean size.
-_FORCE = {"sp": 2e-14, "dp": 1e-13}
-_LEFT = 1e3  # times these that may be left: rounding leaves ten times as much, a minimum that was missed far more
+# LAMMPS forces reach `Model.least_force`, the minimisers of plain decks do not.
+_LEFT = 1e3  # times that may be left: rounding leaves ten times as much, a minimum that was missed far more
 
 
 @checked
@@ -173,7 +171,7 @@ def _at_small_strain(name: str, packing: Packing, strain: float, measure: Callab
         found = measure(step)
         if found is None:
             continue
-        finer = None if has_springs(packing) else measure(0.5 * step)
+        finer = None if packing.law.springs else measure(0.5 * step)
         return found if finer is None else (4 * finer - found) / 3
     raise ConvergenceError(
         f"contacts change even at strain {step:.2g}: {name} of this packing is not defined by finite strain"
@@ -194,14 +192,13 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
 
 def _force_tolerance(packing: Packing) -> float:
     """Largest force left, smaller where contacts are softer than springs: the same force moves those farther."""
-    softness = 1.0 if has_springs(packing) else disk_law(packing).stiffness_at(pressure(packing))
-    return _FORCE[packing.model] * max(1.0, _typical_force(packing)) * softness
+    softness = 1.0 if packing.law.springs else power_law(packing).stiffness_at(pressure(packing))
+    return packing.kind.least_force * max(1.0, _typical_force(packing)) * softness
 
 
 def _typical_force(packing: Packing) -> float:
     """Stiffness times size, of the packing itself."""
-    size = mean_size(packing)
-    return float(packing.params["k"]) * size if packing.units == "k" else float(packing.params["eps"]) / size
+    return stiffness_scale(packing) * mean_size(packing)
 
 
 def _same_contacts(one: Packing, two: Packing) -> bool:
@@ -215,7 +212,7 @@ def _same_contacts(one: Packing, two: Packing) -> bool:
 def _sort_contacts(packing: Packing) -> tuple[NDArray[np.int64], Array]:
     """Pairs that touch and vectors between them; several of one pair in the order along an odd direction."""
     found = contacts(packing)
-    kept = np.ones_like(found.bearing) if has_springs(packing) else found.bearing  # soft rattlers keep overlaps
+    kept = np.ones_like(found.bearing) if packing.law.springs else found.bearing  # soft rattlers keep overlaps
     pairs, r = found.pairs[kept], found.r[kept]
     order = np.lexsort((r @ [np.cos(1.0), np.sin(1.0)], pairs[:, 1], pairs[:, 0]))
     return pairs[order], r[order]

@@ -12,14 +12,13 @@ from dataclasses import replace
 from inspect import signature
 from typing import Any
 
-import numpy as np
-
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked, name_meant
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.packing.force_laws import disk_law, has_springs
-from jamlab.packing.law_parameters import ENSEMBLES, MODELS
+from jamlab.models.models import MODELS
+from jamlab.models.pair_laws import PowerLaw
+from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
@@ -139,14 +138,14 @@ def jam(
         method = "rigid" if rigid else first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "onset",
-        "protocol_version": ONSET_PROTOCOL[model if has_springs(placed) else "stiffening"],
+        "protocol_version": ONSET_PROTOCOL[model if placed.law.springs else "stiffening"],
         "search": search,
         "start": start,
         "seed": seed,
         "step": first_step,
         "minimizer": method,
     }
-    entries |= sizes_record(sizes, np.sqrt(placed.params["a0"]) if placed.diameters is None else placed.diameters)
+    entries |= sizes_record(sizes, placed.kind.sizes(placed))
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
     found = scales.from_natural(recorded)
@@ -181,9 +180,9 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
 def _force_at_onset(packing: Packing, protocol: dict[str, float]) -> float:
     """Largest force at onset by default: of disks as small beside their contact forces as that of springs."""
     force = force_tolerance(packing.model)
-    if packing.model == "dp":
+    law, energy = packing.law, protocol["u_contact"]
+    if not isinstance(law, PowerLaw):
         return force
-    law, energy = disk_law(packing), protocol["u_contact"]
     return force * law.force_at(energy) / replace(law, exponent=2.0).force_at(energy)
 
 

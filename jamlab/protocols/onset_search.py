@@ -8,8 +8,8 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow
+from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import Approach, fell_too_often
@@ -85,7 +85,7 @@ class OnsetSearch(Approach[SearchState]):
             low, jammed = self.bracket(low, step)
             end = self._stabilize(jammed)
             if self.jammed(end):
-                aim = root_energy(packing, np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
+                aim = packing.law.root_energy(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
                 end, _ = self.come_down(low.phi, end, aim)
                 end = self._leave_saddles(end, late=falls >= self.settings.onset.falls)
             if self.at_end(end):
@@ -124,7 +124,7 @@ class OnsetSearch(Approach[SearchState]):
         if not self.session.springs:  # softer and softer, loose disks need ever longer to part altogether
             tolerance = max(
                 tolerance,
-                disk_law(start.packing).force_at(self.settings.onset.loose_energy * self.protocol["u_contact"]),
+                power_law(start.packing).force_at(self.settings.onset.loose_energy * self.protocol["u_contact"]),
             )
         found = settle(self.session, tolerance, loose=self.protocol["u_jammed"], settings=self.settings)
         return self.measure(Relaxed(found, tolerance, found.max_force <= tolerance, 0))
@@ -170,7 +170,7 @@ class OnsetSearch(Approach[SearchState]):
 
     def root(self, state: SearchState) -> float:
         """sqrt(U) of springs."""
-        return root_energy(state.packing, state.energy)
+        return state.packing.law.root_energy(state.energy)
 
     def why_loose(self, state: SearchState) -> str:
         """Energy and force."""

@@ -12,8 +12,8 @@ from jamlab.checks import check_choice
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.models.models import MODELS
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.law_parameters import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons

@@ -10,9 +10,10 @@ from jamlab.checks import check_choice, check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
+from jamlab.models.models import MODELS, optional_parameters
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
-from jamlab.packing.law_parameters import OPTIONAL, UNITS, check_params
+from jamlab.packing.law_parameters import UNITS, check_params
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
@@ -86,7 +87,7 @@ def random_disks(
         ratio: large over small diameter; default that of `sp.parameters`.
         large: number share of the large disks, rounded to whole disks.
         sizes: a distribution by name, or n diameters, see `jamlab.protocols.size_distributions`.
-        parameters: of the force law, those of `OPTIONAL`.
+        parameters: of the force law, see `optional_parameters`.
     """
     check_number("phi", phi, 2.0)
     check_choice("units", units, UNITS)
@@ -99,13 +100,14 @@ def random_disks(
 
 def disk_params(units: str, **changes: float) -> dict[str, Any]:
     """Give force-law parameters of disks. `units`: "eps" or "k"; `changes`: optional parameters of the law, see
-    `OPTIONAL`; its strength is that of `lammps_inputs/parts/sp`."""
-    unknown = sorted(changes.keys() - OPTIONAL["sp"].keys())
+    `optional_parameters`; its strength is that of `lammps_inputs/parts/sp`."""
+    optional = optional_parameters("sp")
+    unknown = sorted(changes.keys() - optional.keys())
     if unknown:
-        known = f"use {', '.join(OPTIONAL['sp'])}; " if OPTIONAL["sp"] else ""
+        known = f"use {', '.join(optional)}; " if optional else ""
         raise InputError(f"model sp has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are 1")
     params = {units: float(defaults("sp")[units]), **changes}
-    check_params("sp", units, params)
+    check_params("sp", units, MODELS["sp"].parameters(units), params)
     return params
 
 
@@ -156,7 +158,7 @@ def droplet_params(
             raise InputError(f"vertices hold {len(given)} numbers for n = {n} droplets: give one for all, or one each")
         nv = np.broadcast_to(_whole_counts("vertices", given), n)
     params: dict[str, Any] = {**values, "a0": own**2}
-    check_params("dp", "eps", params)
+    check_params("dp", "eps", MODELS["dp"].parameters("eps"), params)
     for name in ("gamma", "ka", "eps", "delta", "eta"):
         most = WIDEST_RIM if name in ("delta", "eta") else WIDEST_RANGE
         if params[name] and not 1 / WIDEST_RANGE <= params[name] <= most:

@@ -23,7 +23,7 @@ from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.positive_solver import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
-from jamlab.packing.force_laws import disk_law
+from jamlab.models.pair_laws import power_law
 from jamlab.protocols.newton import descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
@@ -213,7 +213,7 @@ def quench(
 
 def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest: float) -> FireSettings:
     """Numbers of FIRE in the time of contacts that are soft, as those of disks are that stiffen with their overlap."""
-    stiffness = max(disk_law(session.packing()).stiffness_at(pressure), softest)
+    stiffness = max(power_law(session.packing()).stiffness_at(pressure), softest)
     return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 

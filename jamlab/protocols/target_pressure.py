@@ -14,8 +14,8 @@ from jamlab.engine.mpi_ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
+from jamlab.models.pair_laws import PowerLaw, power_law
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.packing import Packing
@@ -245,14 +245,14 @@ def _check_met(packing: Packing, found: Relaxed, pressure: float, scales: Scales
         )
 
 
-def check_pressure(pressure: float, tolerance: float | None, **parameters: float) -> tuple[float, DiskLaw]:
+def check_pressure(pressure: float, tolerance: float | None, **parameters: float) -> tuple[float, PowerLaw]:
     """Force tolerance, small beside a pressure of disks in units of k, and their force law.
 
     Raises:
         InputError: the pressure is out of range, for this tolerance or for this law.
     """
     force = _check_force(pressure, tolerance)
-    law = DiskLaw.of(disk_params("k", **parameters))
+    law = PowerLaw.of(disk_params("k", **parameters))
     if law.linear_in_phi(pressure) > HIGHEST_PRESSURE:
         raise InputError(
             f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
@@ -282,7 +282,7 @@ def _walk(
     progress: Progress | None,
 ) -> None:
     """Quench and decompress until the pressure is near the target, known better and better on the way."""
-    law = disk_law(session.packing())
+    law = power_law(session.packing())
     target = law.linear_in_phi(pressure)  # secants are taken of what is linear in phi
     slope, rise, level = search["slope"], target, 0
     loose = search["loose"] * pressure

@@ -15,7 +15,7 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError, JamlabWarning
 from jamlab.mechanics.force_network import force_network
-from jamlab.packing.law_parameters import NEGATIVE_G, UNIT_OF_STRESS
+from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
@@ -168,10 +168,9 @@ def linear_modulus(
     check_choice("method", method, METHODS)
     frequencies = _check_frequencies(omega)
     law = damping or ContactDamping()
-    network = force_network(packing, prestress=prestress)
+    network = force_network(packing)
     network.check_at_rest()
-    motion, free = equation_of_motion(network, law), free_droplets(network, law)
-    del network  # contacts and energy terms, a tenth of the memory of the rest
+    motion, free = equation_of_motion(network, law, prestress=prestress), free_droplets(network, law)
     limits = find_limits(motion)
     if method == "auto":
         method = "dense" if motion.moving <= _SMALL else "reduced"
@@ -179,7 +178,7 @@ def linear_modulus(
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": reduced}[method]
     modulus, error, elements = solve(motion, limits, frequencies)
     modulus = modulus + free.modulus(frequencies)
-    unit = UNIT_OF_STRESS[packing.model, packing.units]
+    unit = packing.unit_names.stress
     return ComplexModulus(
         omega=frequencies,
         storage=modulus.real.copy(),

@@ -7,19 +7,16 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked_class, is_number
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import Meetings, find_meetings
-from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.mechanics.static_response import FLOPPY
-from jamlab.packing.force_laws import disk_law, drag_stiffness, reach, rim_law
-from jamlab.packing.neighbors import Pairs
+from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
+from jamlab.packing.terms import ContactJacobian, spread
 
 ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
@@ -48,11 +45,11 @@ class DragLaw:
         """The same law with drag in proportion to the velocity."""
         raise NotImplementedError
 
-    def matrix(self, packing: Packing, meetings: Meetings, whole: Packing) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing) -> sparse.csc_array:
         """Damping matrix of a linear law, see `damping_matrix`."""
         raise NotImplementedError
 
-    def gears(self, packing: Packing, touching: Meetings) -> list[int]:
+    def gears(self, packing: Packing) -> list[int]:
         """One particle of each group that turns without drag."""
         return []
 
@@ -136,25 +133,24 @@ class ContactDamping(DragLaw):
         """The same law with drag in proportion to the velocity."""
         return replace(self, alpha=1.0)
 
-    def matrix(self, packing: Packing, meetings: Meetings, whole: Packing) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing) -> sparse.csc_array:
         """Sum over contacts of what their approach and sliding cost."""
         if self.alpha != 1:
             raise InputError(
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
-        if isinstance(meetings, Pairs):
-            return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
-        return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
+        return _assemble_contacts(packing.kind.jacobian(packing, self.arms), self)
 
-    def gears(self, packing: Packing, touching: Meetings) -> list[int]:
+    def gears(self, packing: Packing) -> list[int]:
         """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
         """
-        if not isinstance(touching, Pairs):  # vertices of droplets have no rotation
+        levers = packing.kind.jacobian(packing, self.arms).levers
+        if levers is None:  # nothing turns
             return []
-        levers, free, n = _levers(packing, touching, self.arms), list[int](), packing.n
+        touching, free, n = packing.kind.pairs(packing), list[int](), packing.n
         keys = np.concatenate([touching.i * n + touching.j, touching.j * n + touching.i])
         ratios = np.concatenate([levers[:, 0] / levers[:, 1], levers[:, 1] / levers[:, 0]])
         by_key = np.argsort(keys)
@@ -227,12 +223,12 @@ class StokesDrag(DragLaw):
         """The law itself."""
         return self
 
-    def matrix(self, packing: Packing, meetings: Meetings, whole: Packing) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing) -> sparse.csc_array:
         """Drag on every site, and that of the fluid on the shear rate."""
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(_size(packing))
-        stiffness = drag_stiffness(whole)
+        stiffness = stiffness_scale(whole)
         diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share, 2)
         diagonal[-1] = stiffness * self.eta_f * packing.area
         return sparse.diags_array(diagonal, format="csc")
@@ -261,98 +257,20 @@ def _name_time(tau: float) -> str:
     return "" if tau == 1 else f", τ1 = {tau:g}"
 
 
-def damping_matrix(
-    packing: Packing, damping: Damping, meetings: Meetings | None = None, *, whole: Packing | None = None
-) -> sparse.csc_array:
+def damping_matrix(packing: Packing, damping: Damping, *, whole: Packing | None = None) -> sparse.csc_array:
     """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
-    affine flow acts on u alone. `damping`: viscous law; `meetings`: what `find_meetings` finds in the packing, if it is
-    known already; `whole`: the packing with its rattlers, if they were left out: its mean size is the unit of drag."""
-    return damping.matrix(packing, meetings or find_meetings(packing), whole or packing)
+    affine flow acts on u alone. `damping`: viscous law; `whole`: the packing with its rattlers, if they were left out:
+    its mean size is the unit of drag."""
+    return damping.matrix(packing, whole or packing)
 
 
 def _size(packing: Packing) -> int:
-    return 2 * len(packing.positions) + (packing.n if packing.model == "sp" else 0) + 1
+    return 2 * len(packing.positions) + packing.kind.rotations(packing) + 1
 
 
-@dataclass(frozen=True)
-class _ContactJacobian:
-    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix)."""
-
-    normal: Array  # (m, 2) unit vectors
-    flow: Array  # (m,) affine velocity difference along x at unit shear rate
-    stiffness: Array  # (m,)
-    sites: NDArray[np.int64]  # (m, j) that each contact joins
-    weights: Array  # (m, j) of their velocities in the difference
-    # (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating
-    rolling: sparse.csr_array
-
-
-def _levers(packing: Packing, touching: Pairs, arms: str) -> Array:
-    """(m, 2) lever arms of two disks that touch."""
-    assert packing.diameters is not None
-    levers = 0.5 * packing.diameters[np.column_stack([touching.i, touching.j])]
-    if arms == "contact":  # in the middle of the overlap
-        levers = levers - 0.5 * (levers.sum(axis=1) - np.hypot(*touching.r.T))[:, None]
-    return np.asarray(levers)
-
-
-def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
-    pairs, r = np.column_stack([touching.i, touching.j]), touching.r
-    distance = np.hypot(*r.T)
-    _, _, stiffness = disk_law(packing)(reach(packing, pairs), distance)
-    return _ContactJacobian(
-        normal=r / distance[:, None],
-        flow=r[:, 1],
-        stiffness=stiffness,
-        sites=pairs,
-        weights=np.tile([-1.0, 1.0], (len(pairs), 1)),
-        rolling=_spread(_levers(packing, touching, arms), 2 * packing.n + pairs, _size(packing)),
-    )
-
-
-def _jacobian_of_vertices(packing: Packing, found: VertexContacts) -> _ContactJacobian:
-    """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
-    distance, t = found.distance, found.place
-    if not np.all(distance > 0):
-        raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
-    sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
-    _, _, stiffness = rim_law(packing, distance)
-    levers = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
-    return _ContactJacobian(
-        normal=found.separation / distance[:, None],
-        flow=found.separation[:, 1],
-        stiffness=stiffness,
-        sites=sites,
-        weights=np.column_stack([np.ones_like(t), t - 1.0, -t]),
-        rolling=_spread(levers, sites, len(packing.positions)) @ _outline_rotation(packing),
-    )
-
-
-def _outline_rotation(packing: Packing) -> sparse.csr_array:
-    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates. The rotation w that fits the
-    velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
-    edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
-    edges, head = packing.edges, packing.successor
-    tail = np.arange(len(head), dtype=np.int32)
-    square = np.einsum("ij,ij->i", edges, edges)
-    around = square.copy()  # of both edges at a vertex
-    around[head] += square
-    if not np.all(around > 0):
-        raise InputError(f"vertex {np.argmin(around)} lies on both its neighbours: its outline has no direction there")
-    rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head
-    columns = np.column_stack(
-        [2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, _size(packing) - 1)]
-    ).ravel()
-    x, y = edges.T
-    turn = np.column_stack([y, -x, -y, x, -(y**2)])  # e x e', with e' = u_head - u_tail + gamma' e_y along x
-    values = np.concatenate([turn / around[tail, None], turn / around[head, None]])
-    shape = (len(tail), _size(packing))
-    return sparse.coo_array((values.ravel(), (rows, np.tile(columns.astype(np.int32), 2))), shape=shape).tocsr()
-
-
-def _assemble_contacts(jacobian: _ContactJacobian, damping: ContactDamping) -> sparse.csc_array:
+def _assemble_contacts(jacobian: ContactJacobian, damping: ContactDamping) -> sparse.csc_array:
     normal = jacobian.normal
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     weight = sparse.diags_array(jacobian.stiffness * damping.tau)
@@ -364,17 +282,10 @@ def _assemble_contacts(jacobian: _ContactJacobian, damping: ContactDamping) -> s
     return sparse.csc_array(matrix)
 
 
-def _relate_velocities(jacobian: _ContactJacobian, direction: Array) -> sparse.csr_array:
+def _relate_velocities(jacobian: ContactJacobian, direction: Array) -> sparse.csr_array:
     """(m, size) one row per contact: its velocity difference along a direction (m, 2), from all rates."""
     size = jacobian.rolling.shape[1]
     columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(direction), 1), size - 1)])
     along_x, along_y = direction[:, [0]], direction[:, [1]]
     flow = jacobian.flow[:, None] * along_x
-    return _spread(np.hstack([jacobian.weights * along_x, jacobian.weights * along_y, flow]), columns, size)
-
-
-def _spread(values: Array, columns: NDArray[np.int64], size: int) -> sparse.csr_array:
-    """(m, size) sparse, with values (m, j) in the columns (m, j) of each row."""
-    rows = np.repeat(np.arange(len(values), dtype=np.int32), values.shape[1])
-    places = (rows, columns.ravel().astype(np.int32))  # else all that is made of it has indices twice as long
-    return sparse.coo_array((values.ravel(), places), shape=(len(values), size)).tocsr()
+    return spread(np.hstack([jacobian.weights * along_x, jacobian.weights * along_y, flow]), columns, size)

@@ -16,7 +16,6 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
-from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -116,9 +115,9 @@ def _displacements(
     packing: Packing, frequencies: Iterable[float], damping: Damping | None, prestress: bool
 ) -> Iterator[tuple[Packing, Complex]]:
     """Yield what `oscillating_displacements` returns, for several frequencies of one equation of motion."""
-    network = force_network(packing, prestress=prestress)
+    network = force_network(packing)
     network.check_at_rest()
-    motion = equation_of_motion(network, damping or ContactDamping())
+    motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)
     find_limits(motion)  # refuses what is not stable
     fixed = 2 * len(network.packing.positions) - motion.moving
     for omega in frequencies:
@@ -173,7 +172,7 @@ def displacement_correlations(
     width: float = 0.5,
 ) -> list[DisplacementCorrelation]:
     """`displacement_correlation` at several frequencies, for which the equation of motion is built and checked once."""
-    unit, size = UNIT_OF_LENGTH[packing.model, packing.units], mean_size(packing)
+    unit, size = packing.unit_names.length, mean_size(packing)
     grid = {"lane": lane, "width": width, "size": size}
     return [
         replace(correlation_along_x(backbone.positions, u[:, 1].real, packing.box, **grid), unit=unit)

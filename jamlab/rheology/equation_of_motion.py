@@ -15,8 +15,6 @@ from scipy import sparse
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import Meetings, find_meetings
-from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
@@ -47,20 +45,17 @@ def dynamical_matrices(
         >>> k.shape == b.shape == (3 * p.n + 1, 3 * p.n + 1)
         True
     """
-    meetings = find_meetings(packing)
-    terms = energy_terms(packing, prestress=prestress)
-    return _assemble(packing, damping or ContactDamping(), meetings, terms, packing)
+    return _assemble(packing, damping or ContactDamping(), prestress, packing)
 
 
 def _assemble(
-    packing: Packing, damping: Damping, meetings: Meetings, terms: list[Terms], whole: Packing
+    packing: Packing, damping: Damping, prestress: bool, whole: Packing
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
-    """K and B of `dynamical_matrices` from contacts and energy terms that are known already."""
-    k = stiffness(packing, terms)
-    spins = packing.n if packing.model == "sp" else 0
+    """K and B of `dynamical_matrices`."""
+    k, spins = stiffness(packing, prestress=prestress), packing.kind.rotations(packing)
     column = np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
-    return _bordered(inner, column, k.ee[0, 1, 0, 1]), damping_matrix(packing, damping, meetings, whole=whole)
+    return _bordered(inner, column, k.ee[0, 1, 0, 1]), damping_matrix(packing, damping, whole=whole)
 
 
 def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.csc_array:
@@ -145,25 +140,25 @@ class EquationOfMotion:
         return moved
 
 
-def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMotion:
+def equation_of_motion(network: ForceNetwork, damping: Damping, *, prestress: bool = True) -> EquationOfMotion:
     """Set up the equation of motion of a packing without its rattlers. `network`: `force_network` of a packing at an
-    energy minimum, with or without pre-stress; `damping`: viscous law."""
+    energy minimum; `damping`: viscous law; `prestress`: as in `dynamical_matrices`."""
     packing = network.packing
     if packing.n == 1:
         raise InputError(
             "one particle that presses on its own images moves with the box alone: it has no G* but that of "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
-    k, b = _assemble(packing, damping, network.meetings, network.terms, network.whole)
+    k, b = _assemble(packing, damping, prestress, network.whole)
     sites = len(packing.positions)
     drifting = not damping.at_contacts
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
-    spinning = damping.at_contacts and damping.contrast > 0 and packing.model == "sp"
+    spinning = damping.at_contacts and damping.contrast > 0 and packing.kind.rotations(packing) > 0
     first = 0 if drifting else 2
     free = slice(first, 3 * sites if spinning else 2 * sites)
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, free), _cut(b, free)
     if spinning:
-        gears = 2 * sites - first + np.array(damping.gears(packing, network.meetings), dtype=np.int64)
+        gears = 2 * sites - first + np.array(damping.gears(packing), dtype=np.int64)
         if len(gears):
             kept = np.delete(np.arange(len(k_qg)), gears)
             k_qq, b_qq, k_qg, b_qg = k_qq[kept][:, kept], b_qq[kept][:, kept], k_qg[kept], b_qg[kept]

@@ -8,10 +8,9 @@ the column of the shear strain. The three modes of rigid motion have neither sti
 
 import numpy as np
 
-from jamlab.mechanics.energy_terms import shape_terms
 from jamlab.mechanics.force_network import ForceNetwork
-from jamlab.mechanics.stiffness import stiffness
-from jamlab.packing.force_laws import drag_stiffness
+from jamlab.mechanics.stiffness import stiffness_of
+from jamlab.packing.natural_units import stiffness_scale
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum
 
@@ -23,14 +22,14 @@ def free_droplets(network: ForceNetwork, damping: Damping) -> RelaxationSpectrum
     do not deform: then there are none."""
     whole, none = network.whole, np.zeros(0)
     rates, strengths = [none], [none]
-    if whole.model == "dp" and not damping.at_contacts and not network.held.all():
+    if not damping.at_contacts and whole.kind.shape_terms(whole):
         for m in np.unique(whole.particle[~network.held]):
             alone = whole.select(np.arange(whole.n) == m)
-            matrices = stiffness(alone, shape_terms(alone))
+            matrices = stiffness_of(alone.kind.shape_terms(alone), len(alone.positions))
             kappa, vectors = np.linalg.eigh(matrices.uu.toarray())
             kept = kappa > _RIGID * kappa[-1]
             kappa, coupling = kappa[kept], vectors[:, kept].T @ matrices.ue[:, 0, 1]
-            rates.append(kappa * len(alone.positions) / (drag_stiffness(whole) * damping.tau))
+            rates.append(kappa * len(alone.positions) / (stiffness_scale(whole) * damping.tau))
             strengths.append(coupling**2 / (kappa * whole.area))
     every = np.concatenate(rates)
     return RelaxationSpectrum(0.0, 0.0, np.sort(every), np.concatenate(strengths)[np.argsort(every)])

@@ -15,7 +15,6 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import pressure
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
@@ -23,7 +22,6 @@ from jamlab.rheology.damping import Damping
 
 COLUMNS = ("storage", "loss", "error")
 LIMITS = ("g0", "eta0", "eta_inf")
-_PARTICLES = {"sp": "disks", "dp": "droplets"}
 _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
 
 
@@ -127,7 +125,7 @@ def mean_spectra(
         spectra = tuple(linear_modulus(p, omega, damping, prestress=prestress, method=method) for p in members)
         tensors = [elastic_tensor(p, prestress=prestress).relaxed for p in members]
         means = tuple(float(modulus_along(c, AVERAGING_ANGLES).mean()) for c in tensors)
-        unit = UNIT_OF_STRESS[members[0].model, members[0].units]
+        unit = members[0].unit_names.stress
         found.append(Spectra(spectra, members[0].units, tuple(p.converged for p in members), means, label, unit))
     return found
 
@@ -149,18 +147,16 @@ def group_packings(packings: Sequence[Packing]) -> list[list[Packing]]:
 
 def _facts(packing: Packing) -> dict[str, str]:
     """Whatever the packings of one mean must share, besides their pressure: what it is -> how a label says it."""
-    sizes, counts = np.unique(
-        packing.diameters if packing.diameters is not None else packing.params["a0"], return_counts=True
-    )
-    named = "diameters" if packing.model == "sp" else "rest areas"
-    law = {name: f"{name} = {value}" for name, value in packing.params.items() if name != "a0"}
-    vertices = [] if packing.offsets is None else sorted(np.unique(np.diff(packing.offsets)).tolist())
+    kind, declared = packing.kind, packing.parameters
+    sizes, counts = np.unique(kind.type_sizes(packing), return_counts=True)
+    law = {name: f"{name} = {value}" for name, value in packing.params.items() if not declared[name].each}
+    vertices = np.unique(np.bincount(packing.particle)).tolist()
     return {
-        "model": _PARTICLES[packing.model],
+        "model": kind.particles,
         "units": f"units {packing.units}",
         "n": f"n = {packing.n}",
         "ensemble": packing.ensemble,
-        "sizes": f"{named} " + " ".join(f"{c} × {s:.4g}" for s, c in zip(sizes[:4], counts, strict=False)),
+        "sizes": f"{kind.size_name}s " + " ".join(f"{c} × {s:.4g}" for s, c in zip(sizes[:4], counts, strict=False)),
         "every size": str([(f"{s:.12g}", int(c)) for s, c in zip(sizes, counts, strict=True)]),
         "vertices": f"vertices {vertices}",
         **law,
@@ -174,7 +170,7 @@ def _labels(firsts: Sequence[Packing]) -> list[str]:
     differ = [name for name in names if len({f.get(name) for f in facts}) > 1]
     labels = []
     for packing, fact in zip(firsts, facts, strict=True):
-        unit = UNIT_OF_STRESS[packing.model, packing.units]
+        unit = packing.unit_names.stress
         more = [fact[name] for name in differ if name in fact and name != "units"]
         labels.append(", ".join([fact["model"], f"p = {pressure(packing):.4g} {unit}", *more]))
     return labels

@@ -16,7 +16,6 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
-from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
@@ -113,7 +112,7 @@ def mode_motion(packing: Packing, damping: Damping | None = None) -> ModeMotion:
         strengths=strengths,
         **dict(zip(MOTIONS, parts, strict=True)),
         sliding=_sliding_share(network.packing, damping, found, motion),
-        unit=UNIT_OF_STRESS[packing.model, packing.units],
+        unit=packing.unit_names.stress,
     )
 
 

@@ -19,7 +19,7 @@ from scipy.special import gamma
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.packing.force_laws import drag_stiffness
+from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
@@ -197,7 +197,7 @@ class _Equivalent:
     def time(self, omega: ArrayLike, stress: float) -> Array:
         """(m,) equivalent time, in tau_1, at frequencies (m,) and a stress amplitude."""
         tau_1 = np.asarray(omega) * self.law.tau  # of the stress times the mean size, over the stiffness times it
-        return equivalent_time(tau_1, stress, self.alpha, stiffness=drag_stiffness(self.packing))
+        return equivalent_time(tau_1, stress, self.alpha, stiffness=stiffness_scale(self.packing))
 
     def modulus(self, omega: ArrayLike) -> ComplexModulus:
         """G* of the linear law."""

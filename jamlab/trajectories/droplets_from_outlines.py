@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError
-from jamlab.packing.law_parameters import FORCE_LAW
+from jamlab.models.models import law_names
 from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import droplet_params
@@ -58,7 +58,7 @@ def from_outlines(
     shapes = [shape[:-1] if len(shape) > 3 and (shape[0] == shape[-1]).all() else shape for shape in shapes]
     if not shapes or min(map(len, shapes)) < 3:
         raise InputError("outlines: give one or more, each of three vertices or more")
-    names = [name for name in FORCE_LAW["dp", "eps"] if name != "a0"]
+    names = law_names("dp", "eps")
     if unknown := sorted(parameters.keys() - set(names)):
         raise InputError(f"model dp has no parameter {unknown[0]!r}: use {', '.join(names)}; rest_areas for the sizes")
     lattice = plane_box("box", box)

@@ -11,7 +11,8 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.packing.law_parameters import FORCE_LAW, OPTIONAL, UNITS
+from jamlab.models.models import MODELS, law_names, optional_parameters
+from jamlab.packing.law_parameters import UNITS
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import cross, self_crossings
 from jamlab.packing.packing import Packing, check_box
@@ -19,7 +20,7 @@ from jamlab.packing.packing import Packing, check_box
 _JUMP = 3.0  # an edge that is so many times as long as its shortest image leads across the box
 _SAME_AREA = 0.2  # relative difference of the area of a droplet from its rest area that compression may cause
 _ONE_CELL = 1e-9  # margin of rounding, relative to the cell
-LAW_NAMES = {name for names in (*FORCE_LAW.values(), *OPTIONAL.values()) for name in names} - {"a0"}
+LAW_NAMES = {name for kind in MODELS.values() for units in kind.unit_names for name in law_names(kind.name, units)}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
 _FLAT = 1e-4  # a plane: largest height over the width of the box
 _SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
@@ -35,9 +36,9 @@ def complete_force_law(
         found = {**found, "units": scales[0]}
     chosen = str(found.get("units", units or "eps"))
     check_choice("units", chosen, UNITS)
-    if (model, chosen) not in FORCE_LAW:
+    if chosen not in MODELS[model].unit_names:
         raise InputError(f"model {model} has no units {chosen!r}")
-    names = [name for name in (*FORCE_LAW[model, chosen], *OPTIONAL[model]) if name != "a0"]
+    names = law_names(model, chosen)
     if foreign := sorted(LAW_NAMES & found.keys() - set(names)):
         raise InputError(f"the source has {foreign[0]}, which the force law of model {model}, units {chosen}, has not")
     given = {name: value for name, value in (params or {}).items() if name != "a0"}
@@ -49,7 +50,7 @@ def complete_force_law(
             raise InputError(f"{name} = {value!r} was given, but the source has {found[name]!r}")
     known = {name: given.get(name, found.get(name)) for name in names}
     law = {name: value for name, value in known.items() if value is not None}
-    assumed = [name for name in names if name not in law and name not in OPTIONAL[model]]
+    assumed = [name for name in names if name not in law and name not in optional_parameters(model)]
     return chosen, law | {name: defaults(model)[name] for name in assumed}, assumed
 
 

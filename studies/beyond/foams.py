@@ -24,7 +24,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import pressure
-from jamlab.packing.free_droplet import free_area, regular_polygon
+from jamlab.models.droplets import free_area, regular_polygon
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam

@@ -18,12 +18,13 @@ from jamlab.errors import ConvergenceError
 from jamlab.estimates.ways import bring_on, default_way
 from jamlab.flow.overdamped_session import OverdampedSession, background_drag, solver_residual
 from jamlab.flow.shear import TOLERANCE, shear
-from jamlab.geometry.packing_fraction import METHODS, packing_fraction
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import stiffness
+from jamlab.models.models import MODELS
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
@@ -91,7 +92,7 @@ def _modulus(start: Packing, force: float, method: str = "linear-response", stra
 def dense_modulus(packing: Packing) -> float:
     """G, mean over directions, by the pseudo-inverse of the dense Hessian: shares no solver with `elastic_tensor`."""
     network = force_network(packing)
-    k = stiffness(network.packing, network.terms)
+    k = stiffness(network.packing)
     right = k.ue.reshape(-1, 4)
     values, modes = np.linalg.eigh(k.uu.toarray())
     stiff = np.argsort(values)[2:]  # but for the two translations
@@ -129,7 +130,7 @@ def measure_fractions(seed: int) -> Iterator[Trial]:
         packing = _relax(random_disks(_DISKS, seed, phi=phi))
         reference = 1.0 - float(voids(packing).area.sum()) / packing.area
         panel = f"φ = {phi:g}"
-        exact_and_pairs = {name: partial(packing_fraction, method=name) for name in METHODS["sp"]}
+        exact_and_pairs = {name: partial(packing_fraction, method=name) for name in MODELS["sp"].fraction_methods}
         for method, fraction in (exact_and_pairs | APPROXIMATE).items():
             seconds, rho = shortest(partial(fraction, packing), runs=5, budget=0.1)
             yield Trial(panel, method, "", seconds, rho - reference, _ROUNDING, method == "exact")

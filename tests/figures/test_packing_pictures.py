@@ -17,7 +17,7 @@ from jamlab.figures import packing_pictures as figures
 from jamlab.figures.save_picture import save_picture
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import void_paths, voids
-from jamlab.packing.free_droplet import regular_polygon
+from jamlab.models.droplets import regular_polygon
 from jamlab.packing.packing import Packing
 
 BOX = np.diag([4.0, 4.0])

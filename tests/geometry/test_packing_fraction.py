@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 from jamlab.errors import InputError
 from jamlab.geometry.packing_fraction import exact_method, lens_area, packing_fraction
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
-from jamlab.packing.free_droplet import free_area, regular_polygon
+from jamlab.models.droplets import free_area, regular_polygon
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 

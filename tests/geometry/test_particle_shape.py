@@ -7,7 +7,7 @@ from packings_by_hand import SQUARE, disks, droplets
 import jamlab
 from jamlab.geometry.particle_shape import area_ratios, particle_areas, shape_factors
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.packing.free_droplet import regular_polygon
+from jamlab.models.droplets import regular_polygon
 
 
 def test_free_disk_is_a_circle():

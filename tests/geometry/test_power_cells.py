@@ -11,7 +11,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import local_packing_fraction, tessellation
-from jamlab.packing.free_droplet import regular_polygon
+from jamlab.models.droplets import regular_polygon
 
 
 def segment(radius, height):

@@ -15,7 +15,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.rims import rim_overlaps, rims, shared_areas
 from jamlab.geometry.voids.voids import voids
-from jamlab.packing.free_droplet import regular_polygon
+from jamlab.models.droplets import regular_polygon
 
 
 def dense_packing(seed, noise=0.03, dent=0.0, delta=0.25, side=4):

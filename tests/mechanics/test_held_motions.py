@@ -11,8 +11,9 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import count_strong
+from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import without_load
-from jamlab.mechanics.held_motions import MOST, conditions
+from jamlab.mechanics.held_motions import MOST
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
 
@@ -51,7 +52,7 @@ def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
     others = (5 - 0.5 - tip - 0.05, 5.0, np.pi / 4), (5 + near, 5 + near, 0.0), (5.2, 5 - 1.05, 0.0)
     packing = squares((5, 5, 0.0), *others)
     assert len(jamlab.contacts(packing).pairs) == 3
-    rows = conditions(packing)  # but for the fourth all are loose, so nothing is counted
+    rows = packing.kind.rigidity(packing)  # but for the fourth all are loose, so nothing is counted
     assert rows.shape == (1 + 1 + 2, 12)
 
 
@@ -74,7 +75,7 @@ def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_thei
     corners = [(SQUARE - 0.5, 3.0, 1.0), (diamond, 3.1, 1 + 0.5 * height), (diamond, 3.0 + 0.5 + tip + 0.05, 1.0)]
     packing = droplets([shape + np.array(centre) for shape, *centre in corners], 0.1, np.diag([6.0, height]))
     network = jamlab.contacts(packing)
-    assert network.rattlers.all() and set(packing.particle[network.meetings.vertex]) == {1, 2}
+    assert network.rattlers.all() and set(packing.particle[vertex_contacts(packing).vertex]) == {1, 2}
     assert without_load(packing).tolist() == [False, False, True]
 
 

@@ -12,8 +12,8 @@ from jamlab.engine.disk_fire import fire_disks
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.stiffness import stress
-from jamlab.packing.force_laws import DiskLaw
-from jamlab.packing.law_parameters import OPTIONAL
+from jamlab.models.models import optional_parameters
+from jamlab.models.pair_laws import PowerLaw
 from jamlab.protocols.random_start import random_disks
 from tests.support.deck_runs import run
 
@@ -125,7 +125,7 @@ def test_onset_is_isostatic_and_pressure_grows_as_the_power_3_2():
 def test_law_of_exponent_2_is_that_of_springs_bit_for_bit():
     reach, distance = np.array([1.0, 0.83333]), np.array([0.97, 0.8])
     for name in ("eps", "k"):
-        spring = DiskLaw(name, 1.3)
+        spring = PowerLaw(name, 1.3)
         k = 1.3 / reach**2 if name == "eps" else np.full(2, 1.3)
         energy, slope, stiffness = spring(reach, distance)
         overlap = reach - distance
@@ -134,8 +134,8 @@ def test_law_of_exponent_2_is_that_of_springs_bit_for_bit():
 
 
 def test_defaults_of_the_decks_and_of_packings_agree():
-    default, *_ = OPTIONAL["sp"]["exponent"]
-    assert defaults("sp")["exponent"] == default and DiskLaw.of({"k": 1.0}).exponent == default
+    default = optional_parameters("sp")["exponent"].default
+    assert defaults("sp")["exponent"] == default == PowerLaw.of({"k": 1.0}).exponent
 
 
 @pytest.mark.parametrize("suffix", ["h5", "data", "dump"])

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
 from jamlab.packing import derived
 from jamlab.packing.deformation import at_phi, deformed, sheared, simple_shear
-from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
 from jamlab.packing.packing import Packing
 
 BOX = np.array([[8.0, 0.0], [0.5, 6.0]])
@@ -46,8 +46,8 @@ def without(name, values=LAW):
         ({"units": "SI"}, "unknown units 'SI': use one of eps, k"),
         ({"units": "k"}, r"params\['eps'\]: the force law of model sp in units k has no such name"),
         ({"params": {}}, "params of model sp in units eps lack 'eps'"),
-        ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0: must be a positive number"),
-        ({"params": {"eps": 1e308}}, r"params\['eps'\] is 1e\+308: must lie between 1e-50 and 1e\+50"),
+        ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0"),
+        ({"params": {"eps": 1e308}}, r"params\['eps'\] is 1e\+308"),
         ({"params": {"eps": np.nan}}, r"params\['eps'\] is nan"),
         ({"positions": [[1.0, np.nan], [4.0, 3.0]]}, r"positions\[0, 1\] is nan: all values must be finite"),
         ({"positions": [[1.0, 1.0], [np.inf, 3.0]]}, r"positions\[1, 0\] is inf"),
@@ -83,7 +83,7 @@ def test_what_is_no_packing_of_disks_is_refused(changes, message):
         ({"params": LAW | {"a0": np.ones(3)}}, r"params\['a0'\] must have shape \(2\), got \(3,\)"),
         ({"params": LAW | {"a0": [1.0, -1.0]}}, r"params\['a0'\]\[1\] is -1: must be positive"),
         ({"params": LAW | {"a0": [1.0, 1.0], "contact": "sphere"}}, "form 'sphere': use one of outline, segment, seg"),
-        ({"params": LAW | {"a0": [1.0, 1.0], "ka": -1.0}}, r"params\['ka'\] is -1.0: must be a positive number"),
+        ({"params": LAW | {"a0": [1.0, 1.0], "ka": -1.0}}, r"params\['ka'\] is -1.0"),
         ({"params": LAW | {"a0": [1.0, 1.0], "delta": 0.0}}, r"params\['delta'\] is 0.0"),
         ({"params": LAW | {"a0": [1.0, 1.0], "gamma": -0.1}}, r"params\['gamma'\] is -0.1"),
         *(({"params": without(name) | {"a0": [1.0, 1.0]}}, f"lack '{name}'") for name in LAW),

@@ -6,7 +6,8 @@ from scipy.integrate import quad
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
-from jamlab.geometry.contact_network import find_meetings, without_rattlers
+from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.rheology.displacement_correlation import (
     DisplacementCorrelation,
     correlation_along_x,
@@ -41,7 +42,7 @@ def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
 
 def test_sliding_without_its_affine_part(packing):
     """x -> x + gamma y slides a contact r by -r_y^2/|r|, counter-clockwise, whatever the disks do beside it."""
-    slow, r = jamlab.slow_shear(packing), find_meetings(packing).r
+    slow, r = jamlab.slow_shear(packing), touching_disks(packing).r
     affine = r[:, 1] ** 2 / np.hypot(*r.T)
     np.testing.assert_allclose(np.sort(slow.sliding - slow.tangential), np.sort(affine), rtol=1e-9)
 

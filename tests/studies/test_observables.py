@@ -11,7 +11,7 @@ from packings_by_hand import HEXAGONAL, disks
 
 import jamlab
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.packing.free_droplet import regular_polygon
+from jamlab.models.droplets import regular_polygon
 from jamlab.packing.packing import Packing
 from studies.campaigns import observables
 from studies.campaigns.observables import add_triples, count_motions, rho_printed, rho_without_arcs, shared_fraction

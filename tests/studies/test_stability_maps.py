@@ -209,9 +209,9 @@ def test_contacts_change_at_the_strain_that_linear_response_foretells():
 def test_a_free_droplet_collapses_at_the_limit():
     limit = MAPS["droplet-elasticity"].limit[0](300.0, 1)
     p = {"gamma": 0.99 * limit, "ka": 300.0, "a0": np.array([(24 / 29) ** 2])}
-    assert jamlab.packing.free_droplet.free_polygon_area(np.array([12]), p) > 0
+    assert jamlab.models.droplets.free_polygon_area(np.array([12]), p) > 0
     with pytest.raises(jamlab.InputError, match="shrinks a free droplet"):
-        jamlab.packing.free_droplet.free_polygon_area(np.array([12]), {**p, "gamma": 1.01 * limit})
+        jamlab.models.droplets.free_polygon_area(np.array([12]), {**p, "gamma": 1.01 * limit})
 
 
 # tables and pictures -------------------------------------------------------------------------------------------------

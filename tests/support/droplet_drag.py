@@ -4,7 +4,6 @@ import numpy as np
 
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.packing.force_laws import rim_law
 from studies.stability.plain_physics import plain_forces
 
 
@@ -32,7 +31,7 @@ def drag_rows(packing: jamlab.Packing, beta: float) -> tuple:
     distance, t, apart = found.distance, found.place, found.separation
     normal = apart / distance[:, None]
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    weight = np.sqrt(rim_law(packing, distance)[2])
+    weight = np.sqrt(packing.law(np.full(len(distance), packing.params["delta"]), distance)[2])
 
     def relative(u: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         foot = (1 - t)[:, None] * u[found.tail] + t[:, None] * u[head[found.tail]]

@@ -126,7 +126,9 @@ TOGETHER = {  # several at once, in the suite
 def scaled(packing, s, k):
     """The same packing with lengths times s and stresses times k."""
     powers = {"eps": ENERGY, "k": STRESS, "gamma": (1, -1), "ka": (1, -4), "delta": LENGTH, "eta": LENGTH, "a0": AREA}
-    params = {name: value * _unit(powers[name], s, k) for name, value in packing.params.items() if name in powers}
+    powers |= {"exponent": NUMBER}  # a law with another parameter says here what it is measured in
+    numbers = {name: value for name, value in packing.params.items() if not isinstance(value, str)}
+    params = {name: value * _unit(powers[name], s, k) for name, value in numbers.items()}
     changes = {} if packing.diameters is None else {"diameters": s * packing.diameters}
     return packing.with_state(
         positions=s * packing.positions, box=s * packing.box, params={**packing.params, **params}, **changes

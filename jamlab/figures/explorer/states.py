@@ -22,7 +22,7 @@ from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import Voids, void_paths, voids
 from jamlab.measure import measure, why_no_modulus
-from jamlab.packing.law_parameters import NEGATIVE_G, UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
+from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.neighbors import moves_home, shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
@@ -249,12 +249,12 @@ _MEANING = {
 def unit_labels(packing: Packing) -> dict[str, str]:
     """Quantity -> unit; `meaning` says what the letters stand for."""
     system = packing.model, packing.units
-    length = UNIT_OF_LENGTH[system]
+    length, force, stress = packing.unit_names
     return {
         "length": length,
         "area": f"{length}²",
-        "force": UNIT_OF_FORCE[system],
-        "stress": UNIT_OF_STRESS[system],
+        "force": force,
+        "stress": stress,
         "meaning": _MEANING[system],
     }
 

@@ -20,7 +20,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.packing import Packing
-from jamlab.packing.packing_plot import bar_colours, has_many_sizes, particle_sizes, size_colours
+from jamlab.packing.packing_plot import bar_colours, has_many_sizes, size_colours
 from jamlab.plotting.palette import BLUE, LARGE, ORANGE, OTHER, RATTLER, RED, SIDE_COLOURS, SMALL
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -199,7 +199,7 @@ def explorer_assets() -> Markup:
 
 def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]:
     first = packings[0]
-    sizes = particle_sizes(first)
+    sizes = first.kind.sizes(first)
     return {
         "model": first.model,
         "n": first.n,
@@ -217,7 +217,7 @@ def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]
 
 def _size_colours(packing: Packing) -> dict[str, Any]:
     """Colours of more sizes than two: of every particle, and of a bar from the smallest to the largest."""
-    sizes = particle_sizes(packing)
+    sizes = packing.kind.sizes(packing)
     return {
         "name": "diameter" if packing.diameters is not None else "√a₀",
         "values": sizes.tolist(),

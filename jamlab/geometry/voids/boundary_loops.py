@@ -8,8 +8,6 @@ relative to the first piece of its loop, and a loop may wind around the torus in
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
@@ -89,6 +87,9 @@ def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tupl
     crowded = np.flatnonzero(result < 0)
     if not len(crowded):
         return result, shift
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
     i, j, r, image = near.i[~alone], near.j[~alone], near.r[~alone], near.shift[~alone]
     free = find_missing(result, len(starts))
     weight = np.hypot(*r.T) + 1e-3 * tolerance  # any positive constant will do: a sparse matrix would lose zeros

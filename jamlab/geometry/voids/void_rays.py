@@ -15,8 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
@@ -40,6 +38,9 @@ class Components:
 def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
     """Find the connected components of n nodes and their images. `n`: nodes; `tail, head`: (m,) int64, nodes that each
     link joins; `shift`: (m, 2) int64, image of the head minus that of the tail, in lattice vectors."""
+    from scipy.sparse import coo_array  # slow to load, and needed where particles float in voids alone
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
     count, label = connected_components(coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n)), directed=False)
     first = np.unique(label, return_index=True)[1]
 

@@ -21,9 +21,9 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.geometry.voids.boundary_loops import Boundary
-from jamlab.geometry.voids.polygon_boundary import trace_disks, trace_polygons
 from jamlab.geometry.voids.void_rays import find_components, find_first_hits
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -166,9 +166,10 @@ class BoundedVoids:
     image: Indices  # (loops, 2) int64, in which image of the void the loop lies
 
 
+@per_packing
 def bound_voids(packing: Packing) -> BoundedVoids:
     """Find the voids of a packing and their areas alone."""
-    boundary = trace_disks(packing) if packing.model == "sp" else trace_polygons(packing)
+    boundary: Boundary = packing.kind.boundary(packing)
     signed = _sign_areas(boundary, packing.box)
     kind = _classify_loops(boundary, signed, EMPTY * packing.area / packing.n)
     count, void, image = _group_loops(boundary, packing.box, kind)

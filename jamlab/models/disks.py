@@ -1,0 +1,189 @@
+"""Soft disks: the model "sp", one site each, which repel where they overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array, Indices
+from jamlab.checks import check_positive, finite_array
+from jamlab.errors import InputError
+from jamlab.geometry.contact_network import ContactForces, per_length
+from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_cells, fraction_by_pairs
+from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.geometry.voids.polygon_boundary import trace_disks
+from jamlab.models.pair_laws import PowerLaw
+from jamlab.packing.law_parameters import Parameter, check_magnitudes
+from jamlab.packing.neighbors import Pairs
+from jamlab.packing.packing import Packing, UnitNames
+from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
+
+
+class Disks:
+    """See `jamlab.packing.packing.Model`."""
+
+    name = "sp"
+    particles = "disks"
+    size_name = "diameter"
+    size_label = "diameter"
+    unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("σ", "ε/σ", "ε/σ²"), "k": UnitNames("d", "k d", "k")}
+    least_bearing = 3  # contacts of a disk that may bear load
+    motions = 2  # of a rigid particle: no contact holds a disk from turning
+    atom_style = "atomic"
+    size_column = "diameter"
+    sizes_by_atom = False
+    least_force = 2e-14
+    points = staticmethod(touching_disks)
+    boundary = staticmethod(trace_disks)
+    cover = staticmethod(cover_by_disks)
+    fraction_methods: Mapping[str, Callable[[Packing], float]] = {
+        "exact": lambda packing: cover_by_disks(packing)[0],
+        "pairs": fraction_by_pairs,
+        "cells": fraction_by_cells,
+        "nominal": lambda packing: packing.phi,
+    }
+
+    # state ------------------------------------------------------------------------------------------------------------
+
+    def parameters(self, units: str) -> dict[str, Parameter]:
+        strength = {"eps": Parameter(energy=1), "k": Parameter(energy=1, length=-2)}
+        return {units: strength[units], **PowerLaw.parameters}
+
+    def checked(self, packing: Packing) -> dict[str, Any]:
+        if packing.offsets is not None:
+            raise InputError("offsets belong to model dp, not to sp")
+        if packing.diameters is None:
+            raise InputError("model sp needs diameters, one per disk")
+        diameters = finite_array("diameters", packing.diameters, (len(packing.positions),))
+        check_positive("diameters", diameters)
+        check_magnitudes(packing.box, packing.positions, diameters)
+        return {"diameters": diameters}
+
+    def law(self, params: Mapping[str, Any]) -> PowerLaw:
+        return PowerLaw.of(params)
+
+    def sizes(self, packing: Packing) -> Array:
+        return diameters(packing)
+
+    def type_sizes(self, packing: Packing) -> Array:
+        return diameters(packing)
+
+    def rest_areas(self, packing: Packing) -> Array:
+        return np.asarray(0.25 * np.pi * diameters(packing) ** 2)
+
+    def free_area(self, packing: Packing) -> float:
+        return float(np.pi / 4 * np.sum(diameters(packing) ** 2))
+
+    def grown(self, packing: Packing, growth: float) -> Packing | None:
+        if -growth >= diameters(packing).min():
+            return None
+        return packing.with_state(diameters=diameters(packing) + growth)
+
+    def rotations(self, packing: Packing) -> int:
+        return packing.n
+
+    # contacts ---------------------------------------------------------------------------------------------------------
+
+    def pairs(self, packing: Packing) -> Pairs:
+        return touching_disks(packing)
+
+    def contact_forces(self, packing: Packing) -> ContactForces:
+        _, r, distance, s = _touching(packing)
+        push = -packing.law(s, distance)[1]
+        return ContactForces(per_length(push, distance)[:, None] * r, distance - s)
+
+    def loads(self, packing: Packing) -> Array:
+        return np.zeros(packing.n)
+
+    def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
+        pairs, r, distance, s = _touching(packing)
+        if not distance.all():
+            i, j = pairs[distance.argmin()]
+            raise InputError(
+                f"disks {i} and {j} are in one place, where their contact has no direction: move one of them"
+            )
+        energy, slope, stiffness = packing.law(s, distance)
+        normal = r / distance[:, None]
+        block = central_block(normal, stiffness, slope / distance if prestress else np.zeros_like(slope))
+        return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
+
+    def shape_terms(self, packing: Packing) -> list[Terms]:
+        return []
+
+    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian:
+        pairs, r, distance, s = _touching(packing)
+        size, arms_of_pairs = 3 * packing.n + 1, levers(packing, arms)
+        return ContactJacobian(
+            normal=r / distance[:, None],
+            flow=r[:, 1],
+            stiffness=packing.law.drag_stiffness(s, distance),
+            sites=pairs,
+            weights=np.tile([-1.0, 1.0], (len(pairs), 1)),
+            rolling=spread(arms_of_pairs, 2 * packing.n + pairs, size),
+            levers=arms_of_pairs,
+        )
+
+    def rigidity(self, packing: Packing) -> Array:
+        """(contacts, 2 n) change of every gap with the positions of disks."""
+        pairs, r, distance, _ = _touching(packing)
+        rows, normal, each = np.zeros((len(pairs), packing.n, 2)), r / distance[:, None], np.arange(len(pairs))
+        np.add.at(rows, (each, pairs[:, 1]), normal)
+        np.add.at(rows, (each, pairs[:, 0]), -normal)
+        return rows.reshape(len(rows), -1)
+
+    # shape ------------------------------------------------------------------------------------------------------------
+
+    def shares(self, packing: Packing) -> Array:
+        return disk_cells(packing).area.copy()
+
+    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
+        cells = disk_cells(packing)
+        return cells.area, cells.perimeter
+
+    def bare_areas(self, packing: Packing) -> Array:
+        return disk_cells(packing).area
+
+    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
+        return np.arange(packing.n), packing.positions, 0.5 * diameters(packing)
+
+    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
+        from jamlab.plotting.periodic_cell import circles  # with matplotlib, which packings alone do not load
+
+        drawn = circles(packing.positions, diameters(packing))
+        return drawn, drawn
+
+    # LAMMPS -----------------------------------------------------------------------------------------------------------
+
+    def lammps_variables(self, packing: Packing) -> dict[str, object]:
+        return PowerLaw.of(packing.params).lammps_variables()
+
+    def dump_columns(self, packing: Packing) -> dict[str, Array]:
+        return {"radius": 0.5 * diameters(packing)}
+
+    def longest_edge(self, packing: Packing) -> float:
+        return 0.0
+
+
+def diameters(packing: Packing) -> Array:
+    """(n,) diameters of disks."""
+    assert packing.diameters is not None
+    return packing.diameters
+
+
+def _touching(packing: Packing) -> tuple[Indices, Array, Array, Array]:
+    """Pairs (m, 2) of disks that touch, vectors between them, their lengths, and the distances s of contact."""
+    near = touching_disks(packing)
+    pairs = np.column_stack([near.i, near.j])
+    return pairs, near.r, np.hypot(*near.r.T), np.asarray(0.5 * diameters(packing)[pairs].sum(axis=1))
+
+
+def levers(packing: Packing, arms: str) -> Array:
+    """(m, 2) lever arms of two disks that touch."""
+    pairs, _, distance, _ = _touching(packing)
+    radii = 0.5 * diameters(packing)[pairs]
+    if arms == "contact":  # in the middle of the overlap
+        radii = radii - 0.5 * (radii.sum(axis=1) - distance)[:, None]
+    return np.asarray(radii)

@@ -1,0 +1,387 @@
+"""Deformable droplets: the model "dp", polygons of line tension and area elasticity that repel by their rims.
+
+A droplet that nothing touches is a regular polygon: Boromand et al. eq 7 without neighbours, E(a) = gamma p(a) + (ka/2)
+(a - a0)^2, and among polygons of nv vertices the regular one has the least perimeter, p = sqrt(4 c a) with c = nv
+tan(pi/nv).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from jamlab.arrays import Array, Indices
+from jamlab.checks import check_positive, finite_array
+from jamlab.errors import InputError, SelfCrossingError
+from jamlab.geometry.contact_network import ContactForces, per_length
+from jamlab.geometry.packing_fraction import cover_by_droplets
+from jamlab.geometry.rims import rims, shared_areas
+from jamlab.geometry.vertex_contacts import name_pairs, pair_polygons, vertex_contacts
+from jamlab.geometry.voids.polygon_boundary import trace_polygons
+from jamlab.models.pair_laws import RimLaw
+from jamlab.packing.law_parameters import CONTACT_FORMS, Parameter, check_magnitudes
+from jamlab.packing.neighbors import Pairs
+from jamlab.packing.outlines import cross, polygon_areas, self_crossings
+from jamlab.packing.packing import Packing, UnitNames
+from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
+
+if TYPE_CHECKING:
+    from scipy import sparse
+
+_TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
+_SAME = 1e-7  # directions and levers of one contact, seen from both sides, in mean sizes
+_PARAMETERS = {
+    "gamma": Parameter(energy=1, length=-1, may_vanish=True),  # line tension
+    "ka": Parameter(energy=1, length=-4),  # area elasticity
+    "eps": Parameter(energy=1),  # repulsion of rims
+    **RimLaw.parameters,
+    "eta": Parameter(length=1, may_vanish=True),  # rounds the energy of edges that vanish
+    "contact": Parameter(choices=CONTACT_FORMS),
+    "a0": Parameter(length=2, each=True),  # rest areas
+}
+
+
+class Droplets:
+    """See `jamlab.packing.packing.Model`."""
+
+    name = "dp"
+    particles = "droplets"
+    size_name = "rest area"
+    size_label = r"$\sqrt{a_0}$"
+    unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
+    least_bearing = 2  # contacts of a droplet that may bear load: its flats hold it between two opposite ones
+    motions = 3
+    atom_style = "molecular"
+    size_column = "a0"
+    sizes_by_atom = True
+    least_force = 1e-13
+    points = staticmethod(vertex_contacts)
+    boundary = staticmethod(trace_polygons)
+    cover = staticmethod(cover_by_droplets)
+    fraction_methods: Mapping[str, Callable[[Packing], float]] = {
+        "exact": lambda packing: cover_by_droplets(packing)[0],
+        "nominal": lambda packing: packing.phi,
+    }
+
+    # state ------------------------------------------------------------------------------------------------------------
+
+    def parameters(self, units: str) -> dict[str, Parameter]:
+        return _PARAMETERS
+
+    def checked(self, packing: Packing) -> dict[str, Any]:
+        if packing.diameters is not None:
+            raise InputError("diameters belong to model sp, not to dp")
+        offsets = np.asarray(packing.offsets if packing.offsets is not None else [])
+        if offsets.size and not np.issubdtype(offsets.dtype, np.integer):
+            raise InputError(f"offsets must be whole numbers, one per polygon and one more; got {packing.offsets!r}")
+        offsets, sites = offsets.astype(np.int64), len(packing.positions)
+        if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != sites:
+            raise InputError(f"offsets must run from 0 to the number of vertices, {sites}; got {offsets}")
+        vertices = np.diff(offsets)
+        if vertices.min() < 3:
+            raise InputError(f"polygon {vertices.argmin()} has {vertices.min()} vertices, needs at least 3")
+        a0 = finite_array("params['a0']", packing.params["a0"], (len(vertices),))
+        check_positive("params['a0']", a0)
+        check_magnitudes(packing.box, packing.positions, np.append(np.sqrt(a0), packing.params["delta"]))
+        crossed = self_crossings(packing.positions, offsets)
+        if len(crossed):
+            raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
+        areas = polygon_areas(packing.positions, offsets)
+        if len(negative := np.flatnonzero(areas <= 0)):
+            m = negative[0]
+            raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
+        return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
+
+    def law(self, params: Mapping[str, Any]) -> RimLaw:
+        return RimLaw(float(params["eps"]), float(params["delta"]))
+
+    def sizes(self, packing: Packing) -> Array:
+        return np.asarray(np.sqrt(packing.params["a0"]))
+
+    def type_sizes(self, packing: Packing) -> Array:
+        return np.asarray(packing.params["a0"])
+
+    def rest_areas(self, packing: Packing) -> Array:
+        return np.asarray(packing.params["a0"])
+
+    def free_area(self, packing: Packing) -> float:
+        return float(np.sum(free_area(vertex_counts(packing), packing.params)))
+
+    def grown(self, packing: Packing, growth: float) -> Packing | None:
+        delta = packing.params["delta"] + growth
+        return packing.with_state(params={**packing.params, "delta": delta}) if delta > 0 else None
+
+    def rotations(self, packing: Packing) -> int:
+        return 0
+
+    # contacts ---------------------------------------------------------------------------------------------------------
+
+    def pairs(self, packing: Packing) -> Pairs:
+        return pair_polygons(packing, name_pairs(packing)[0])
+
+    def contact_forces(self, packing: Packing) -> ContactForces:
+        (pairs, row, on_vertex_of_j), found = name_pairs(packing), vertex_contacts(packing)
+        distance, delta = found.distance, packing.params["delta"]
+        push = -packing.law(np.full(len(distance), delta), distance)[1]
+        force = np.where(on_vertex_of_j, 1.0, -1.0)[:, None] * per_length(push, distance)[:, None] * found.separation
+        vectors = np.zeros((len(pairs), 2))
+        np.add.at(vectors, row, force)
+        closest = np.full(len(pairs), np.inf)
+        np.minimum.at(closest, row, distance)
+        return ContactForces(vectors, closest - delta)
+
+    def loads(self, packing: Packing) -> Array:
+        load, found = np.zeros(packing.n), vertex_contacts(packing)
+        push = np.abs(packing.law(np.full(len(found.vertex), packing.params["delta"]), found.distance)[1])
+        for site in (found.vertex, found.tail):
+            np.maximum.at(load, packing.particle[site], push)
+        return load
+
+    def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
+        if not prestress:
+            raise InputError(
+                "prestress = False: deformable polygons are held by line tension, which is pre-stress; use "
+                "prestress=True"
+            )
+        return [*_contacts(packing), *self.shape_terms(packing)]
+
+    def shape_terms(self, packing: Packing) -> list[Terms]:
+        return [_tension(packing), *_areas(packing)]
+
+    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian:
+        """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
+        found = vertex_contacts(packing)
+        distance, t = found.distance, found.place
+        if not np.all(distance > 0):
+            raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
+        sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
+        half = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
+        return ContactJacobian(
+            normal=found.separation / distance[:, None],
+            flow=found.separation[:, 1],
+            stiffness=packing.law.drag_stiffness(np.full(len(t), packing.params["delta"]), distance),
+            sites=sites,
+            weights=np.column_stack([np.ones_like(t), t - 1.0, -t]),
+            rolling=spread(half, sites, len(packing.positions)) @ _outline_rotation(packing),
+        )
+
+    def rigidity(self, packing: Packing) -> Array:
+        """(contacts, 3 n) change of every gap with positions and angles of droplets, in mean sizes; two vertices that
+        meet are one contact."""
+        size = float(np.mean(np.sqrt(packing.params["a0"])))
+        meetings, (names, pair, swapped) = vertex_contacts(packing), name_pairs(packing)
+        sign = np.where(swapped, 1.0, -1.0)[:, None]  # the normal points from the first of a pair to the second
+        normal = sign * meetings.separation / meetings.distance[:, None]
+        vertex, centre = packing.positions[meetings.vertex], packing.centroids
+        of_vertex, of_edge = packing.particle[meetings.vertex], packing.particle[meetings.tail]
+        on_vertex = cross(vertex - centre[of_vertex], normal) / size
+        on_edge = cross(vertex - meetings.separation - meetings.shift - centre[of_edge], normal) / size
+        lever_i, lever_j = np.where(swapped, (on_edge, on_vertex), (on_vertex, on_edge))
+        marks = np.round(np.column_stack([normal, lever_i]) / _SAME).astype(np.int64)
+        first = np.unique(np.column_stack([pair, marks]), axis=0, return_index=True)[1]
+        i, j = names[pair[first], :2].T
+        rows = np.zeros((len(first), packing.n, 3))
+        each = np.arange(len(first))
+        np.add.at(rows, (each, j), np.column_stack([normal[first], lever_j[first]]))
+        np.add.at(rows, (each, i), -np.column_stack([normal[first], lever_i[first]]))
+        return rows.reshape(len(first), -1)
+
+    # shape ------------------------------------------------------------------------------------------------------------
+
+    def shares(self, packing: Packing) -> Array:
+        return shared_areas(packing)
+
+    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
+        if rim:
+            grown = rims(packing)
+            return grown.area, grown.perimeter
+        return packing.polygon_areas, packing.perimeters
+
+    def bare_areas(self, packing: Packing) -> Array:
+        return packing.polygon_areas
+
+    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
+        owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
+        return owner, points, np.zeros(len(points))
+
+    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
+        import shapely
+
+        from jamlab.packing.packing_plot import QUARTER_ARC
+
+        shapes = packing.outlines()
+        grown = shapely.buffer(shapes, 0.5 * packing.params["delta"], quad_segs=QUARTER_ARC)
+        fills, edges = (
+            [shapely.get_coordinates(shapely.get_exterior_ring(shape)) for shape in part] for part in (grown, shapes)
+        )
+        return fills, edges
+
+    # LAMMPS -----------------------------------------------------------------------------------------------------------
+
+    def lammps_variables(self, packing: Packing) -> dict[str, object]:
+        return {"law": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}
+
+    def dump_columns(self, packing: Packing) -> dict[str, Array]:
+        return {"radius": np.full(packing.n, 0.5 * packing.params["delta"]), "a0": packing.params["a0"]}
+
+    def longest_edge(self, packing: Packing) -> float:
+        return float(np.hypot(*packing.edges.T).max())
+
+
+def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
+    """Sample the polygons at the middle of equal parts of every edge."""
+    edges = packing.edges
+    parts = np.maximum(np.ceil(np.hypot(*edges.T) / spacing), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(edges)), parts)
+    place = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts) + 0.5) / parts[edge]
+    return packing.particle[edge], packing.positions[edge] + place[:, None] * edges[edge]
+
+
+def vertex_counts(packing: Packing) -> Indices:
+    """(n,) vertices of each droplet."""
+    assert packing.offsets is not None
+    return np.diff(packing.offsets)
+
+
+# a free droplet -------------------------------------------------------------------------------------------------------
+
+
+def free_polygon_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
+    """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0. `nv`:
+    (n,) vertices of each droplet; `params`: `gamma`, `ka`, and `a0` of shape (n,)."""
+    nv = np.asarray(nv)
+    c = nv * np.tan(np.pi / nv)
+    gamma, ka, a0 = params["gamma"], params["ka"], np.asarray(params["a0"], dtype=np.float64)
+    # the force on the area is least at a = (gamma sqrt(c)/(2 ka))^(2/3); it must be inwards there
+    largest = np.min(2 * (a0 / 3) ** 1.5 / np.sqrt(c))
+    if gamma > ka * largest:
+        raise InputError(
+            f"gamma = {gamma:g} at ka = {ka:g}: line tension shrinks a free droplet to a point; "
+            f"lower gamma or raise ka, gamma/ka must not be above {largest:.4g}"
+        )
+    # the largest root of the cubic s^3 - a0 s + gamma sqrt(c)/ka = 0 of s = sqrt(a), by Vieta's cosine
+    angle = np.arccos(np.maximum(-1.0, -1.5 * gamma * np.sqrt(3 * c / a0) / (ka * a0))) / 3  # -1 at the largest gamma
+    return np.asarray(4 / 3 * a0 * np.cos(angle) ** 2)
+
+
+def free_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
+    """(n,) area of the free droplet with its rim of width delta/2: a + p delta/2 + pi delta^2/4."""
+    nv = np.asarray(nv)
+    a = free_polygon_area(nv, params)
+    half = 0.5 * float(params["delta"])
+    grown: Array = a + np.sqrt(4 * nv * np.tan(np.pi / nv) * a) * half + np.pi * half**2
+    return grown
+
+
+def regular_polygon(nv: int, area: float, angle: float = 0.0) -> Array:
+    """(nv, 2) vertices of a regular polygon around the origin, counter-clockwise, first vertex at `angle`."""
+    radius = np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv)))
+    turn = angle + 2 * np.pi * np.arange(nv) / nv
+    return np.asarray(radius * np.column_stack([np.cos(turn), np.sin(turn)]))
+
+
+# energy terms ---------------------------------------------------------------------------------------------------------
+
+
+def _tension(packing: Packing) -> Terms:
+    """gamma sqrt(l^2 + eta^2) for every edge, Boromand et al. eq 7, first term."""
+    gamma, eta = packing.params["gamma"], packing.params["eta"]
+    edge = packing.edges
+    length = np.sqrt(np.einsum("ij,ij->i", edge, edge) + eta**2)
+    inverse = np.divide(gamma, length, out=np.zeros_like(length), where=length > 0)
+    unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
+    pairs = np.column_stack([np.arange(len(edge)), packing.successor])
+    block = central_block(unit, np.zeros_like(inverse), inverse)
+    return pair_terms("tension", pairs, edge, gamma * length, gamma * unit, block)
+
+
+def _areas(packing: Packing) -> list[Terms]:
+    """(ka/2)(a - a0)^2 for every polygon, Boromand et al. eq 7, second term; one group for each number of vertices."""
+    ka, a0, sizes = packing.params["ka"], packing.params["a0"], vertex_counts(packing)
+    starts, groups = np.asarray(packing.offsets)[:-1], []
+    for nv in np.unique(sizes):
+        members = np.flatnonzero(sizes == nv)
+        sites = starts[members][:, None] + np.arange(nv)
+        local = packing.positions[sites] - packing.positions[sites[:, :1]]
+        after, before = np.roll(local, -1, axis=1), np.roll(local, 1, axis=1)
+        excess = packing.polygon_areas[members] - a0[members]
+        slope = 0.5 * (after - before) @ _TURN.T  # da/dx
+        curvature = np.zeros((nv, 2, nv, 2))  # d2a/dx dx, the same for all
+        ring = np.arange(nv)
+        curvature[ring, :, (ring + 1) % nv, :] += 0.5 * _TURN
+        curvature[ring, :, (ring - 1) % nv, :] -= 0.5 * _TURN
+        hessian = ka * np.einsum("kai,kbj->kaibj", slope, slope)
+        hessian += ka * excess[:, None, None, None, None] * curvature
+        energy = 0.5 * ka * excess**2
+        groups.append(Terms("area", sites, local, energy, ka * excess[:, None, None] * slope, hessian))
+    return groups
+
+
+def _contacts(packing: Packing) -> list[Terms]:
+    """`RimLaw` for every meeting of a vertex with an edge at a distance d.
+
+    At an end of the edge d is the distance of two points. In between, with unit normal n, unit tangent tau, edge length
+    L and weights c = (1, -(1 - t), -t) on (vertex, tail, head): grad d = c n and, with w = (0, -1, 1),
+    hess d = -(1/L)[w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T].
+    """
+    found = vertex_contacts(packing)
+    distance = found.distance
+    kept = distance > 0
+    distance, place, separation = distance[kept], found.place[kept], found.separation[kept]
+    vertex, tail, shift = found.vertex[kept], found.tail[kept], found.shift[kept]
+    energy, slope, stiffness = packing.law(np.full(len(distance), packing.params["delta"]), distance)
+    normal = separation / distance[:, None]
+
+    ends = (place == 0.0) | (place == 1.0)
+    corner = np.where(place == 1.0, packing.successor[tail], tail)[ends]
+    n = normal[ends]
+    block = central_block(n, stiffness[ends], slope[ends] / distance[ends])
+    pairs = np.column_stack([corner, vertex[ends]])
+    points = pair_terms("contact", pairs, separation[ends], energy[ends], slope[ends, None] * n, block)
+
+    inner = ~ends
+    n, t, d = normal[inner], place[inner], distance[inner]
+    edge = packing.edges[tail[inner]]
+    length = np.hypot(*edge.T)
+    tangent = edge / length[:, None]
+    c = np.column_stack([np.ones_like(t), t - 1.0, -t])
+    w = np.broadcast_to([0.0, -1.0, 1.0], c.shape)
+    cn = np.einsum("ka,ki->kai", c, n)
+    ct = np.einsum("ka,ki->kai", c, tangent)
+    wn = np.einsum("ka,ki->kai", w, n)
+    mixed = np.einsum("kai,kbj->kaibj", wn, ct)
+    bend = mixed + mixed.transpose(0, 3, 4, 1, 2)
+    bend += (d / length)[:, None, None, None, None] * np.einsum("kai,kbj->kaibj", wn, wn)
+    hessian = stiffness[inner, None, None, None, None] * np.einsum("kai,kbj->kaibj", cn, cn)
+    hessian -= (slope[inner] / length)[:, None, None, None, None] * bend
+    sites = np.column_stack([vertex[inner], tail[inner], packing.successor[tail[inner]]])
+    x_vertex = packing.positions[vertex[inner]]
+    x_tail = packing.positions[tail[inner]] + shift[inner]
+    local = np.stack([np.zeros_like(x_vertex), x_tail - x_vertex, x_tail + edge - x_vertex], axis=1)
+    edges = Terms("contact", sites, local, energy[inner], slope[inner, None, None] * cn, hessian)
+    return [points, edges]
+
+
+def _outline_rotation(packing: Packing) -> sparse.csr_array:
+    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates. The rotation w that fits the
+    velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
+    edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
+    from scipy import sparse
+
+    edges, head = packing.edges, packing.successor
+    tail, size = np.arange(len(head), dtype=np.int32), 2 * len(head) + 1
+    square = np.einsum("ij,ij->i", edges, edges)
+    around = square.copy()  # of both edges at a vertex
+    around[head] += square
+    if not np.all(around > 0):
+        raise InputError(f"vertex {np.argmin(around)} lies on both its neighbours: its outline has no direction there")
+    rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head
+    columns = np.column_stack([2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, size - 1)]).ravel()
+    x, y = edges.T
+    turn = np.column_stack([y, -x, -y, x, -(y**2)])  # e x e', with e' = u_head - u_tail + gamma' e_y along x
+    values = np.concatenate([turn / around[tail, None], turn / around[head, None]])
+    places = rows, np.tile(columns.astype(np.int32), 2)
+    return sparse.coo_array((values.ravel(), places), shape=(len(tail), size)).tocsr()
