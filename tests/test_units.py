@@ -42,8 +42,8 @@ LAWS = {("sp", "k"): "sp", ("sp", "eps"): "eps", ("dp", "eps"): "dp"}  # packing
 
 
 def test_every_parameter_of_every_law_has_its_dimension():
-    """Each at a value of its own, in metres and newtons: what LAMMPS finds in natural units is what numpy finds as they
-    stand, and what both find of the packing of numbers of order one. A parameter of a wrong dimension differs in one."""
+    """Each at a value of its own, in metres and newtons: LAMMPS finds in natural units what numpy finds as they
+    stand, and what both find of the packing in numbers of order one. A parameter of a wrong dimension differs."""
     assert {(kind.name, units) for kind in MODELS.values() for units in kind.unit_names} == LAWS.keys()
     for name in LAWS.values():
         p = packings()[name]
