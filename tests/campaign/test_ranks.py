@@ -71,21 +71,6 @@ def test_sweeps_of_one_and_two_ranks_in_one_run(tmp_path):
     assert np.isclose(table[table["seed"] == 7]["phi"].iloc[0], jamlab.pack(32, 1e-2, 7).phi, rtol=1e-12)
 
 
-def test_slurm_jobs_book_the_cores_of_their_ranks(tmp_path, monkeypatch):
-    pytest.importorskip("dask_jobqueue")
-    pytest.importorskip("cryptography")
-    for name in ("sbatch", "scancel"):
-        (tmp_path / name).write_text(f"#!/bin/sh\ncp $2 {tmp_path}/job.sh\necho no >&2\nexit 1\n")
-        (tmp_path / name).chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    written(tmp_path / "c.toml", **PRESSED, ranks=4)
-    refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
-    assert refused.exit_code == 1 and "SLURM refuses the job: no" in refused.stderr
-    script = (tmp_path / "job.sh").read_text()
-    assert "--cpus-per-task=4" in script and "#SBATCH -n 1" in script
-    assert "--nthreads 1" in script and "--no-nanny" in script
-
-
 def test_a_table_of_numbers_is_json(tmp_path):
     written(tmp_path / "c.toml", **PRESSED, ranks=2)
     content = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--workers", "3", "--json").stdout)

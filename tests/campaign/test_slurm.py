@@ -241,6 +241,7 @@ def test_dry_run_prints_the_script_and_runs_nothing(tmp_path):
     assert done.exit_code == 0 and not (tmp_path / "c").exists()
     for line in ("#!", "#SBATCH -J c", "#SBATCH -p short", "#SBATCH --cpus-per-task=3", "#SBATCH -t 00:01:00"):
         assert f"\n{line}" in f"\n{done.stdout}"
+    assert "--nthreads 1" in done.stdout and "--no-nanny" in done.stdout
     assert "4 jobs of 3 cores" in done.stderr
     with pytest.raises(InputError):
         job_script({"memory": "much"}, 1)

@@ -146,9 +146,7 @@ def test_one_droplet_has_no_walls():
     assert found.blur > 0
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("page", marks=pytest.mark.slow), "coins", "text", "logo"]
-)
+@pytest.mark.parametrize("name", [pytest.param("page", marks=pytest.mark.slow), "coins", "text", "logo"])
 def test_photographs_of_something_else_are_doubted_or_refused(name):
     """Coins on cloth, print, a drawing with an opacity channel."""
     try:
