@@ -1,9 +1,9 @@
 """A chart of cost against error: every method at every setting of its parameter, on many packings."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,11 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
-from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
@@ -30,19 +27,9 @@ BAND = (0.1, 0.9)  # quantiles
 # Okabe & Ito, light yellow left out
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
 _MARKERS = "osD^vP*X"
-_GREY = "#D9D9D9"
 _UNKNOWN: dict[str, Any] = {"facecolor": "#EFEFEF", "edgecolor": "#CCCCCC", "hatch": "///", "linewidth": 0}
-_HALF_MARK: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white", "markersize": 9}
-_COLUMNS = 3  # of panels, four where that fills two rows
-_MOST_TICKS = 6
-_LETTER = (0.0185, 0.04)  # width and height of a letter of a label, parts of the axes
-_GAP = (0.02, 0.02)  # between a mark and its label
-_MARK = 0.018  # half of a mark
-_SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1))  # of a mark, where a label may stand
-_PALE = 0.5  # of marks that are not ranked
-_EXACT = 1.3  # decades between the break and the line of what is exact
-_SHORT = 100.0  # ratio of the ends of the axis of times below which powers of ten are too few ticks
-_BELOW = 10.0  # times the error of the reference may be what is drawn below it
+_HALF: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white"}
+_RING: dict[str, Any] = {"markersize": 14, "markerfacecolor": "none", "color": "black"}
 
 
 @dataclass(frozen=True)
@@ -140,206 +127,81 @@ def _size(point: Point) -> float:
 # pictures -------------------------------------------------------------------------------------------------------------
 
 
-class _Scale(NamedTuple):
-    """Errors of a panel: least and largest above all floors; either the height of what is exact, below a break of the
-    axis, or the error of the reference where nothing below is ranked; else None."""
-
-    bottom: float
-    top: float
-    exact: float | None
-    known: float | None
-
-    def height(self, point: Point, value: float) -> float:
-        """Where a value of a point stands."""
-        if self.known is not None:
-            return max(value, self.bottom)
-        return self.exact if self.exact is not None and value <= point.floor else value
-
-
-class _Label(NamedTuple):
-    """A setting beside its mark, and the first one of its curve."""
-
-    text: str
-    first: str
-    default: bool
-    mark: tuple[float, float]
-    colour: str
-
-
 def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
     """Draw one panel for each `Point.panel`.
 
-    Lines are mean errors over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference
-    stands on a line of its own below a break of the axis; where no reference is a hundred times better than what is
-    compared with it, its own error is a hatched strip, and what lies in there is not ranked. Open marks: some packings
-    gave no number. Half marks: runs were cut short by a limit of time, and stand where they came.
+    Lines are mean errors over packings, bars the 10 to 90 % of them. What lies below the floor of a panel stands on it.
+    Open marks: some packings gave no number. Half marks: runs were cut short by a limit of time, and stand where they
+    came. Curves are named at both ends and at defaults.
     """
     names = list(dict.fromkeys(point.panel for point in points))
     methods = list(dict.fromkeys(point.method for point in points if point.drawn))
-    columns = 2 if len(names) == 4 else min(_COLUMNS, len(names))
+    columns = 2 if len(names) == 4 else min(3, len(names))
     rows = -(-len(names) // columns)
     figure = Figure(figsize=(max(5.0 * columns, 6.4), 4.1 * rows + 1.0), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    style = {m: (_COLOURS[k % 8], _MARKERS[k % 8]) for k, m in enumerate(methods)}
+    style: dict[str, dict[str, Any]] = {
+        m: {"color": _COLOURS[k % 8], "marker": _MARKERS[k % 8]} for k, m in enumerate(methods)
+    }
     for axes, name in zip(grid, names, strict=False):
         here = [point for point in points if point.panel == name]
-        if any(point.drawn for point in here):
-            _draw_panel(axes, [point for point in here if point.drawn], style)
+        _draw_panel(axes, [point for point in here if point.drawn], style)
         missing = sum(not point.drawn for point in here)
-        settings = "1 setting" if missing == 1 else f"{missing} settings"
-        axes.set_title(name + (f"   (without a number: {settings})" if missing else ""), fontsize=TICK)
+        axes.set_title(name + (f"   (without a number: {missing})" if missing else ""), fontsize=TICK)
         axes.set_xlabel("CPU time on one core, s", fontsize=LABEL)
         axes.set_ylabel(error, fontsize=LABEL)
     for axes in grid[len(names) :]:
         axes.set_axis_off()
     figure.suptitle(title, fontsize=14)
-    figure.legend(
-        handles=_handles(style, points), loc="outside lower center", ncols=min(5, len(methods) + 3), fontsize=LEGEND
-    )
+    grey: dict[str, Any] = {"color": "#444444", "marker": "o", "linestyle": ""}
+    handles: list[Line2D | Patch] = [Line2D([], [], markersize=7, label=m, **look) for m, look in style.items()]
+    handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
+    for text, shown, look in (
+        ("jamlab's default", any(p.default for p in points), _RING),
+        ("some failed", any(p.failed and p.drawn for p in points), {"markerfacecolor": "white"}),
+        ("cut short by its limit of time", any(p.cut and p.drawn for p in points), _HALF),
+    ):
+        if shown:
+            handles.append(Line2D([], [], label=text, **grey | look))
+    handles.append(Patch(label="not told from the reference", **_UNKNOWN))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)), fontsize=LEGEND)
     return figure
 
 
-def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str, str]]) -> None:
+def _draw_panel(axes: Axes, points: Sequence[Point], style: Mapping[str, dict[str, Any]]) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    scale = _scale(points)
-    labels: list[_Label] = []
-    curves: list[Array] = []
-    for method, (colour, marker) in style.items():
-        curve = [p for p in points if p.method == method]
-        if not curve:
-            continue
-        x = [p.seconds for p in curve]
-        y, low, high = (
-            [scale.height(p, value) for p, value in zip(curve, values, strict=True)]
-            for values in ([p.error for p in curve], [p.low for p in curve], [p.high for p in curve])
-        )
-        if len(curve) > 1 and np.all(np.diff(x) > 0):
-            axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
-        else:  # a parameter that does not go from cheap to dear
-            axes.vlines(x, low, high, color=colour, linewidth=5, alpha=0.2)
-        axes.plot(x, y, "-", color=colour, linewidth=1.4)
-        for p, here_x, here_y in zip(curve, x, y, strict=True):
-            face = "white" if p.failed else colour
-            more: dict[str, Any] = dict(_HALF_MARK) if p.cut else {"markersize": 7}
-            more["alpha"] = 1.0 if p.ranked else _PALE
-            axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, **more)
-            if p.default:
-                axes.plot(here_x, here_y, "o", markersize=16, markerfacecolor="none", markeredgecolor="black", zorder=5)
-        curves.append(np.column_stack([x, y]))
-        ends = {0, len(curve) - 1}
-        labels += [
-            _Label(p.setting, curve[0].setting, p.default, (x[k], y[k]), colour)
-            for k, p in enumerate(curve)
-            if p.setting and (p.default or k in ends)
-        ]
-    axes.margins(x=0.16)
-    left, right = axes.get_xlim()
-    spare = 10 ** max(0.0, (1.5 - np.log10(right / left)) / 2)
-    axes.set_xlim(left / spare, right * spare)
-    least = scale.bottom / 2 if scale.exact is None else scale.exact / 3
-    axes.set_ylim(least, scale.top * (scale.top / scale.bottom) ** 0.1)
-    _label(axes, labels, curves)
-    _tick(axes, scale)
-
-
-def _scale(points: Sequence[Point]) -> _Scale:
-    known = max((p.floor for p in points if p.loose), default=None)
-    if known is None:
-        above = [value for p in points for value in (p.low, p.error) if value > p.floor and not p.exact]
-        bottom = 10 ** np.floor(np.log10(min(above))) if above else max(p.floor for p in points) or 1e-16
-    else:
-        bottom = max(known / _BELOW, min([known / 2, *(value for p in points for value in (p.low, p.error))]))
-    top = max([10 * bottom, *(2 * max(p.error, p.high) for p in points)])
-    broken = known is None and any(p.exact or p.low <= p.floor for p in points)
-    exact = bottom / 10 ** (_EXACT * max(1.0, np.log10(top / bottom) / 8)) if broken else None
-    return _Scale(float(bottom), float(top), exact, known)
-
-
-def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
-    """Write settings at both ends of curves and at defaults, these first, once where curves begin with the same. Of the
-    places around a mark, the one with least of the curves (k, 2) is taken; what would lie on a mark or another label is
-    left out."""
-    within = axes.transData + axes.transAxes.inverted()
-    ends = [within.transform(curve) for curve in curves]
-    marks = np.concatenate(ends)
-    along = np.linspace(0, 1, 40)[:, None, None]
-    ink = np.concatenate([((1 - along) * c[:-1] + along * c[1:]).reshape(-1, 2) for c in ends])
-    taken: dict[tuple[str, str], Bbox] = {}
-    for label in sorted(labels, key=lambda label: not label.default):
-        size = (_LETTER[0] * len(label.text), _LETTER[1])
-        boxes = [_beside(within.transform(label.mark), side, size) for side in _SIDES]
-        free = [box for box in boxes if _fits(box, marks, taken.values())]
-        if free and (label.text, label.first) not in taken:
-            box = min(free, key=lambda box: box.count_contains(ink))
-            taken[label.text, label.first] = box
-            middle = ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2)
-            style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9, "color": label.colour}
-            axes.annotate(label.text, middle, xycoords="axes fraction", **style)
-
-
-def _beside(mark: Array, side: tuple[int, int], size: tuple[float, float]) -> Bbox:
-    left, foot = (m + s * gap - (s < 0) * length for m, s, gap, length in zip(mark, side, _GAP, size, strict=True))
-    return Bbox.from_bounds(float(left), float(foot), *size)
-
-
-def _fits(box: Bbox, marks: Array, taken: Iterable[Bbox]) -> bool:
-    inside = min(box.x0, box.y0) > 0 and max(box.x1, box.y1) < 1
-    around = Bbox.from_extents(box.x0 - _MARK, box.y0 - _MARK, box.x1 + _MARK, box.y1 + _MARK)
-    return inside and not around.count_contains(marks) and not any(box.overlaps(other) for other in taken)
-
-
-def _tick(axes: Axes, scale: _Scale) -> None:
-    """Powers of ten above the break, and `exact` below it; or the strip of the error of the reference."""
-    bottom, top, exact, known = scale
-    first, last = int(np.ceil(np.log10(bottom) - 1e-9)), int(np.floor(np.log10(2 * top)))
-    every = max(1, -(-(last - first + 1) // _MOST_TICKS))
-    powers = list(range(first, last + 1, every))
-    values = [10.0**k for k in powers]
-    names = [f"$10^{{{k}}}$" for k in powers]
-    left, right = axes.get_xlim()
-    short = right / left < _SHORT
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if short else (1,), numticks=6))
-    if short:
-        axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.grid(alpha=0.3, which="major")
-    if known is not None:
-        axes.axhspan(bottom / 1e3, known, **_UNKNOWN, zorder=0)
-    if exact is not None:
-        values, names = [exact, *values], ["exact", *names]
-        middle = np.sqrt(exact * bottom / 1.5)
-        axes.axhspan(exact / 1e3, middle, color=_GREY, alpha=0.45, linewidth=0, zorder=0)
-        slash: dict[str, Any] = {"marker": [(-1, -0.5), (1, 0.5)], "markersize": 9, "linestyle": "", "color": "black"}
-        slash |= {"transform": axes.get_yaxis_transform(), "clip_on": False, "zorder": 6}
-        for height in (middle / 1.15, middle * 1.15):
-            axes.plot([0], [height], **slash)
-    axes.yaxis.set_major_locator(FixedLocator(values))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.set_yticks(values, names)
+    axes.grid(alpha=0.3)
+    axes.margins(x=0.16, y=0.1)
     axes.tick_params(labelsize=TICK)
+    floor, named = max((p.floor for p in points), default=0.0), set[str]()
+    for method, look in style.items():
+        curve = [p for p in points if p.method == method]
+        x = [p.seconds for p in curve]
+        y, low, high = (np.maximum([getattr(p, end) for p in curve], floor) for end in ("error", "low", "high"))
+        axes.vlines(x, low, high, color=look["color"], linewidth=5, alpha=0.2)
+        axes.plot(x, y, "-", color=look["color"], linewidth=1.4)
+        for k, p in enumerate(curve):
+            face = {"markerfacecolor": "white" if p.failed else look["color"]} | (_HALF if p.cut else {})
+            axes.plot(x[k], y[k], markersize=7, alpha=1.0 if p.ranked else 0.5, **look | face)
+            if p.default:
+                axes.plot(x[k], y[k], "o", **_RING)
+            if (p.default or k in (0, len(curve) - 1)) and p.setting not in named:
+                named.add(p.setting)
+                axes.annotate(
+                    p.setting, (x[k], y[k]), xytext=(5, 4), textcoords="offset points", fontsize=8, color=look["color"]
+                )
+    if any(p.low <= floor for p in points) and floor > 0:
+        axes.axhspan(floor / 1e3, floor, **_UNKNOWN, zorder=0)
+        axes.set_ylim(bottom=floor / 3)
+    axes.set_xlim(*_widened(*axes.get_xlim()))
+    axes.set_ylim(*_widened(*axes.get_ylim()))
 
 
-def _handles(style: dict[str, tuple[str, str]], points: Sequence[Point]) -> list[Line2D | Patch]:
-    handles: list[Line2D | Patch] = [
-        Line2D([], [], marker=m, color=c, markersize=7, label=name) for name, (c, m) in style.items()
-    ]
-    handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
-    if any(p.loose and p.drawn for p in points):
-        handles.append(Patch(label="error of the reference itself", **_UNKNOWN))
-    marks: tuple[tuple[str, bool, dict[str, Any]], ...] = (
-        (
-            "jamlab's default",
-            any(p.default for p in points),
-            {"markersize": 13, "markerfacecolor": "none", "color": "k"},
-        ),
-        ("some failed", any(p.failed and p.drawn for p in points), {"markerfacecolor": "white"}),
-        ("cut short by its limit of time", any(p.cut and p.drawn for p in points), _HALF_MARK),
-    )
-    for name, shown, look in marks:
-        if shown:
-            handles.append(Line2D([], [], label=name, marker="o", linestyle="", **{"color": "#444444"} | look))
-    return handles
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """Ends of an axis that shows 1.5 decades or more: on fewer, powers of ten are too few ticks."""
+    spare = 10 ** max(0.0, (1.5 - np.log10(high / low)) / 2)
+    return low / spare, high * spare
 
 
 SEEDS = range(1, 21)  # packings of a chart
@@ -417,10 +279,9 @@ def _rows(measure: Callable[[int], Iterable[Trial]], seed: int) -> list[dict[str
 LEAD = (
     "Each curve is one method along its own parameter: median cost on one core and mean error over packings, with the "
     "10 to 90 % of them. A mean above its band is carried by a few packings. A ring marks what jamlab does by default. "
-    "'exact' below the break of an axis: the difference to the reference is none, or below the floor, 100 times the "
-    "error of the reference itself. Where no reference is known that well, a hatched strip reaches up to its error, "
-    "and what lies in there is not ranked. Open marks: some packings gave no number. "
-    "Half marks: runs were cut short by a limit of time, and stand where they came."
+    "Errors in the hatched strip are not told from those of the reference: it reaches up to 100 times the error of the "
+    "reference, or to that error itself where no reference is known better; then what lies in there is not ranked. "
+    "Open marks: some packings gave no number. Half marks: runs were cut short by a limit of time."
 )
 OFF_COLUMNS = ("panel", "default", "cost", "error", "times the cheapest as good", "reason")
 

@@ -50,8 +50,8 @@ def checked(figure, labels, entries):
 
 @picture
 def test_speed_accuracy_chart():
-    """Curves with bands along their dials, what is exact below a break, the default ringed, open where some failed."""
-    return bare(checked(chart(), [("CPU time on one core, s", "error of rho")] * 2, 5), columns=2)
+    """Curves with bars, hatched what the reference cannot tell, the default ringed, open where some failed."""
+    return bare(checked(chart(), [("CPU time on one core, s", "error of rho")] * 2, 6), columns=2)
 
 
 @picture

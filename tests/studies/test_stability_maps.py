@@ -10,6 +10,7 @@ import pytest
 
 import jamlab
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE
+from studies.ensemble_tables import EnsembleTables
 from studies.reference_data import reference_tables
 from studies.registry import MAPS
 from studies.stability import disks, dynamics, elastic_moduli
@@ -20,8 +21,6 @@ from studies.stability.map import (
     Trial,
     attempt,
     balanced,
-    default_distance,
-    failure_figure,
     judge_descent,
     judged,
     log_axis,
@@ -229,64 +228,6 @@ def synthetic():
     return Map("t", "title", x, y, 4, run, "m", "c", (lambda y, seed: 30 * y, "limit"))
 
 
-def measured(chart):
-    return pd.DataFrame([{"task": f"{y:g}", "took": 0.1, **row} for y in chart.y.values for row in chart.rows(y)])
-
-
-def test_shares_limit_and_distance_of_the_default():
-    """Between two rows that of the nearer boundary counts, and the limit, 30 y, at the default, as it is drawn."""
-    chart = synthetic()
-    table = measured(chart)
-    converged = shares(chart, table, "converged")
-    assert converged.shape == (3, 13) and set(np.unique(converged)) == {0.0, 0.5, 1.0}
-    assert shares(chart, table, "refused")[:, -1].tolist() == [1, 1, 1]
-    distance = default_distance(chart, table)
-    assert 5 <= distance.far <= 50 and distance.where == "y = 1" and "below the boundary" in str(distance)
-    assert np.isinf(default_distance(chart, table.assign(stalled=0, refused=0)).far)
-    bare, anywhere = replace(chart.x, default=None), replace(chart.y, default=None)
-    assert default_distance(replace(chart, x=bare, y=anywhere), table) is None
-    between = replace(chart, x=replace(chart.x, default=0.3), y=replace(chart.y, default=0.5))
-    distance = default_distance(between, table)
-    assert distance.where == "y = 0.1" and 0.5 <= distance.boundary <= 5
-    assert distance.limit == pytest.approx(15) and "a factor 50 below the limit drawn, 15" in str(distance)
-    assert default_distance(replace(between, y=anywhere), table).limit == pytest.approx(3)
-
-
-def test_distances_of_shipped_defaults():
-    """The time step of droplets is near its limit; one of two flows stalled below the default, which still works."""
-    steps, flow = (
-        default_distance(MAPS[name], reference_tables().read(name)) for name in ("droplet-timestep", "flow-tolerance")
-    )
-    assert steps.far < 1.1 and steps.limit == pytest.approx(0.107, abs=1e-3)
-    assert flow.default < 0.1 < flow.boundary and flow.scattered == 1
-
-
-@pytest.mark.parametrize(
-    ("failed", "boundary", "apart"),
-    [
-        ([0, 0.5, 0, 0, 0, 0], None, 1),  # one of two seeds: what lies beyond works
-        ([0, 1, 1, 0, 0, 0], None, 2),
-        ([0, 0.5, 0, 0, 0, 1], 10**1.5, 1),
-        ([1, 0, 0, 0, 0.5, 1], 10.0, 0),
-        ([1, 1, 0, 0, 0, 0], 10**-1.5, 0),
-        ([0.5, 0, 0, 1, 0, 0], 1.0, 1),  # the default itself fails
-    ],
-)
-def test_a_boundary_is_where_failure_lasts(failed, boundary, apart):
-    values = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)
-    chart = replace(synthetic(), x=Axis("x", values, 1.0), y=Axis("y", (1.0,)))
-    rows = [
-        {"x": x, "y": 1.0, "runs": 2, "stalled": 2 * share, "limit": np.nan}
-        for x, share in zip(values, failed, strict=True)
-    ]
-    table = pd.DataFrame(rows).assign(refused=0, silent=0, **{"blew up": 0})
-    distance = default_distance(chart, table)
-    assert distance.boundary == pytest.approx(np.nan if boundary is None else boundary, nan_ok=True)
-    assert distance.scattered == apart
-    said = {0: "", 1: "; 1 cell fails although values beyond it work"}
-    assert str(distance).endswith(said.get(apart, "; 2 cells fail although values beyond them work"))
-
-
 def test_a_summary_tells_of_the_worst_run():
     trials = [Trial("converged", "fine", 0.5, 1.0), Trial(SILENT, "wrong", 3.0, 1.0), Trial("refused", "no")]
     found = summary(trials)
@@ -298,21 +239,22 @@ def test_errors_that_are_not_of_jamlab_pass_through():
         attempt(lambda: 1 / 0)
 
 
-def test_a_figure_of_a_map():
+def test_a_map_is_drawn_with_its_limit_and_defaults():
+    """Rows in any order, as after an interruption; conditions at which all runs converged are not listed."""
     chart = synthetic()
-    table = measured(chart)
-    axes = failure_figure(chart, table[::-1]).axes[0]  # rows may come in any order, as after an interruption
+    table = pd.DataFrame([row for y in chart.y.values for row in chart.rows(y)])
+    converged = shares(chart, table, "converged")
+    assert converged.shape == (3, 13) and set(np.unique(converged)) == {0.0, 0.5, 1.0}
+    assert shares(chart, table, "refused")[:, -1].tolist() == [1, 1, 1]
+    drawn = chart.draw(EnsembleTables(lambda name: table[::-1]))
+    (axes,) = drawn.figure.axes
     assert [tick.get_text() for tick in axes.get_yticklabels()] == ["0.1", "1", "10"]
-    assert [tick_text(v) for v in (1e-5, 3e-4, 1960.0, 0.25, "name")] == [
-        "$10^{-5}$",
-        "$3\\cdot10^{-4}$",
-        "1960",
-        "0.25",
-        "name",
-    ]
+    ticks = {1e-5: "$10^{-5}$", 3e-4: "$3\\cdot10^{-4}$", 1960.0: "1960", 0.25: "0.25", "name": "name"}
+    assert {v: tick_text(v) for v in ticks} == ticks
     limit, *defaults = axes.get_lines()
     assert limit.get_label() == "limit" and len(defaults) == 2
     np.testing.assert_allclose(limit.get_xdata(), chart.x.places(np.array([3.0, 30.0, 300.0])))
+    assert len(drawn.text[0].rows) == (table["converged"] < table["runs"]).sum() < len(table)
 
 
 def test_what_ships_is_complete_and_holds_no_silent_wrong_number():

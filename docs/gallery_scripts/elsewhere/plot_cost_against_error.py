@@ -3,7 +3,7 @@ Cost against error
 ==================
 
 What every method costs, along its own parameter, and how wrong it is, over twenty packings: lines are mean errors,
-shades 10 to 90 % of the packings, a ring is what jamlab does by default. In a checkout, ``python -m studies draw
+bars 10 to 90 % of the packings, a ring is what jamlab does by default. In a checkout, ``python -m studies draw
 speed-accuracy`` draws all of them, and ``python -m studies run`` measures them anew.
 """
 
