@@ -17,11 +17,19 @@ from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.file_endings import FORMATS, begins_as
 from jamlab.storage.verified_file import FilePath, is_hdf5
-from jamlab.trajectories.h5md import is_h5md, read_h5md
-from jamlab.trajectories.lammps_data import COMPRESSED, read_data, read_dump, sites
-from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_leiden, read_netcdf, read_xyz
+from jamlab.trajectories.columns import COMPRESSED
+from jamlab.trajectories.disk_files import (
+    is_leiden,
+    kind_of_hdf5,
+    read_csv,
+    read_h5md,
+    read_leiden,
+    read_netcdf,
+    read_npy,
+    read_xyz,
+)
+from jamlab.trajectories.lammps_data import read_data, read_dump, sites
 from jamlab.trajectories.sites import Radii
-from jamlab.trajectories.tables import read_csv, read_npy
 
 DATA, DUMP = FORMATS["data"].endings, FORMATS["dump"].endings
 GSD = (".gsd",)
@@ -129,7 +137,7 @@ def _kind(path: FilePath) -> str:
     if not file.exists() and any(mark in file.name for mark in "*?["):
         raise StorageError(f"there is no file {path}: give one name; `glob.glob` lists those that fit a pattern")
     if is_hdf5(path):
-        return "netcdf" if is_netcdf(path) else "h5md" if is_h5md(path) else "hdf5"
+        return kind_of_hdf5(path)
     compressed = file.suffix.lower() in COMPRESSED
     ending = (file.with_suffix("") if compressed else file).suffix.lower()
     kind = _OF_ENDING.get(ending, begins_as(path))

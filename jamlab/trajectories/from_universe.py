@@ -17,7 +17,7 @@ from jamlab.errors import InputError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.lammps_data import damage_named
+from jamlab.trajectories.columns import damage_named
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
 from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings_of_bonds
 

@@ -125,13 +125,6 @@ def radius_of(columns: Mapping[str, Array]) -> Array | None:
     return found[names[0]] if names else None
 
 
-def rounding_of(kind: Any, values: Array) -> float:
-    """How far numbers may be off that a file holds in a type of fewer digits than float64."""
-    if kind.kind != "f" or kind.itemsize >= 8:
-        return 0.0
-    return float(0.5 * np.finfo(kind.newbyteorder("=")).eps * np.abs(values).max())
-
-
 @dataclass(frozen=True)
 class Rings:
     """Order of points around polygons."""
