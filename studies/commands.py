@@ -1,6 +1,5 @@
 """`python -m studies`: list, draw and run evidence, compare with other codes, reduce campaigns to tables."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +12,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.main import Commands
 from jamlab.cli.options import Force, Json, Seed
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import atomic_file, check_targets
+from jamlab.storage.atomic_file import check_targets
 
 if TYPE_CHECKING:
     from studies.panels import Drawing
@@ -135,63 +134,39 @@ def run(
 )
 def tables(
     name: Annotated[str, typer.Argument(help="ways (of `jamlab estimate`) or flow-errors (of `choose_flow`).")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the CSV file and for NAME.csv.xz of jamlab/estimates.")
-    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder; run again to resume.")] = Path("jamlab-estimates"),
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
-    quick: Annotated[bool, typer.Option("--quick", help="flow-errors: a few packings and one check.")] = False,
 ) -> None:
-    """Measure a table that ships in jamlab/estimates; run again to resume."""
-    from studies.flow_errors import Part, checks_kept, reduce_runs
-    from studies.least_model import FLOW_SEEDS, SEEDS, make_table, measure_errors
+    """Measure a table of jamlab/estimates."""
+    from studies.least_model import SEEDS, make_table, measure_errors
 
     check_choice("table", name, ("ways", "flow-errors"))
-    file = (out or Path("jamlab-estimates")) / f"{name.replace('-', '_')}.csv.xz"
+    file = out / f"{name.replace('-', '_')}.csv.xz"
     expect_output(file)
     if name == "ways":
-        made = make_table(file, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
-        lines = [[str(way), str(len(record.seeds))] for way, record in made.items()]
-        print_table(f"wrote {file}", ["way", "packings"], lines)
-        return
-    few = {part: given[: 2 if part == Part.CALIBRATE else 1] for part, given in FLOW_SEEDS.items()}
-    runs = measure_errors(file, few if quick else FLOW_SEEDS, progress=tell)
-    errors, reduced = reduce_runs(runs), file.with_name("flow_errors.json")
-    with atomic_file(reduced) as temporary:
-        temporary.write_text(json.dumps(errors.content, indent=1) + "\n", encoding="utf-8")
-    (kept, of), (others, of_others) = (checks_kept(errors, runs, None, beta) for beta in (1.0, None))
-    held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
-    out_console.print(f"wrote {file}: {len(runs)} runs; {reduced}, for jamlab/estimates; {held}", soft_wrap=True)
+        make_table(file, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
+    else:
+        measure_errors(file, progress=tell)
+    out_console.print(f"wrote {file}", soft_wrap=True)
 
 
-@app.command(
-    "compare", short_help="Compare with other codes.", epilog="Example: python -m studies compare --n 64 --out compared"
-)
+@app.command("compare", short_help="Compare with other codes.", epilog="Example: python -m studies compare --n 64")
 def compare(
     n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
     seed: Seed = 1,
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
-    recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for the recipe.")] = None,
-    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from studies.other_codes import compare as codes
+    from studies.other_codes.compare import comparison_tables, measure_all
 
-    if recipe is not None:
-        folder = out or Path(f"jamlab-{recipe}")
-        check_targets(folder, ["packing.npz", f"{recipe}_check.py"], replace=force)
-        out_console.print(codes.write_recipe(recipe, folder, codes.jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
-        return
-    both = codes.measure_all(n, seed, phi, tell)
+    both = measure_all(n, seed, phi, tell)
     found, analysis = ([row for row in both if row["part"] == part] for part in ("rows", "analysis"))
     if as_json:
         print_json({"rows": found, "analysis": analysis})
         return
-    for table in codes.comparison_tables(found, analysis, n, phi):
+    for table in comparison_tables(found, analysis):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
-    for name, note in codes.notes(found, analysis).items():
-        out_console.print(f"{name}: {note}", soft_wrap=True, highlight=False, markup=False)
 
 
 @app.command(

@@ -3,14 +3,11 @@
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts, without_rattlers
@@ -22,7 +19,6 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.storage.atomic_file import atomic_file, make_folder
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
 from studies.other_codes.peers import (
@@ -32,17 +28,12 @@ from studies.other_codes.peers import (
     Jamlab,
     Matscipy,
     Peer,
-    mean_diameters,
     plain_point,
 )
 from studies.panels import Drawing, drawing, label, scale, style
 from studies.study import Study
 from studies.tables import one_core, shortest
 
-_FASTER = (
-    "faster here: the same minimiser that jamlab starts with, but with LAMMPS' line search on the energy, which misses "
-    "the tolerance on other starts (python -m studies draw speed-accuracy), and to twice the force"
-)
 _JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
 _TRIES = 20  # starts until one is found whose minimum is stable and whose jolt leads back
 
@@ -148,7 +139,7 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
     cold = time.process_time() - began
     warm, positions = shortest(run)
     point = plain_point(start.with_state(positions=positions))
-    left, tolerance, notes = float(np.hypot(*point.forces.T).max()), force_tolerance("sp"), []
+    left, tolerance = float(np.hypot(*point.forces.T).max()), force_tolerance("sp")
     row |= {
         "version": peer.version,
         "energy": abs(there.energy / here.energy - 1),
@@ -164,11 +155,7 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
     row |= {name: found[name] - target[name] for name in ("z", "g")}
     row |= {"minimum": abs(point.energy / target["energy"] - 1)}
     row |= {"cold_ratio": cold / jamlab["cold"], "warm_ratio": warm / jamlab["warm"]}
-    if left > tolerance:
-        notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
-    if warm < jamlab["warm"]:
-        notes.append(_FASTER if peer.name == "LAMMPS cg" else "faster here")
-    return row | {"note": "; ".join(notes)}
+    return row | {"note": f"stopped at max force {left:.1g}, not {tolerance:g}" if left > tolerance else ""}
 
 
 def _over_largest(there: Array, here: Array) -> float:
@@ -197,37 +184,35 @@ _LEAD = (
 )
 
 
-def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row], n: int, phi: float) -> list[TextTable]:
-    """Tables for the reader: same coordinates, same basin, speed, analysis."""
-
-    small = ".1e"
-    tables: list[tuple[str, Sequence[Row], dict[str, str]]] = [
+def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row]) -> list[TextTable]:
+    """Tables for the reader: same coordinates, same basin and its time, analysis."""
+    same = ("name", "version", "energy", "forces", "stress", "pressure")
+    basin = ("name", "method", "minimum", "z", "g", "max_force", "cold", "cold_ratio", "warm", "warm_ratio", "note")
+    tables = (
+        ("Same coordinates: largest difference from jamlab, relative", rows, same),
         (
-            f"Same coordinates, {n} disks, phi = {phi:g}: largest difference from jamlab, relative",
+            "Same basin: differences of energy (relative), z and G; seconds of a minimisation; over jamlab's",
             rows,
-            {"name": "", "version": "s", "energy": small, "forces": small, "stress": small, "pressure": small},
+            basin,
         ),
         (
-            "Same basin: relative difference of the minimum, difference of z and of G, largest force left",
-            rows,
-            {"name": "", "method": "", "minimum": small, "z": "g", "g": small, "max_force": small},
-        ),
-        (
-            "One minimisation, one core: seconds, and ratio to jamlab",
-            rows,
-            {"name": "", "cold": ".4f", "cold_ratio": ".2f", "warm": ".5f", "warm_ratio": ".2f"},
-        ),
-        (
-            "Analysis of the minimum without rattlers: largest difference from jamlab, over the largest value",
+            "Analysis of the minimum without rattlers: largest difference, over the largest value",
             analysis,
-            {"name": "", "version": "s", "quantity": "", "difference": small},
+            ANALYSIS_COLUMNS,
         ),
+    )
+    return [
+        TextTable(
+            [name.replace("_", " ") for name in names], [[_text(row[name]) for name in names] for row in of], heading
+        )
+        for heading, of, names in tables
     ]
-    found = []
-    for heading, of, columns in tables:
-        lines = [[_text(row[name], form) for name, form in columns.items()] for row in of]
-        found.append(TextTable([name.replace("_", " ") for name in columns], lines, heading))
-    return found
+
+
+def _text(value: Any) -> str:
+    if value is None or value != value or value == "":  # as a table holds it
+        return "-"
+    return f"{value:.2g}" if isinstance(value, float) else str(value)
 
 
 def measure_all(n: int, seed: int = 1, phi: float = 0.88, progress: Progress = no_progress) -> list[Row]:
@@ -246,7 +231,7 @@ def draw_comparison(tables: EnsembleTables) -> Drawing:
     for k, (n, part) in enumerate(table.groupby("n")):
         of: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
         rows, analysis = of
-        out.text += comparison_tables(rows, analysis, int(str(n)), part["phi"].iloc[0])
+        out.text += comparison_tables(rows, analysis)
         ran = [row for row in rows if np.isfinite(row["warm_ratio"])]
         places = list(range(len(ran)))
         out.curve(axes, f"N = {n}", [row["warm_ratio"] for row in ran], places, linestyle="none", **style(k))
@@ -262,41 +247,3 @@ STUDY = Study(
     {f"N = {n}": partial(measure_all, n) for n in (64, 128)},  # disks
     draw_comparison,
 )
-
-
-def notes(rows: Sequence[Row], analysis: Sequence[Row]) -> dict[str, str]:
-    """What a reader must know, by name of the code."""
-    return {row["name"]: row["note"] for row in (*rows, *analysis) if row["note"]}
-
-
-def _text(value: object, form: str) -> str:
-    if value is None or value != value or (form and value == ""):  # as a table holds it
-        return "-"
-    return str(value) if form in ("", "s") else f"{float(str(value)):{form}}"
-
-
-RECIPES = {"hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels"}
-
-
-def write_recipe(name: str, folder: Path, packing: Packing) -> str:
-    """Write `packing.npz` and `NAME_check.py` to a folder, and return how to run them. The file holds positions (n, 2),
-    diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these positions. The script prints how
-    far the other code is from them, then minimises."""
-    check_choice("recipe", name, RECIPES)
-    species, s = mean_diameters(packing)
-    here = evaluate(packing)
-    make_folder(folder)
-    with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
-        known: dict[str, Any] = {
-            "positions": packing.positions,
-            "species": species,
-            "s": s,
-            "sides": np.diag(packing.box),
-        }
-        found: dict[str, Any] = {"energy": here.energy, "forces": here.forces, "stress": here.stress}
-        np.savez(file, **known, eps=float(packing.params["eps"]), **found)
-    script = f"{name}_check.py"
-    text = resources.files("studies.other_codes").joinpath(f"{script}.txt").read_text(encoding="utf-8")
-    with atomic_file(folder / script) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return f"{RECIPES[name]}\ncd {folder} && python {script}"

@@ -1,20 +1,17 @@
-"""A study of what every task costs against N: CPU time, memory, and what larger N will need.
+"""What every task costs against N: CPU time, peak memory, and what larger packings will need.
 
-Every part is measured in a process of its own, whose peak memory is that of the part. Packings of any size are small
-ones repeated along both sides of the box: a step costs the same there as in one made at random, but how many steps a
-minimum takes does not, so whole packings, sweeps and flows start from random ones.
+Every part is measured in a process of its own. Large packings are small ones repeated along both sides of the box: a
+step costs the same there as in one made at random, but how many steps a minimum takes does not, so whole packings,
+sweeps and flows start from random ones.
 """
 
 import resource
 import sys
 from collections.abc import Callable
-from contextlib import suppress
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
@@ -40,34 +37,93 @@ from studies.study import Study
 from studies.tables import Task, one_core, shortest
 
 KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
-PRESSURE = 1e-3  # k, of disks packed from random starts
-FIRE_STEPS = 200
 OMEGA = np.geomspace(1e-6, 1e2, 400)
-STRAIN, RATE = 0.01, 1e-3  # of sheared disks
-SWEEP = 0.98, 40  # packing fraction that droplets are compressed to, and in how many states
-_DISKS, _STABLE = 256, 1e-2  # number and pressure of disks whose repetition is stable too
-_SIZES = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}
-_MADE = {  # from random starts
-    "packings": (256, 1024, 4096),
-    "onsets": (128, 256, 512),
-    "shear": (64, 256, 1024),
-    "flow": (64, 256, 1024),
-    "states": (16, 32, 64),
-}
+PRESSURE, STRAIN, RATE, CONFLUENCE = 1e-3, 0.01, 1e-3, 0.98
 _WANTED = {"disks": 1_000_000, "droplets": 100_000}
-_KILO = 1024  # bytes in a unit of /proc
+_REPEATED = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}  # sizes
+_DISKS, _MOVING, _DROPLETS = (256, 1024, 4096), (64, 256, 1024), (16, 32, 64)  # from random starts
+
+Run = Callable[[], Any]
 
 
-def exponent_of(n: ArrayLike, seconds: ArrayLike) -> tuple[float, float]:
-    """Exponent of a power of n through the seconds (m,), by least squares in the logarithms, and seconds at n = 1."""
-    exponent, intercept = np.polyfit(np.log(n), np.log(seconds), 1)
-    return float(exponent), float(np.exp(intercept))
+def large(model: str, n: int, kick: float = 0.0) -> Packing:
+    """A stable packing of about n, repeated along both sides of its box, its coordinates moved by `kick` on average."""
+    small = pack(256, 1e-2, ensemble="shear-stabilized") if model == "disks" else read(example_file("dp"))
+    times = max(1, round(np.sqrt(n / small.n)))
+    cells = np.indices((times, times)).reshape(2, -1).T
+    positions = (small.positions + (cells @ small.box)[:, None]).reshape(-1, 2)
+    positions += kick * np.random.default_rng(1).standard_normal(positions.shape)
+    box, params = times * small.box, dict(small.params)
+    if small.offsets is None:
+        diameters = np.tile(np.asarray(small.diameters), len(cells))
+        return Packing("sp", box, positions, params, small.units, diameters=diameters)
+    params["a0"] = np.tile(np.asarray(params["a0"]), len(cells))
+    offsets = np.concatenate([[0], np.cumsum(np.tile(np.diff(small.offsets), len(cells)))])
+    return Packing("dp", box, positions, params, small.units, offsets=offsets)
 
 
-def memory_at(n: float, sizes: ArrayLike, peaks: ArrayLike) -> float:
-    """Memory at n, on the straight line through the two largest sizes: a process of no particles has its share too."""
-    (small, large), (low, high) = np.asarray(sizes, dtype=float)[-2:], np.asarray(peaks, dtype=float)[-2:]
-    return float(high + (n - large) * (high - low) / (large - small))
+def _step(packing: Packing) -> Run:
+    """A function that does 200 steps of FIRE, or of droplets relaxes them."""
+
+    def run() -> None:
+        with Session(packing) as session:
+            if packing.model == "sp":
+                session.minimize(0.0, style="fire", steps=200)
+            elif not relax(session).converged:
+                raise ConvergenceError(f"{packing.n} droplets were not relaxed")
+
+    return run
+
+
+def _forces(packing: Packing) -> Run:
+    session = Session(packing)
+    moves = 1e-3 * np.random.default_rng(2).standard_normal((10, *packing.positions.shape))
+    return lambda: [session.forces_at(packing.positions + move) for move in moves]
+
+
+def _sweep(onset: Packing) -> Run:
+    return lambda: list(compress(onset, CONFLUENCE, (CONFLUENCE - packing_fraction(onset)) / 40))
+
+
+def _spectrum(packing: Packing) -> Run:
+    return partial(complex_modulus, packing, OMEGA)
+
+
+# part -> sizes, and function of n that makes a packing and what is timed
+PARTS: dict[str, tuple[tuple[int, ...], Callable[[int], tuple[Packing | int, Run]]]] = {}
+
+
+def _on_large(part: str, work: Callable[[Packing], Run], kick: float = 0.0) -> None:
+    """Time work on a packing that is repeated."""
+    model = part.partition(":")[0]
+
+    def prepare(n: int) -> tuple[Packing, Run]:
+        packing = large(model, n, kick)
+        return packing, work(packing)
+
+    PARTS[part] = _REPEATED[model], prepare
+
+
+_on_large("disks: 200 FIRE steps", _step, KICK)
+PARTS[f"disks: 3 packings at p = {PRESSURE:g}"] = (
+    _DISKS,
+    lambda n: (n, lambda: [pack(n, PRESSURE, s) for s in (1, 2, 3)]),
+)
+PARTS["disks: 3 onsets"] = (128, 256, 512), lambda n: (n, lambda: [jam(n=n, seed=s) for s in (1, 2, 3)])
+_on_large("disks: contacts", lambda packing: partial(contacts, packing))
+_on_large("disks: measure", lambda packing: partial(measure, packing))
+_on_large("disks: elastic tensor", lambda packing: partial(elastic_tensor, packing))
+_on_large(f"disks: G* at {len(OMEGA)} frequencies", _spectrum)
+for _name, _flow in (
+    (f"disks: quasi-static shear to {STRAIN:g}", partial(quasistatic_shear, strain=STRAIN)),
+    (f"disks: flow at {RATE:g} to {STRAIN:g}", partial(shear, rate=RATE, strain=STRAIN)),
+):
+    PARTS[_name] = _MOVING, lambda n, flow=_flow: (n, partial(flow, pack(n, PRESSURE, 1)))  # type: ignore[misc]
+_on_large("droplets: 10 forces", _forces)
+_on_large(f"droplets: relax after kicks of {KICK:g}", _step, KICK)
+_on_large("droplets: measure", lambda packing: partial(measure, packing))
+_on_large(f"droplets: G* at {len(OMEGA)} frequencies", _spectrum)
+PARTS[f"droplets: 40 states to {CONFLUENCE:g}"] = _DROPLETS, lambda n: (n, _sweep(jam("dp", n, 1)))
 
 
 def measure_part(part: str, n: int) -> list[dict[str, Any]]:
@@ -78,136 +134,35 @@ def measure_part(part: str, n: int) -> list[dict[str, Any]]:
 def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, Any]:
     part, n = part_and_size
     with one_core():
-        run, count = PARTS[part](n)
-        with suppress(FileNotFoundError):  # no Linux: the peak is that since the start
-            Path("/proc/self/clear_refs").write_text("5")  # forgets the peak so far, see proc(5)
+        packing, run = PARTS[part][1](n)
         seconds, _ = shortest(run, runs=3, budget=2.0)
-        return {"part": part, "n": count, "seconds": seconds, "bytes": _peak()}
-
-
-def _peak() -> int:
-    """Largest memory of this process so far, bytes."""
-    if sys.platform == "darwin":
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) * _KILO
-
-
-def _repeated(packing: Packing, times: int, kick: float = 0.0) -> Packing:
-    """A packing repeated along both sides of its box; every coordinate then moves at random, on average by `kick`."""
-    cells = np.indices((times, times)).reshape(2, -1).T
-    positions = (packing.positions + (cells @ packing.box)[:, None]).reshape(-1, 2)
-    positions += kick * np.random.default_rng(1).standard_normal(positions.shape)
-    box, params = times * packing.box, dict(packing.params)
-    if packing.offsets is None:
-        diameters = np.tile(np.asarray(packing.diameters), len(cells))
-        return Packing("sp", box, positions, params, packing.units, diameters=diameters)
-    params["a0"] = np.tile(np.asarray(params["a0"]), len(cells))
-    offsets = np.concatenate([[0], np.cumsum(np.tile(np.diff(packing.offsets), len(cells)))])
-    return Packing("dp", box, positions, params, packing.units, offsets=offsets)
-
-
-@cache
-def _small(model: str) -> Packing:
-    return pack(_DISKS, _STABLE, ensemble="shear-stabilized") if model == "sp" else read(example_file("dp"))
-
-
-def _large(model: str, n: int, kick: float = 0.0) -> Packing:
-    small = _small(model)
-    return _repeated(small, max(1, round(np.sqrt(n / small.n))), kick)
-
-
-Run = Callable[[], object]
-Prepare = Callable[[int], tuple[Run, int]]  # function of n that gives what is timed, and the n that it has
-
-
-def _fire(packing: Packing) -> None:
-    with Session(packing) as session:
-        session.minimize(0.0, style="fire", steps=FIRE_STEPS)
-
-
-def _relax(packing: Packing) -> None:
-    with Session(packing) as session:
-        if not relax(session).converged:
-            raise ConvergenceError(f"n = {packing.n}: droplets were not relaxed")
-
-
-def _forces_of_droplets(n: int) -> tuple[Run, int]:
-    packing = _large("dp", n)
-    session = Session(packing)
-    rng = np.random.default_rng(2)
-    moves: NDArray[np.float64] = 1e-3 * rng.standard_normal((10, *packing.positions.shape))
-    return lambda: [session.forces_at(packing.positions + move) for move in moves], packing.n
-
-
-def _sweep(n: int) -> tuple[Run, int]:
-    onset, (end, states) = jam("dp", n, 1), SWEEP
-    step = (end - packing_fraction(onset)) / states
-    return lambda: list(compress(onset, end, step)), n
-
-
-def _of_three(make: Callable[[int, int], Packing]) -> Prepare:
-    """Make packings of three seeds, from random starts."""
-    return lambda n: (lambda: [make(n, seed) for seed in (1, 2, 3)], n)
-
-
-def _of_minimum(model: str, work: Callable[[Packing], object], kick: float = 0.0) -> Prepare:
-    """Work on a state at a minimum: the small packing, repeated; or on one that was kicked off it."""
-
-    def prepare(n: int) -> tuple[Run, int]:
-        packing = _large(model, n, kick)
-        return partial(work, packing), packing.n
-
-    return prepare
-
-
-def _of_random(work: Callable[[Packing], object]) -> Prepare:
-    """Work on disks at a pressure, made from a random start."""
-    return lambda n: (partial(work, pack(n, PRESSURE, 1)), n)
-
-
-PARTS: dict[str, Prepare] = {
-    f"disks: {FIRE_STEPS} FIRE steps": _of_minimum("sp", _fire, KICK),
-    f"disks: 3 packings at p = {PRESSURE:g}": _of_three(lambda n, seed: pack(n, PRESSURE, seed)),
-    "disks: 3 onsets": _of_three(lambda n, seed: jam(n=n, seed=seed)),
-    "disks: contacts": _of_minimum("sp", contacts),
-    "disks: measure": _of_minimum("sp", measure),
-    "disks: elastic tensor": _of_minimum("sp", elastic_tensor),
-    f"disks: G* at {len(OMEGA)} frequencies": _of_minimum("sp", lambda packing: complex_modulus(packing, OMEGA)),
-    f"disks: quasi-static shear to {STRAIN:g}": _of_random(lambda packing: quasistatic_shear(packing, STRAIN)),
-    f"disks: flow at {RATE:g} to {STRAIN:g}": _of_random(lambda packing: shear(packing, RATE, STRAIN)),
-    "droplets: 10 forces": _forces_of_droplets,
-    f"droplets: relax after kicks of {KICK:g}": _of_minimum("dp", _relax, KICK),
-    "droplets: measure": _of_minimum("dp", measure),
-    f"droplets: G* at {len(OMEGA)} frequencies": _of_minimum("dp", lambda packing: complex_modulus(packing, OMEGA)),
-    f"droplets: {SWEEP[1]} states to {SWEEP[0]:g}": _sweep,
-}
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return {"part": part, "n": getattr(packing, "n", n), "seconds": seconds, "bytes": peak}
 
 
 def _tasks() -> dict[str, Task]:
     """One task for each part and size; small ones first, so that a run that is stopped has every part."""
-    sizes = {
-        part: next((n for what, n in _MADE.items() if what in part), _SIZES[part.partition(":")[0]]) for part in PARTS
-    }
-    ranks = range(max(map(len, sizes.values())))
-    in_turn = [(part, n) for rank in ranks for part in PARTS for n in sizes[part][rank : rank + 1]]
-    return {f"{part}, N = {n}": partial(measure_part, part, n) for part, n in in_turn}
+    turns = [(rank, part, n) for part, (sizes, _) in PARTS.items() for rank, n in enumerate(sizes)]
+    in_turn = sorted(turns, key=lambda turn: turn[0])
+    return {f"{part}, N = {n}": partial(measure_part, part, n) for _, part, n in in_turn}
 
 
 def draw_scaling(tables: EnsembleTables) -> Drawing:
-    """Draw seconds over N, with exponents and what follows for a million disks or 10^5 droplets."""
+    """Draw seconds over N, with exponents and, by them, what a million disks or 10^5 droplets will need."""
     out, (axes,) = drawing("size-scaling", 1, 1, 9.5, 5.6)
     scale(axes)
     lines = []
     for index, (part, rows) in enumerate(tables.read("size-scaling").groupby("part", sort=False)):
         n, seconds, peaks = (rows[name].to_numpy(dtype=np.float64) for name in ("n", "seconds", "bytes"))
-        line = "-" if str(part).startswith("disks") else "--"
+        wanted = _WANTED[str(part).partition(":")[0]]
+        line = "-" if wanted == _WANTED["disks"] else "--"
         out.curve(axes, str(part), n, seconds, linestyle=line, **sequence(index, len(PARTS)))
-        measured = "; ".join(f"{a:g}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
         if len(n) < 2:
             continue
-        (exponent, at_one), wanted = exponent_of(n, seconds), _WANTED[str(part).partition(":")[0]]
-        there = [f"{at_one * wanted**exponent:.3g} s", f"{memory_at(wanted, n, peaks) / 1e9:.2g} GB"]
+        measured = "; ".join(f"{a:g}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
+        exponent, at_one = np.polyfit(np.log(n), np.log(seconds), 1)
+        memory = np.polyval(np.polyfit(n[-2:], peaks[-2:], 1), wanted)  # a process of no particles has its share too
+        there = [f"{np.exp(at_one) * wanted**exponent:.3g} s", f"{memory / 1e9:.2g} GB"]
         lines.append([str(part), measured, f"{exponent:.2f}", f"{wanted:.0e}", *there])
     label(axes, "number of particles N", "CPU time on one core, s", **BESIDE)
     columns = ["part", "N: seconds, memory", "time ~ N^", "wanted N", "time there", "memory there"]

@@ -167,7 +167,6 @@ def test_a_campaign_is_reduced_and_packings_are_added(tmp_path):
         ("draw boromand-6 moved", "moved.csv"),
         ("draw stability", "moved.png"),
         ("reduce c.toml", "states.parquet"),
-        ("compare --n 8 --recipe hoomd", "hoomd_check.py"),
     ],
 )
 def test_no_file_is_replaced_without_force(tmp_path, words, name):
