@@ -47,7 +47,7 @@ def estimate(
     if not dry_run:
         print_table(f"mean of {quantity}", list(found), [[_cell(value) for value in found.values()]])
     shown = [row for row in options if row["seconds"] is not None]
-    shown.sort(key=lambda row: (row["why"] != Why.TAKEN, row["why"] != Why.DEARER, row["seconds"]))
+    shown.sort(key=lambda row: (row["why"] != Why.TAKEN, row["why"] != Why.COSTS_MORE, row["seconds"]))
     columns = ["way", "packings", "seconds", "error", "why"]
     print_table(
         f"{made.choice.packings} packings of {made.choice.way} are expected to give {quantity} within "

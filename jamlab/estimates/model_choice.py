@@ -65,7 +65,7 @@ class Choice:
     packings: int = 1
 
     def __repr__(self) -> str:
-        serve = int(self.options["why"].isin([Why.TAKEN, Why.DEARER]).sum())
+        serve = int(self.options["why"].isin([Why.TAKEN, Why.COSTS_MORE]).sum())
         many = f"{self.packings} packing{'s' * (self.packings > 1)} in {self.seconds:.2g} s"
         rank = f"cheapest of {serve} ways that serve" if serve > 1 else "the only way that serves"
         return f"Choice({self.way}: {_words(self.error)}, {many}; {rank})"
@@ -94,7 +94,7 @@ def choose(
         >>> choice.way.model, choice.error["z"] <= 0.25
         ('sp', True)
         >>> choice.options[["error_z", "why"]].round(2).to_numpy().tolist()[:2]
-        [[0.15, 'taken'], [0.0, 'dearer']]
+        [[0.15, 'taken'], [0.0, 'more expensive']]
     """
     _check(rho, tolerance, model)
     check_count(n)

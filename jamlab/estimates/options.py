@@ -12,7 +12,7 @@ class Why(StrEnum):
     """What became of an option, the column `why` of all options."""
 
     TAKEN = "taken"
-    DEARER = "dearer"
+    COSTS_MORE = "more expensive"
     LARGE = "error too large"
     UNSURE = "own mean too uncertain"  # the part of the error that more packings do not reduce
     FAILS = "too few values"  # too few packings of the way have the quantity there
@@ -27,5 +27,5 @@ def judge(rows: Sequence[dict[str, Any]], cost: str, nearest: str | None = None)
     row = min(free, key=lambda k: rows[k][cost], default=None)
     if row is None:
         row = min(known, key=lambda k: rows[k][nearest or cost], default=None)
-    why = [Why.TAKEN if k == row else option["why"] or Why.DEARER for k, option in enumerate(rows)]
+    why = [Why.TAKEN if k == row else option["why"] or Why.COSTS_MORE for k, option in enumerate(rows)]
     return pd.DataFrame(rows).assign(why=list(map(str, why))), row

@@ -4,12 +4,10 @@ A way goes from disks alone to droplets from the start. `python -m studies table
 holds one row for each packing and packing fraction, so every number that follows from it has an interval.
 """
 
-import gzip
 import io
 import json
 import lzma
 import math
-import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -167,22 +165,16 @@ def _require_reached(packing: Packing, rho: float | None) -> Packing:
     return packing
 
 
-_XZ = b"\xfd7zXZ"  # how such files begin
-
-
 def read_table(path: Path | None, shipped: str, columns: Iterable[str], command: str) -> pd.DataFrame:
     """Read a table, or the shipped one; what all of its rows share, such as settings, is in `attrs`."""
     source = path or resources.files("jamlab.estimates").joinpath(shipped)
     try:
-        with source.open("rb") as file:
-            data = file.read()
-        unpack = lzma.decompress if data.startswith(_XZ) else gzip.decompress  # as earlier versions wrote it
-        first, _, body = unpack(data).decode().partition("\n")
+        first, _, body = lzma.decompress(source.read_bytes()).decode().partition("\n")
         table = pd.read_csv(io.StringIO(body))
         table.attrs = json.loads(first.removeprefix("#"))["facts"]
         if missing := set(columns) - set(table.columns):
             raise ValueError(f"no columns {', '.join(sorted(missing))}")
-    except (OSError, EOFError, zlib.error, lzma.LZMAError, ValueError, KeyError) as error:
+    except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError) as error:
         raise StorageError(f"cannot read the table {source}: {error}; make one with `{command}`") from error
     return table
 

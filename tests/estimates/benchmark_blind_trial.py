@@ -2,7 +2,7 @@
 
 `blind_trial.csv` holds 200 requests, drawn after table and rules were frozen in a commit, with its name as seed
 (b44d246, 189059654): 188 intervals hold. The truth is the mean over the 100
-droplet packings of the reference data; packings of a request are drawn from `pool.csv.gz`, of other seeds and half-way
+droplet packings of the reference data; packings of a request are drawn from `pool.csv.xz`, of other seeds and half-way
 between the packing fractions of the table, where interpolation is worst, or, of droplets from the start, from one half
 of the reference data. JAMLAB_SEED draws new requests, in 15 s of one core; JAMLAB_POOL is where a pool is measured
 anew, in half an hour.
@@ -37,7 +37,7 @@ def show(answers):
 def pool():
     given = os.environ.get("JAMLAB_POOL")
     if given is None:
-        return read_ways(FOLDER / "pool.csv.gz")
+        return read_ways(FOLDER / "pool.csv.xz")
     return make_table(Path(given), POOL_SEEDS, groups=pool_groups, levels=POOL_LEVELS)
 
 

@@ -53,7 +53,7 @@ def test_the_cheapest_way_that_is_good_enough():
 
 def test_a_choice_holds_its_options_and_prints_them():
     choice = chosen(0.90, 0.15)
-    assert choice.options["why"].tolist() == [Why.LARGE, Why.TAKEN, Why.DEARER]
+    assert choice.options["why"].tolist() == [Why.LARGE, Why.TAKEN, Why.COSTS_MORE]
     assert choice.options["error_z"].tolist() == pytest.approx([1.05 * 0.5 + 0.2 / 3, 0.125, 0.0])
     assert choice.options["way"].tolist() == [DISKS, COARSE, FINE] and choice.seconds == pytest.approx(1.0)
     assert choice.error == {"z": pytest.approx(0.125)} and "cheapest of 2 ways that serve" in repr(choice)
@@ -65,7 +65,7 @@ def test_nothing_is_promised_of_a_way_with_few_packings_or_where_it_fails():
     """Of 18 packings not even the largest bounds 95 %; of 21 coarse ones three fail at 0.90, but none does at 0.85."""
     few = table()
     few[DISKS] = replace(few[DISKS], seeds=np.arange(18), values={k: v[:18] for k, v in few[DISKS].values.items()})
-    assert chosen(0.90, 5.0, table=few).options["why"].tolist() == [Why.UNKNOWN, Why.TAKEN, Why.DEARER]
+    assert chosen(0.90, 5.0, table=few).options["why"].tolist() == [Why.UNKNOWN, Why.TAKEN, Why.COSTS_MORE]
     broken = table()
     broken[COARSE].values["z"][:3, 1] = np.nan
     assert chosen(0.90, 0.15, table=broken).way == chosen(0.86, 0.15, table=broken).way == FINE

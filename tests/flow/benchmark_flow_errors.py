@@ -14,13 +14,13 @@ KEYS = ["kind", "part", "seed", "alpha", "drag", "amplitude"]
 
 def test_the_shipped_table_is_what_the_code_gives(tmp_path):
     """Runs at small strains repeat; those that rearrange are chaotic, and agree in size. A second call has no work."""
-    made = measure_errors(tmp_path / "errors.csv.gz", {Part.CALIBRATE: (1,)})
+    made = measure_errors(tmp_path / "errors.csv.xz", {Part.CALIBRATE: (1,)})
     both = made.merge(read_runs(), on=KEYS, suffixes=("", "_shipped"))
     assert len(both) == len(made)
     small = both[both["amplitude"] < 0.1]
     assert np.allclose(small["error"], small["error_shipped"], rtol=0.2, atol=5e-3)
     assert np.median(np.abs(np.log(both["error"].clip(1e-3) / both["error_shipped"].clip(1e-3)))) < 0.2
-    again = measure_errors(tmp_path / "errors.csv.gz", {Part.CALIBRATE: (1,)})
+    again = measure_errors(tmp_path / "errors.csv.xz", {Part.CALIBRATE: (1,)})
     assert len(again) == len(made)
 
 
