@@ -7,7 +7,6 @@
 #include "citation.h"
 #include "command_descend.h"
 #include "command_forces.h"
-#include "command_quiet.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
 #include "compute_polygon_group.h"
@@ -86,8 +85,6 @@ static constexpr PluginStyle STYLES[] = {
      &create<FixPolygonOutline>},
     {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>, nullptr},
     {"command", "jamlab/descend", "minimise the energy of droplets", &create<CommandDescend>, nullptr},
-    {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
-     nullptr},
 };
 
 void jamlab_register(void *lmp, void *handle, void *regfunc)

@@ -118,17 +118,3 @@ def test_reprs_are_short_and_say_what_is_there(model, sp_jammed, dp_dense):
 def test_notebooks_show_a_picture(random_polygons):
     png = random_polygons(0.3)._repr_png_()
     assert png.startswith(b"\x89PNG") and 5_000 < len(png) < 200_000
-
-
-def test_laws_read_as_words():
-    assert str(jamlab.ContactDamping()) == "contact damping, β = 1"
-    assert str(jamlab.ContactDamping(beta=0.1, alpha=0.5)) == "contact damping, β = 0.1, α = 0.5"
-    assert str(jamlab.StokesDrag(eta_f=0.5, tau=2)) == "Stokes drag, η_F = 0.5, τ1 = 2"
-    assert repr(jamlab.ContactDamping()) == "ContactDamping(beta=1.0, tau=1.0, alpha=1.0, arms='radius')"
-
-
-def test_a_collapse_without_errors_says_why():
-    known = jamlab.Collapse(0.5, 1.0, 0.5, 0.02, 0.03, 0.01, 0.1)
-    assert "μ = 0.5 ± 0.02" in str(known) and "no error" not in str(known)
-    unknown = jamlab.Collapse(0.5, 1.0, 0.5, np.nan, np.nan, np.nan, 0.1)
-    assert "nan" not in str(unknown) and "two or more of each pressure" in str(unknown)

@@ -58,7 +58,7 @@ def kernel(name: str, *arguments: Any) -> Callable[..., int]:
 
     @cache
     def function() -> Any:
-        loaded = getattr(library(), name)
+        loaded = library()[name]  # an object of its own: two callers may declare other types
         loaded.argtypes, loaded.restype = list(arguments), INTEGER
         return loaded
 

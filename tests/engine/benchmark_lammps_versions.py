@@ -30,7 +30,7 @@ CHECKS = {  # tests that answer for a column
     ],
     "sessions": ["test_session.py"],  # several at once in one process
     "force styles": ["test_force_styles.py"],
-    "restart": ["test_plugin_on_ranks.py::test_files_of_lammps_give_the_same_bits"],
+    "restart": ["test_laws_by_type.py::test_files_keep_every_law"],
     "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[1]"],
     "2 ranks": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[2]"],
     "decks": ["test_decks.py::test_the_example_at_the_head_of_every_deck_runs_to_its_end", "-m", "slow"],

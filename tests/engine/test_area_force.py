@@ -60,16 +60,6 @@ def test_energy_is_conserved_to_second_order(tmp_path, style):
     assert 3 < spread[0] / spread[1] < 5.5
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("style", STYLES)
-def test_energy_does_not_drift(tmp_path, style):
-    """Two hundred thousand steps; what is left are the kinks of the force where a vertex changes its closest edge."""
-    rows, _ = trajectory(tmp_path, outlines.scene(1, foreign=False), style, 0.002, 200_000)
-    total, kinetic = rows[:, 0], rows[:, 2].mean()
-    assert abs(total[-20:].mean() - total[:20].mean()) < 5e-4 * kinetic
-    assert np.ptp(total) < 5e-4 * kinetic
-
-
 GLIDE = """
 mass * 1e15
 group one molecule 1
@@ -117,20 +107,6 @@ def test_the_area_force_acts_on_the_level_that_fix_modify_names(tmp_path):
     assert found["state-outer"] == pytest.approx(found["state-inner"], rel=1e-3)
 
 
-def test_respa_starts_with_the_forces_of_verlet(tmp_path):
-    """Energy, pressure and forces of `run 0`, on 2 ranks."""
-    (tmp_path / "data").write_text(outlines.data(outlines.scene(3)))
-    deck = ""
-    for name, style in STYLES.items():
-        deck += outlines.deck("data") + f"{style}\nrun 0\n" + LAST.format(name).replace("id x y", "id fx fy")
-        deck += f'print "state-{name} $(pe:%.17g) $(press:%.17g) $(fmax:%.17g)"\n'
-    found = run(tmp_path, deck, 2)
-    wanted = np.loadtxt(tmp_path / "verlet.dump", skiprows=9)
-    for name in STYLES:
-        assert found[f"state-{name}"] == pytest.approx(found["state-verlet"], rel=1e-12)
-        assert np.loadtxt(tmp_path / f"{name}.dump", skiprows=9) == pytest.approx(wanted, abs=1e-13)
-
-
 SOURCES = {
     "number": ("", "20.0"),
     "equal": ("variable k equal 5.0*4", "v_k"),
@@ -168,26 +144,6 @@ def test_forces_do_not_depend_on_whether_a_virial_is_asked_for(tmp_path, ranks, 
         assert np.abs(wanted[:, 1:]).max(axis=0).min() > 0.01
         assert np.loadtxt(tmp_path / f"{name}-without.dump", skiprows=9) == pytest.approx(wanted, abs=1e-13)
         assert found[f"state-{name}-without"] == pytest.approx(found[f"state-{name}-with"], rel=1e-13)
-
-
-@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_ka_that_changes_during_a_run(tmp_path, ranks):
-    """By an equal-style variable of the step, and by one for each polygon; nothing moves."""
-    state = outlines.scene(5)
-    (tmp_path / "data").write_text(outlines.data(state))
-    deck = ""
-    for name, formula in (("equal", "equal 20.0+step"), ("atom", "atom 20.0+step*mol")):
-        deck += outlines.deck("data") + f"variable k delete\nvariable k {formula}\n"
-        deck += "unfix area\nfix area rings polygon/area v_k d_a0\n"
-        deck += f'thermo 3\nrun 7\nprint "state-{name} $(pe:%.17g) $(f_area:%.17g)"\n'
-        deck += f'run 0\nprint "state-{name}-again $(pe:%.17g) $(f_area:%.17g)"\n'
-    found = run(tmp_path, deck, ranks)
-    bare = outlines.energy(state, ka=0.0)
-    rings = [(m, o) for m, o in enumerate(state.outlines, start=1) if o.type == outlines.RING]
-    for name, ka in {"equal": lambda m: 27.0, "atom": lambda m: 20.0 + 7 * m}.items():
-        area = sum(ka(m) / 2 * (o.area - o.a0) ** 2 for m, o in rings)
-        assert found[f"state-{name}"] == pytest.approx([bare + area, area], rel=1e-12)
-        assert found[f"state-{name}-again"] == pytest.approx([bare + area, area], rel=1e-12)
 
 
 LAWS = {"v_none d_a0": "none", "v_text d_a0": "text", "d_none d_a0": "d_none", "v_low d_a0": "-1", "20.0 v_low": "-1"}

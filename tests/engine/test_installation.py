@@ -145,8 +145,5 @@ def test_the_paper_is_listed_once_and_only_with_the_style(tmp_path):
         text = log_of(tmp_path, bond + style + pair)
         assert text.count("@Article{Boromand2019,") == 1, text
         assert text.count("doi =     {10.1039/C9SM00775J}") == 1
-
-
-def test_the_paper_of_the_drag_is_listed_once(tmp_path):
     text = log_of(tmp_path, 2 * "pair_style disk/drag 1 1\n" + "pair_coeff * * 1 1\n")
     assert text.count("10.1039/C7SM01619K}") == 1

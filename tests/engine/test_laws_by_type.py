@@ -8,25 +8,6 @@ from outlines import DISK, EPS, RING, WALL, WIDTH
 
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
-# of eps, as LAMMPS mixes it: with the widths of both types in the last rule
-RULES = {
-    "geometric": lambda e, f, s, t: np.sqrt(e * f),
-    "arithmetic": lambda e, f, s, t: np.sqrt(e * f),
-    "sixthpower": lambda e, f, s, t: 2 * np.sqrt(e * f) * (s * t) ** 3 / (s**6 + t**6),
-}
-
-
-@pytest.mark.parametrize("rule", RULES)
-def test_types_are_mixed(lmp, tmp_path, rule):
-    """eps by the rule of pair_modify, widths always by the mean."""
-    state = outlines.scene(21)
-    outlines.start(lmp, tmp_path, state, f"pair_modify mix {rule}\nrun 0\n")
-
-    def law(i, j):
-        return RULES[rule](EPS[i], EPS[j], WIDTH[i], WIDTH[j]), (WIDTH[i] + WIDTH[j]) / 2
-
-    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, law), rel=1e-12)
-
 
 def test_pairs_of_types_by_hand(lmp, tmp_path):
     """A width and eps of their own, or eps alone with the mean of both widths; then the mixed ones, by hand."""
@@ -93,14 +74,6 @@ def test_eps_and_width_change_during_a_run(lmp, tmp_path):
         return np.sqrt(eps[i] * eps[j]), (width[i] + width[j]) / 2
 
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, law), rel=1e-12)
-
-
-def test_tension_changes_during_a_run(lmp, tmp_path):
-    """gamma of the bonds."""
-    state = outlines.scene(25)
-    change = "fix change all adapt 1 bond line/tension gamma * v_g\nrun 10\n"
-    outlines.start(lmp, tmp_path, state, "variable g equal ramp(0.13,0.4)\n" + change)
-    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, gamma=0.4), rel=1e-12)
 
 
 def test_a_width_that_grows_is_refused(lmp, tmp_path):

@@ -117,16 +117,6 @@ def test_polygons_that_come_and_go(tmp_path, ranks):
         assert found[f"state-{name}-ran"] == pytest.approx(found[f"state-{name}-read"], rel=1e-12), name
 
 
-def test_energy_after_evaporation_is_that_of_what_is_left(lmp, tmp_path):
-    """Nothing of a vanished polygon stays in any part of the energy; nothing moves meanwhile."""
-    state = outlines.scene(3)
-    outlines.start(lmp, tmp_path, state, EVAPORATE)
-    left = set(lmp.numpy.extract_atom("molecule")[: lmp.extract_global("nlocal")])
-    assert len(left) < len(state.outlines)
-    remains = replace(state, outlines=[o for m, o in enumerate(state.outlines, start=1) if m in left])
-    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(remains), rel=1e-12)
-
-
 CHAIN = r"molecule 1 \(atom \d+\) make an open chain"
 TANGLE = r"molecule 1 \(atom \d+\) branch"
 OPEN = "group one id 12 13\ndelete_bonds one bond 1\n"
@@ -229,13 +219,6 @@ def test_other_molecules_are_left_to_other_styles(lmp, tmp_path, hybrid):
     points = 3.0 * np.sum((0.9 - d[touch]) ** 2)
     tension = outlines.GAMMA * sum(np.sum(outlines.lengths(o)) for o in wall)
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(rings) + tension + points, rel=1e-12)
-
-
-def test_without_hybrid_other_molecules_are_refused(lmp, tmp_path):
-    """One line, with the remedy."""
-    outlines.start(lmp, tmp_path, outlines.scene(7), "pair_style circuloline 0.25 0.8 disks 3\npair_coeff * * 1.0")
-    with pytest.raises(Exception, match="circuloline"):
-        lmp.command("run 0")
 
 
 @RANKS

@@ -148,13 +148,6 @@ def test_fast_flow_without_sliding_drag_survives(tmp_path, disks):
     assert max(row["energy"] for row in rows) < 0.1
 
 
-def test_fixes_that_push_nothing_are_welcome(tmp_path, disks):
-    with Flow(tmp_path, disks, "rate 1e-2 stop 1") as flow:
-        for line in ("fix flat all enforce2d", "variable s equal f_flow[2]", "fix mean all ave/time 1 1 1 v_s"):
-            flow.lmp.command(line)
-        assert flow.run()["strain"] == pytest.approx(1e-2)
-
-
 def test_dumps_at_given_times(tmp_path, disks):
     """Steps have any length: LAMMPS must be told of each."""
     path = tmp_path / "flow.dump"

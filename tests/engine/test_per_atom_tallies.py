@@ -137,17 +137,3 @@ def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
     outlines.start(lmp, tmp_path, state.shifted(np.array(shift)), TALLIES + "run 0\n")
     close(per_atom(lmp, "of_fix"), -area_parts(state)[:, 1:])
     close(per_atom(lmp, "of_pair"), -contact_parts(state)[:, 1:])
-
-
-def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
-    """Net force and torque on each; with a rest area that the vertices have from their first one on."""
-    state = outlines.scene(14, foreign=False)
-    outlines.start(lmp, tmp_path, state, "bond_coeff * 0.0\npair_coeff * * 0.0\nrun 0\n")
-    order = np.argsort(lmp.numpy.extract_atom("id")[: lmp.extract_global("nlocal")])
-    forces = lmp.numpy.extract_atom("f")[order]
-    assert np.abs(forces).max() > 0.1
-    for start, o in zip(state.starts, state.outlines, strict=False):
-        own = forces[start : start + len(o.points)]
-        r = o.points - o.points.mean(axis=0)
-        assert np.abs(own.sum(axis=0)).max() < 1e-13
-        assert abs(np.sum(r[:, 0] * own[:, 1] - r[:, 1] * own[:, 0])) < 1e-13

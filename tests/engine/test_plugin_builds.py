@@ -125,15 +125,6 @@ def test_an_installation(build, tmp_path):
 
 
 @slow
-def test_a_folder_without_lammps_is_refused(tmp_path):
-    """By CMake, with the folder."""
-    line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build", f"-DLAMMPS_PREFIX={tmp_path}"]
-    done = subprocess.run([str(word) for word in line], capture_output=True, text=True, timeout=60, check=False)
-    message = " ".join(done.stderr.split())
-    assert done.returncode != 0 and f"{tmp_path}: is LAMMPS installed there?" in message
-
-
-@slow
 def test_an_installation_that_hides_its_update_must_be_told(tmp_path):
     """Installations up to 29Aug2024 say 20240829, whatever their update."""
     (tmp_path / "include").mkdir()
@@ -215,19 +206,6 @@ def test_every_file_compiles_beside_lammps_alone(package, compile, options):
     assert len(complaints) > 10
     assert not any(complaints.values()), complaints
     assert "citeme->add" in (package / "src" / "POLYGON" / "pair_circuloline.cpp").read_text()
-
-
-def test_every_style_registers_itself(package, compile, tmp_path):
-    styles = {"Pair": 1, "Bond": 1, "Fix": 2, "Compute": 3}
-    headers = [*(package / "src" / "POLYGON").glob("*.h")]
-    for kind, wanted in styles.items():
-        own = [path for path in headers if f"#ifdef {kind.upper()}_CLASS" in path.read_text()]
-        includes = "".join(f'#include "{path}"\n' for path in own)
-        (tmp_path / "all.cpp").write_text(
-            f"#define {kind.upper()}_CLASS\n#define {kind}Style(key, Class) static_assert(sizeof(#key))\n{includes}"
-        )
-        assert len(own) == wanted
-        assert not compile(tmp_path / "all.cpp")
 
 
 def test_no_exception_leaves_a_kernel():

@@ -125,12 +125,6 @@ def test_what_is_loose_comes_apart_and_what_is_followed_keeps_its_contacts():
     assert loose.energy <= DESCENT.loose and loose.phi == pytest.approx(0.6)
 
 
-def test_rigid_droplets_of_free_ones_are_those():
-    state = overlapping()
-    again = RigidDroplets.of(state.packing())
-    assert again.packing().positions == pytest.approx(state.packing().positions, abs=1e-12)
-
-
 def test_crossed_outlines_are_refused():
     state = overlapping()
     state.coordinates[1, :2] = state.coordinates[0, :2] + [0.2, 0.1]

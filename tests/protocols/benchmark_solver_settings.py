@@ -54,42 +54,27 @@ def _sweep(onset, **how):
 
 
 class Work:
-    """Counts of what costs time."""
+    """Counts of what costs time: force evaluations, and factorisations of a Hessian."""
 
     def __init__(self, monkeypatch):
         self.forces = self.factors = 0
-        forces_at, minimize, factorise = Session.forces_at, Session.minimize, newton.factorise
-        border_step, descend = border_newton._step, Session.descend
+        self._count(monkeypatch, border_newton, "_step", lambda *_: (0, 1))
+        self._count(monkeypatch, newton, "factorise", lambda *_: (0, 1))
+        self._count(monkeypatch, Session, "forces_at", lambda *_: (1, 0))
+        self._count(monkeypatch, Session, "minimize", lambda session, before, _: (session.steps() - before, 0))
+        self._count(monkeypatch, Session, "descend", lambda _, __, found: (found.forces, found.factors))
 
-        def count_forces(session, positions):
-            self.forces += 1
-            return forces_at(session, positions)
+    def _count(self, monkeypatch, place, name, cost):
+        function = getattr(place, name)
 
-        def count_steps(session, *args, **how):
-            before = session.steps()
-            state = minimize(session, *args, **how)
-            self.forces += session.steps() - before
-            return state
-
-        def count_factors(*arguments):
-            self.factors += 1
-            return factorise(*arguments)
-
-        def count_descent(session, numbers):
-            found = descend(session, numbers)
-            self.forces += found.forces
-            self.factors += found.factors
+        def call(first, *args, **how):
+            before = first.steps() if isinstance(first, Session) else 0
+            found = function(first, *args, **how)
+            forces, factors = cost(first, before, found)
+            self.forces, self.factors = self.forces + forces, self.factors + factors
             return found
 
-        def count_border(*arguments):
-            self.factors += 1
-            return border_step(*arguments)
-
-        monkeypatch.setattr(border_newton, "_step", count_border)
-        monkeypatch.setattr(Session, "forces_at", count_forces)
-        monkeypatch.setattr(Session, "minimize", count_steps)
-        monkeypatch.setattr(Session, "descend", count_descent)
-        monkeypatch.setattr(newton, "factorise", count_factors)
+        monkeypatch.setattr(place, name, call)
 
 
 def _measure(kinds, settings):

@@ -26,22 +26,6 @@ def unlike(one, two):
     return np.abs(move - move.mean(axis=0)).max()
 
 
-@pytest.mark.parametrize(("step", "nearest"), [(0.02, 1e-5), (0.02, 1e-3), (1e-3, 1e-6), (0.01, 0.01), (0.01, 0.009)])
-@pytest.mark.parametrize("to", [1.0, 0.68])
-def test_grid_is_log_spaced_and_then_linear(to, step, nearest):
-    """Five states per decade of distance from `nearest` on until they lie `step` apart; never further."""
-    distances = np.sign(to - 0.84) * (grid(0.84, to, step, nearest) - 0.84)
-    assert distances[0] == pytest.approx(nearest, rel=1e-6)
-    gaps = np.diff(distances)
-    assert np.all(gaps > 0) and gaps.max() <= step * (1 + 1e-9)
-    growing = np.flatnonzero(gaps < step * (1 - 1e-6))
-    growing = growing[growing < len(gaps) - 1]  # the last interval is what is left
-    assert np.array_equal(growing, np.arange(len(growing)))  # first the growing ones, then the others
-    assert distances[1 : len(growing) + 1] / distances[: len(growing)] == pytest.approx(10**0.2, rel=1e-6)
-    assert distances[len(growing)] * (10**0.2 - 1) >= step * (1 - 1e-6)  # the next one would be wider than a step
-    assert distances[-1] == pytest.approx(0.16, rel=1e-14)
-
-
 def test_grid_ends_exactly():
     """No state beyond `to`, none twice; a whole number of steps but for rounding gives no sliver at the end."""
     for to, step, nearest in ((0.845, 0.02, None), (0.845, 0.02, 0.01), (0.835, 0.005, 0.005)):
@@ -96,25 +80,6 @@ def test_followed_basin_is_that_of_small_steps(start):
         assert np.array_equal(jamlab.contacts(one).pairs, jamlab.contacts(two).pairs)
         assert 0 < one.provenance["step_error"] <= 1e-2
         assert "step_error" not in two.provenance
-
-
-def test_step_error_is_bounded_or_the_basin_ended(start):
-    """A tighter bound is met by shorter steps; the state is the same."""
-    how = {"to": start.phi + 2e-3, "step": 2e-3, "by": "phi"}
-    rough, fine = (next(jamlab.compress(start, **how, error=error)) for error in (3e-2, 1e-3))
-    assert fine.provenance["step_error"] <= 1e-3 < rough.provenance["step_error"] <= 3e-2
-    assert unlike(rough, fine) < 1e-9
-
-
-@pytest.mark.slow
-def test_jump_to_another_basin_shows():
-    """No step is short enough for it: the error says so, and the energy does not come back on the way down."""
-    p = jamlab.pack(32, 1e-3, seed=4)
-    (jumped,) = jamlab.compress(p, p.phi + 0.01, 0.01, by="phi", error=1e-2)
-    assert jumped.provenance["step_error"] > 1e-2
-    assert jumped.converged is True
-    *_, back = jamlab.compress(jumped, p.phi, 1e-3, by="phi")
-    assert jamlab.evaluate(back).energy < 0.99 * jamlab.evaluate(p).energy
 
 
 @pytest.mark.parametrize("by", ["phi", "rho"])

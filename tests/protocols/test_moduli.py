@@ -49,26 +49,6 @@ def test_average_is_the_mean_over_angles(packing, method):
     assert np.ptp(values) > 1e-3 * np.mean(values)
 
 
-def test_what_has_no_modulus_is_refused(random_disks, packings):
-    """Not at a minimum; not jammed; unknown method."""
-    places = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
-    square = jamlab.Packing("sp", 4 * np.eye(2), places, {"k": 1.0}, "k", np.full(16, 1.1))  # in balance, but buckles
-    assert jamlab.evaluate(square).max_force < 1e-14
-    for modulus in (jamlab.shear_modulus, lambda p: jamlab.complex_modulus(p, [1.0])):
-        with pytest.raises(jamlab.ConvergenceError):
-            modulus(square)
-        with pytest.raises(jamlab.ConvergenceError):
-            modulus(random_disks(0.0, phi=1.1))
-    loose = packings["near"].with_state(box=2 * packings["near"].box, positions=2 * packings["near"].positions)
-    with pytest.raises(jamlab.ConvergenceError):
-        jamlab.shear_modulus(loose)
-    with pytest.raises(jamlab.InputError):
-        jamlab.shear_modulus(packings["near"], "guess")
-    for angle in ("x", np.nan, [[0.0]]):
-        with pytest.raises(jamlab.InputError):
-            jamlab.shear_modulus(packings["near"], angle=angle)
-
-
 def triangular(pressed):
     """4 x 6 unit disks of stiffness 2 at distance a = 1 - pressed, and a."""
     a = 1 - pressed
@@ -137,20 +117,6 @@ def test_strain_is_halved_until_no_contact_changes():
     p, a = triangular(1e-6)
     assert jamlab.bulk_modulus(p, "finite-strain", strain=1e-3) == pytest.approx(np.sqrt(3) / a, rel=1e-5)
     assert jamlab.shear_modulus(p, "finite-strain", strain=1e-3) == pytest.approx(np.sqrt(3) / 2, rel=1e-5)
-
-
-def test_a_packing_at_onset_is_at_rest_in_any_unit_of_length():
-    """Forces are compared with pressure times size; what is not at rest is not at rest in any unit either."""
-    p = jamlab.jam(n=16, seed=1)
-    pushed = p.with_state(positions=p.positions + np.random.default_rng(0).normal(size=p.positions.shape) * 1e-8)
-    for scale in (1e-6, 1e3, 1e6):
-        at_rest, moving = (
-            q.with_state(**{name: scale * getattr(q, name) for name in ("positions", "box", "diameters")})
-            for q in (p, pushed)
-        )
-        assert jamlab.shear_modulus(at_rest) * scale**2 == pytest.approx(jamlab.shear_modulus(p), rel=1e-9)
-        with pytest.raises(jamlab.ConvergenceError):
-            jamlab.shear_modulus(moving)
 
 
 def test_a_droplet_squeezed_by_two_others_bears_load():

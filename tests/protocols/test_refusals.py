@@ -123,3 +123,18 @@ def test_droplets_are_refused_where_disks_are_meant(dp_onset):
     ):
         with pytest.raises(jamlab.InputError):
             call()
+
+
+def test_what_has_no_modulus_is_refused(random_disks, sp_jammed):
+    """In balance, but buckling; not at a minimum; not jammed."""
+    places = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    square = jamlab.Packing("sp", 4 * np.eye(2), places, {"k": 1.0}, "k", np.full(16, 1.1))
+    assert jamlab.evaluate(square).max_force < 1e-14
+    loose = sp_jammed.with_state(box=2 * sp_jammed.box, positions=2 * sp_jammed.positions)
+    for packing in (square, random_disks(phi=1.1), loose):
+        for modulus in (jamlab.shear_modulus, lambda p: jamlab.complex_modulus(p, [1.0])):
+            with pytest.raises(jamlab.ConvergenceError):
+                modulus(packing)
+        if packing is not square:
+            with pytest.raises(jamlab.ConvergenceError):
+                jamlab.bulk_modulus(packing)

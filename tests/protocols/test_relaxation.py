@@ -146,52 +146,11 @@ def test_what_moves_particles_or_the_box_clears_the_mark(onset):
     assert p.with_state(onset=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
 
 
-def test_state_of_the_minimum_goes_through_files(tmp_path):
-    p = jamlab.pack(n=8, pressure=1e-2, seed=1, ensemble="shear-stabilized")
-    loose = at_phi(p, 0.9)
-    jamlab.write(tmp_path / "two.h5", [p, loose])
-    first, second = jamlab.read_all(tmp_path / "two.h5")
-    assert (first.ensemble, first.converged, first.max_force) == ("shear-stabilized", True, p.max_force)
-    assert (second.ensemble, second.converged, second.max_force) == ("shear-stabilized", False, None)
-    assert first.provenance == p.provenance and second.provenance == loose.provenance
-    np.testing.assert_array_equal(first.positions, p.positions)
-
-
 USUAL = jamlab.SolverSettings()
-MADE = {
-    "disks": lambda how: jamlab.jam(n=16, seed=1, settings=how),
-    "pressed": lambda how: jamlab.pack(n=16, pressure=1e-2, seed=1, settings=how),
-    "sheared": lambda how: jamlab.jam("dp", n=8, seed=1, ensemble="shear-stabilized", settings=how),
-}
 
 
 def changed(solver, **numbers):
     return replace(USUAL, **{solver: replace(getattr(USUAL, solver), **numbers)})
-
-
-@pytest.mark.parametrize(
-    ("made", "solver", "numbers"),
-    [
-        ("disks", "onset", {"decompressions": 0}),
-        ("pressed", "pressure", {"ladder": ((3e-2, 0.0),)}),
-        ("pressed", "box_relaxation", {"rounds": 0}),
-        ("pressed", "border", {"last_shift": 0.0}),
-        # a box that may not shear keeps its stress
-        pytest.param("sheared", "box_shear", {"steps": 0}, marks=pytest.mark.slow),
-    ],
-)
-def test_numbers_that_no_solver_can_work_with_end_the_work(made, solver, numbers):
-    assert made == "sheared" or MADE[made](USUAL).converged
-    with pytest.raises(jamlab.ConvergenceError):
-        MADE[made](changed(solver, **numbers))
-
-
-def test_a_sweep_without_secants_misses_its_packing_fraction():
-    onset = jamlab.jam(n=16, seed=1)
-    (state,) = jamlab.compress(onset, 0.87, 0.1, settings=changed("sweep", secant_steps=1))
-    assert not state.on_target
-    (state,) = jamlab.compress(onset, 0.87, 0.1)
-    assert state.on_target
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])

@@ -118,14 +118,6 @@ def test_a_packing_of_80_sizes_is_that_of_plain_loops(many):
     assert record["law"] == "given" and record["smallest"] == 0.2 and record["largest"] == 2.0
 
 
-def test_doubling_the_cell_changes_nothing(many):
-    four = assert_doubling_changes_nothing(many)
-    # without prestress, since of four cells it makes longer modes unstable
-    moduli = [jamlab.complex_modulus(p, [0.1], prestress=False) for p in (many, four)]
-    assert moduli[1].storage[0] == pytest.approx(moduli[0].storage[0], rel=1e-10)
-    assert moduli[1].loss[0] == pytest.approx(moduli[0].loss[0], rel=1e-10)
-
-
 @pytest.mark.parametrize("units", ["eps", "k"])
 @pytest.mark.parametrize("exponent", [2.0, 2.5])
 def test_diameters_by_disk_and_by_type_are_one_law(monkeypatch, units, exponent):
@@ -145,15 +137,6 @@ def test_few_disks_jam(n):
     assert onset.n == n and onset.converged and 0 < jamlab.evaluate(onset).energy < 1e-12
     packed = jamlab.pack(n=n, pressure=1e-3, seed=1, sizes="lognormal:0.3")
     assert jamlab.evaluate(packed).pressure == pytest.approx(1e-3, rel=1e-6)
-
-
-def test_diameters_from_a_file(tmp_path):
-    path = tmp_path / "diameters.txt"
-    path.write_text("1.0\n1.25\n0.75, 1.0 1.5\n")
-    assert random_disks(5, 1, phi=0.2, sizes=f"from-file:{path}").diameters.tolist() == [1.0, 1.25, 0.75, 1.0, 1.5]
-    path.write_text("1.0 wide")
-    with pytest.raises(jamlab.InputError, match="wide"):
-        jamlab.pack(n=2, pressure=1e-3, sizes=f"from-file:{path}")
 
 
 TEN_SIZES = np.geomspace(0.2, 2.0, 10)
