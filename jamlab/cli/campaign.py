@@ -163,9 +163,9 @@ def run(
     dry_run: Dry = False,
     as_json: Json = False,
 ) -> None:
-    """Run the tasks that are left; go on after a stop.
+    """Run the remaining tasks.
 
-    Stop it at any time, and run it again to go on.
+    Stop it at any time; the same command resumes it.
     """
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.tasks import batches
@@ -224,7 +224,7 @@ def _print_failure(outcome: "Outcome") -> None:
 
 
 def _describe(campaign: "Campaign", chosen: "list[Batch]") -> str:
-    """How many tasks are finished, of at most how many if `until` decides, and what goes on with them."""
+    """How many tasks are finished, of at most how many if `until` decides, and what resumes them."""
     from jamlab.campaign.tasks import task_names
 
     names = task_names(chosen)
@@ -233,7 +233,7 @@ def _describe(campaign: "Campaign", chosen: "list[Batch]") -> str:
     elsewhere = "" if path in (campaign.file.parent, campaign.file.parent / campaign.name) else f" --out {path}"
     return (
         f"{len(names & campaign.folder.finished())} of {most}{len(names)} tasks are finished in {path}; "
-        f"`jamlab campaign resume {campaign.file}{elsewhere}` goes on"
+        f"`jamlab campaign resume {campaign.file}{elsewhere}` resumes"
     )
 
 

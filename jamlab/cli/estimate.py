@@ -11,7 +11,7 @@ from jamlab.cli.options import Json, Seed
 
 def estimate(
     quantity: Annotated[str, typer.Argument(help="z, g, b, rho-J, a or void_sides.")],
-    error: Annotated[float, typer.Option(help="Half the width wanted of the 95 % interval, in the quantity's unit.")],
+    error: Annotated[float, typer.Option(help="Target half-width of the 95 % interval, in the quantity's unit.")],
     rho: Annotated[float | None, typer.Option(help="True packing fraction, 0.84 to 0.98; not used for rho-J.")] = None,
     seed: Seed = 1,
     model: Annotated[str, typer.Option(help="auto, or sp or dp: disks or droplets only.")] = "auto",
@@ -19,7 +19,7 @@ def estimate(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the plan and its cost, and make nothing.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Estimate a mean over packings of droplets to an error, from the cheapest packings that give it."""
+    """Estimate a mean over packings of droplets to a requested uncertainty, from the cheapest packings."""
     from jamlab.estimates.estimate import estimate as run
     from jamlab.estimates.options import Why
 

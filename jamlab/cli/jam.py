@@ -88,7 +88,7 @@ def compress(
     step: Annotated[float, typer.Option(help="Distance between two states.")] = 0.01,
     by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
     nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
-    error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
+    error: Annotated[float | None, typer.Option(help="Adapt steps to this relative error of pressure.")] = None,
     frame: options.Frame = -1,
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,

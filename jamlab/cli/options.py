@@ -24,7 +24,7 @@ def written_as(*kinds: str) -> Callable[..., Path | None]:
     return check
 
 
-Beta = Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")]
+Beta = Annotated[float, typer.Option(help="Contact damping: ratio of tangential to normal damping.")]
 Alpha = Annotated[float, typer.Option(help="Contact damping: power of the velocity, 0.4 to 1; films: 0.5, 0.667.")]
 Tau = Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")]
 Stokes = Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")]
@@ -60,7 +60,7 @@ Law = Annotated[
 ]
 N = Annotated[int, typer.Option("--n", help="Number of particles; even unless --large or --sizes says otherwise.")]
 Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
-Large = Annotated[float, typer.Option(help="Number share of the large particles.")]
+Large = Annotated[float, typer.Option(help="Number fraction of large particles.")]
 Sizes = Annotated[
     str | None,
     typer.Option(
@@ -74,5 +74,5 @@ Force = Annotated[bool, typer.Option("--force", help="Replace files that are the
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
 Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]
-Ranks = Annotated[int, typer.Option(help="Processors for one minimisation of disks; pays from about 10 000.")]
+Ranks = Annotated[int, typer.Option(help="Processors per minimisation (disks; useful above about 10 000).")]
 Tolerance = Annotated[float | None, typer.Option(help="Largest force at a minimum; default 1e-12, droplets 1e-10.")]

@@ -146,7 +146,7 @@ class Stop(StrEnum):
     """Why no more packings were made."""
 
     MET = "the interval is met"
-    WAY = "the way is known no better: more packings would not help, another model would"
+    WAY = "the calibration of this way limits the error: more packings do not help, another model does"
     SCATTER = "packings scatter more than the table says"
     PLANNED = "nothing was made"
 
@@ -183,8 +183,8 @@ class Sample:
             tried, good = len(self.values), len(self.good)
             if tried >= _TRIED and good < _LEAST_SHARE * tried:
                 raise ConvergenceError(
-                    f"only {good} of {tried} packings have {self.quantity} at rho = {self.rho:g}: most jam "
-                    "above it; take a higher one"
+                    f"only {good} of {tried} packings have {self.quantity} at rho = {self.rho:g}, where most are still "
+                    "unjammed: increase rho"
                 )
 
     def half_width(self) -> float:
@@ -218,7 +218,7 @@ class Estimate:
         error: half the width of its 95 % interval; of the scatter of the packings and of what is known of their way.
         met: whether `error` is at most the one asked for.
         packings: that the mean is over.
-        left_out: seeds without a value: they jam above rho, came loose, are not stable, or failed.
+        left_out: seeds without a value: unjammed at rho, not stable, or failed.
         seconds: CPU time that it took.
         choice: what it followed: way, number of packings, correction, expected cost, and the options there were.
         values: (packings,) of the packings as made, without the correction of the plan.

@@ -33,7 +33,7 @@ from jamlab.statistics.confidence import bend, between, neighbours
 
 HANDOVER = 0.88  # rho from which disks and droplets part (Boromand et al., fig 5)
 STEP = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
-OFF_TARGET = 1e-3  # of rho: a packing that jumps farther from the packing fraction asked for is left out
+OFF_TARGET = 1e-3  # of rho: a packing that rearranges farther from the packing fraction asked for is left out
 ONSET = "rho-J"  # true packing fraction at jamming onset, of packings that have no rho
 _MEASURED = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides"}  # of `jamlab.measure`
 
@@ -129,7 +129,7 @@ def value_at(packing: Packing, quantity: str) -> float:
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
     """Measure some quantities of a packing. a is the mean shape factor above that of a free particle, A - A_J; the
-    others are those of `jamlab.measure`. All are nan in a packing that came loose."""
+    others are those of `jamlab.measure`. All are nan in an unjammed packing."""
     row = measure(packing, {"z", *(_MEASURED[name] for name in quantities)})
     found = {name: row[_MEASURED[name]] for name in quantities}
     if "a" in found:
@@ -161,7 +161,7 @@ def _require_reached(packing: Packing, rho: float | None) -> Packing:
     if not packing.converged:
         raise ConvergenceError(f"{packing.model} state at phi = {packing.phi:.4f} did not converge")
     if rho is not None and abs(packing_fraction(packing) - rho) > OFF_TARGET:
-        raise ConvergenceError(f"the packing jumps from rho = {rho:.4f} to {packing_fraction(packing):.4f}")
+        raise ConvergenceError(f"the packing rearranged: rho changed from {rho:.4f} to {packing_fraction(packing):.4f}")
     return packing
 
 

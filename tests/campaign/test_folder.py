@@ -55,20 +55,20 @@ def test_status_adds_up_what_the_finished_tasks_took(full, tmp_path):
     assert sum(s.seconds for s in left.sweeps) == pytest.approx(sum(f.seconds for f in files[1:]))
 
 
-@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "other", "foreign"])
+@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "other", "foreign", "folder"])
 def test_damaged_files_are_found(full, harm, tmp_path):
     name, other = full.finished()[:2]
     content = full.folder.task_file(name).read_bytes()
-    middle = len(content) // 2
+    middle, file = len(content) // 2, tmp_path / "harmed.h5"
     harmed = {
         "cut": content[:middle],
         "flip": content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :],
         "empty": b"",
         "other": full.folder.task_file(other).read_bytes(),
         "foreign": b"hello" * 1000,
-    }[harm]
-    (tmp_path / "harmed.h5").write_bytes(harmed)
-    assert damage(tmp_path / "harmed.h5", name)
+    }
+    file.write_bytes(harmed[harm]) if harm in harmed else file.mkdir()
+    assert damage(file, name)
     assert damage(full.folder.task_file(name), name) is None
 
 
@@ -118,22 +118,6 @@ def test_a_sweep_that_breaks_off_keeps_its_states_and_says_so(tmp_path, monkeypa
     assert len(campaign.table("states")) == 2
     (line,) = campaign.status(verify=True).gaps.values()
     assert line == "sp n=8 seed=1 lacks states after 1: LAMMPS stopped"
-
-
-def test_pressures_that_are_not_met(tmp_path, monkeypatch):
-    def fussy(n, pressure, seed, **how):
-        if pressure < 1e-2:
-            raise jamlab.ConvergenceError("not met")
-        return jamlab.pack(n, pressure, seed, **how)
-
-    monkeypatch.setattr(sweep_states, "pack", fussy)
-    path = written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2, 1e-3])
-    campaign = jamlab.open_campaign(path)
-    assert run_here(campaign)[0][0] == "finished"
-    assert campaign.table("states")["target_pressure"].tolist() == [1e-2]
-    assert list(campaign.status(verify=True).gaps.values()) == ["sp n=8 seed=1 lacks pressure 0.001: not met"]
-    alone = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-3]))
-    assert run_here(alone)[0][0] == "failed"
 
 
 def test_pressures_one_from_the_other(tmp_path, monkeypatch):
@@ -292,27 +276,27 @@ def _make_link(path, target):
 
 
 @pytest.mark.parametrize(
-    ("harm", "message"),
+    "harm",
     [
-        (lambda folder, other: (folder / "lock").mkdir(), "cannot open the lock .*lock: Is a directory"),
-        (lambda folder, other: (folder / "lock").symlink_to(other), "cannot open the lock"),
-        (lambda folder, other: os.mkfifo(folder / "lock"), "cannot open the lock .*: it is not a file"),
-        (lambda folder, other: _make_link(folder / "tasks", other), "is a link out of the campaign folder"),
-        (lambda folder, other: _make_link(folder / "failed", other), "is a link out of the campaign folder"),
-        (lambda folder, other: (folder / "campaign.toml").symlink_to(other), "is a link out of the campaign folder"),
-        (lambda folder, other: (folder / "campaign.toml").mkdir(), "cannot write .*: it is a folder"),
-        (lambda folder, other: (folder / "tasks").write_text(""), "cannot make the folder"),
-        (lambda folder, other: (folder / "tasks").symlink_to("/dev/full"), "is a link out of the campaign folder"),
+        lambda folder, other: (folder / "lock").mkdir(),
+        lambda folder, other: (folder / "lock").symlink_to(other),
+        lambda folder, other: os.mkfifo(folder / "lock"),
+        lambda folder, other: _make_link(folder / "tasks", other),
+        lambda folder, other: _make_link(folder / "failed", other),
+        lambda folder, other: (folder / "campaign.toml").symlink_to(other),
+        lambda folder, other: (folder / "campaign.toml").mkdir(),
+        lambda folder, other: (folder / "tasks").write_text(""),
+        lambda folder, other: (folder / "tasks").symlink_to("/dev/full"),
     ],
 )
-def test_a_folder_that_holds_something_else_is_one_line(tmp_path, harm, message):
+def test_a_folder_that_holds_something_else_is_one_line(tmp_path, harm):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaign.folder.path.mkdir()
     other = tmp_path / "other"
     harm(campaign.folder.path, other)
-    with pytest.raises(StorageError, match=message) as caught:
+    with pytest.raises(StorageError) as caught:
         campaign.run(1)
-    assert "\n" not in str(caught.value)
+    assert "\n" not in str(caught.value) and str(campaign.folder.path) in str(caught.value)
     assert not other.exists() or not list(other.iterdir())
 
 
@@ -324,19 +308,6 @@ def test_a_task_that_is_a_link_out_of_the_folder_is_not_written(tmp_path):
     outcome = run_task(str(campaign.folder.path), task)
     assert outcome.state == "full" and "is a link out of the campaign folder" in outcome.line
     assert not (tmp_path / "elsewhere").exists()
-
-
-def test_a_folder_in_the_place_of_a_task_is_moved_aside(full, tmp_path):
-    shutil.copytree(full.folder.path, tmp_path / "c")
-    campaign = jamlab.open_campaign(tmp_path / "c")
-    name = campaign.finished()[0]
-    campaign.folder.task_file(name).unlink()
-    campaign.folder.task_file(name).mkdir()
-    assert campaign.status(verify=True).damaged == {name: "a folder or a device, not a file"}
-    with pytest.raises(StorageError, match=name):
-        campaign.table("states")
-    assert campaign.folder.move_aside(name).is_dir()
-    assert name not in campaign.finished()
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")

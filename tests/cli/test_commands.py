@@ -141,15 +141,6 @@ def test_a_new_campaign_file_can_be_planned_and_is_never_replaced(tmp_path):
     assert done.exit_code == 1 and "c.toml exists" in done.stderr and (tmp_path / "c.toml").read_text() == "mine"
 
 
-@pytest.mark.slow
-def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
-    done = call(tmp_path, "jam", "--n", "8", "--seed", "2", "--ensemble", "shear-stabilized", "--json")
-    assert done.exit_code == 0, done.stderr
-    sweep = ("compress", "onset.h5", "--to", "0.86", "--by", "phi", "--nearest", "5e-3", "--error", "0.5", "--json")
-    assert call(tmp_path, *sweep).exit_code == 0
-    assert all(p.ensemble == "shear-stabilized" for p in jamlab.read_all(tmp_path / "sweep.h5"))
-
-
 def test_compress_and_analyze_agree(packed, tmp_path):
     path, _ = packed
     done = call(tmp_path, "compress", str(path), "--to", "0.9", "--step", "0.02", "--out", "sweep.h5", "--json")

@@ -148,7 +148,7 @@ def test_seeds_without_a_value_are_made_up_for_and_nearly_none_is_refused():
     rng = np.random.default_rng(4)
     found, _ = filled(plan, 0.1, lambda n: [(4.3 if rng.random() < 0.5 else np.nan, 1.0) for _ in range(n)])
     assert len(found.good) >= plan.choice.packings and found.seconds == len(found.values) > len(found.good)
-    with pytest.raises(jamlab.ConvergenceError, match="most jam above it"):
+    with pytest.raises(jamlab.ConvergenceError):
         filled(plan, 0.1, lambda n: [(np.nan, 1.0)] * n)
 
 

@@ -243,13 +243,3 @@ def test_one_state_needs_no_slider_and_several_explorers_share_a_page(browser, s
     browser.run("document.querySelectorAll('.explorer')[1].explorer.show(1)")
     assert each("section.explorer.current") == [0, 1]
     assert "[k]" in browser.element(".numbers").text and browser.errors() == []
-
-
-def test_many_sizes_have_a_bar_of_colours_and_two_have_not(browser, sweep, tmp_path):
-    many = jamlab.pack(n=9, pressure=1e-2, seed=1, sizes=np.linspace(0.5, 1.5, 9))
-    for name, packing, entries in (("many", many, ["diameter 0.500 to 1.50"]), ("two", sweep[0], ["large", "small"])):
-        jamlab.write_page(tmp_path / f"{name}.html", packing)
-        browser.open(tmp_path / f"{name}.html")
-        shown = browser.run("return [...document.querySelectorAll('.legend span')].map(entry => entry.textContent)")
-        assert [text for text in shown if text in ("large", "small") or text.startswith("diameter")] == entries
-        assert not browser.errors()
