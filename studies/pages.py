@@ -104,7 +104,16 @@ def _section(study: Study, drawing: Drawing, png: bytes, tables: EnsembleTables)
     made = f" {tables.made[study.name]}." if study.name in tables.made else ""
     verdicts = [_verdicts(drawing.claims)] if drawing.claims else []
     heading = f"{study.name}: {study.title}"
-    return Section(heading, png, f"{drawing.caption}{made}", [*verdicts, *drawing.text])
+    return Section(heading, png, f"{drawing.caption}{made}", [*verdicts, *drawing.text, *_values(drawing)])
+
+
+def _values(drawing: Drawing) -> list[TextTable]:
+    """Numbers of a figure beside those of papers, with their intervals."""
+    rows = [
+        [name, f"{one['value']:.4g}", f"{one['low']:.4g} to {one['high']:.4g}" if np.isfinite(one["low"]) else "–"]
+        for name, one in drawing.numbers.items()
+    ]
+    return [TextTable(("number", "value", "95 % interval"), rows, folded=f"{len(rows)} more numbers")] if rows else []
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

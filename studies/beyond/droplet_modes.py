@@ -44,7 +44,17 @@ def droplet_spectra(tables: EnsembleTables) -> Drawing:
         axis.set_ylim(1e-4, 30)
     for axis in (axes[0], axes[2]):
         axis.legend(fontsize=8, ncols=3, loc="upper left", framealpha=0.85)
-    out.caption = _caption(out, table)
+    contact = table[table["law"] == "contact"]
+    models = {"droplets": droplets_with(contact), "disks": contact[contact["model"] == "sp"]}
+    ends = (FRACTIONS[0], FRACTIONS[-1])
+    for what, rows in models.items():
+        out.keep(f"slow limit of G', {what}", [_static(rows, rho) for rho in ends], rho=ends)
+    _keep_exponent(out, contact[np.isclose(contact["rho"], SCANNED)])
+    counts = " and ".join(f"{rows['seed'].nunique()} packings of {what}" for what, rows in models.items())
+    out.caption = (
+        "G' (full, with 95 % bands) and G'' (dashed; under Stokes drag less that of the fluid) in a fixed box, means "
+        f"over {counts}, interpolated between states 0.01 apart."
+    )
     return out
 
 
@@ -72,38 +82,18 @@ def _draw_series(out: Drawing, axes: Any, series: Sequence[tuple[str, pd.DataFra
             out.curve(axes, f"G' {name}", omega[known], mean, label=name, **look)
 
 
-def _caption(out: Drawing, table: pd.DataFrame) -> str:
-    contact = table[table["law"] == "contact"]
-    models = {"droplets": droplets_with(contact), "disks": contact[contact["model"] == "sp"]}
-    counts = [rows["seed"].nunique() for rows in models.values()]
-    ends = (FRACTIONS[0], FRACTIONS[-1])
-    for what, rows in models.items():
-        out.keep(f"slow limit of G', {what}", [_static(rows, rho) for rho in ends], rho=ends)
-    limits = {what: [out.write(f"slow limit of G', {what}, rho = {rho:g}", 3) for rho in ends] for what in models}
-    static = "; ".join(f"{what} {' and '.join(both)}" for what, both in limits.items())
-    text = (
-        "G' (full, with 95 % bands) and G'' (dashed; under Stokes drag less that of the fluid) of "
-        f"{int(table['n'].mode()[0])} particles in a fixed box, means over {counts[0]} packings of droplets and "
-        f"{counts[1]} of disks, interpolated between states 0.01 apart. Slow limit of G' at rho = "
-        f"{ends[0]:.2f} and {ends[1]:.2f}: {static}. "
-    )
-    here = contact[np.isclose(contact["rho"], SCANNED)]
+def _keep_exponent(out: Drawing, here: pd.DataFrame) -> None:
+    """Keep the power of line tension with which the median of the slow limit of G' goes."""
     tensions = values_of(here, "gamma")
-    if len(tensions) > 2:
-        groups = [of_packings(droplets_with(here, gamma=g), "omega", "storage")[1][:, 0] for g in tensions]
+    if len(tensions) < 3:
+        return
+    groups = [of_packings(droplets_with(here, gamma=g), "omega", "storage")[1][:, 0] for g in tensions]
 
-        def exponent(drawn: list[Array]) -> float:
-            medians = [float(np.median(values)) for values in drawn]
-            return float(np.polyfit(np.log(tensions), np.log(medians), 1)[0]) if min(medians) > 0 else float("nan")
+    def exponent(drawn: list[Array]) -> float:
+        medians = [float(np.median(values)) for values in drawn]
+        return float(np.polyfit(np.log(tensions), np.log(medians), 1)[0]) if min(medians) > 0 else float("nan")
 
-        name = "exponent of the slow limit of G' in line tension"
-        out.keep(name, bootstrap(groups, exponent))
-        text += (
-            f"At rho = {SCANNED:.2f} ({min(map(len, groups))} packings and more of each) its median goes as gamma to "
-            f"the power {out.write(name)} from gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l, "
-            "which leaves the power undecided."
-        )
-    return text
+    out.keep("exponent of the slow limit of G' in line tension", bootstrap(groups, exponent))
 
 
 def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
@@ -142,14 +132,11 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
             part.annotate(name, (0.03, 0.95), xycoords="axes fraction", fontsize=9.5, va="top")
         _draw_shares(out, panels[3], rows, law)
     out.legend_above(axes[0], fontsize=10)
-    first = usual[np.isclose(usual["rho"], SHOWN[0])]
+    _keep_rates(out, table)
     out.caption = (
-        f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings. "
-        "Left: strength of modes per decade of rate, over that of all, by the motion in the modes: translation and "
-        "rotation of whole droplets, and what is left along and across their outlines. Dotted: rates that part them. "
-        f"Right: share of motions in them, with 95 % bars. Share that is translation or rotation, at rho = "
-        f"{SHOWN[0]:.2f} ({first['seed'].nunique()} packings) and {SHOWN[-1]:.2f}: "
-        f"{_write_shares(out, 'contact')} {_write_shares(out, 'stokes')} {_tensions(out, table)}"
+        f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings: "
+        "strength per decade of rate, by the motion in the modes; dotted: rates that part them. Right: share of "
+        "motions of whole droplets in them, with 95 % bars."
     )
     return out
 
@@ -202,31 +189,12 @@ def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
     label(axes, r"true packing fraction $\rho$", "share of the motion", loc="upper right")
 
 
-def _write_shares(out: Drawing, law: str) -> str:
-    """Write the shares at the ends of the range of packing fractions, relaxation by relaxation."""
-    said = []
-    for name in GROUPS[law]:
-        at = f"{DRAGS[law]}, {name}"
-        both = [f"{at}, whole droplets, rho = {rho:g}" for rho in (SHOWN[0], SHOWN[-1])]
-        if not set(both) <= set(out.values):
-            continue
-        text = f"{at} {' and '.join(map(out.write, both))}"
-        if name in OTHER:
-            motion = f"{at}, {WORDS[OTHER[name]]}"
-            first, last = (out.write(f"{motion}, rho = {rho:g}") for rho in (SHOWN[0], SHOWN[-1]))
-            text += f", {WORDS[OTHER[name]]} {first} and {last}"
-        if law == "contact":
-            text += f" (dissipation by sliding at all rho: {out.write(f'{at}, dissipation by sliding')})"
-        said.append(text)
-    return "; ".join(said) + "."
-
-
-def _tensions(out: Drawing, table: pd.DataFrame) -> str:
+def _keep_rates(out: Drawing, table: pd.DataFrame) -> None:
     """Keep how mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
     here = table[np.isclose(table["rho"], SCANNED) & (table["law"] == "contact")]
     tensions = values_of(here, "gamma")
     if len(tensions) < 3:
-        return ""
+        return
     for name in ("slow", "middle"):
         low, high = GROUPS["contact"][name]
         groups = []
@@ -236,11 +204,6 @@ def _tensions(out: Drawing, table: pd.DataFrame) -> str:
             sums = kept.assign(weighted=kept["strength"] * np.log(kept["rate"])).groupby("seed")
             groups.append(sums[["weighted", "strength"]].sum().to_numpy(dtype=np.float64))
         out.keep(f"{name}, exponent of its rate in line tension", bootstrap(groups, partial(_slope, tensions)))
-    slow, middle = (out.write(f"{name}, exponent of its rate in line tension") for name in ("slow", "middle"))
-    return (
-        f"Mean rates (of ln, by strength) under contact drag at rho = {SCANNED:.2f} go with line tension from "
-        f"{tensions[0]:g} to {tensions[-1]:g} eps/l to the power: slow {slow}, middle {middle}."
-    )
 
 
 def _slope(tensions: list[float], groups: list[Array]) -> float:

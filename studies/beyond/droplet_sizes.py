@@ -49,39 +49,12 @@ def droplet_sizes(tables: EnsembleTables) -> Drawing:
     for name, table in (("packings compressed", states), ("packings at onset", onset)):
         counts = table[table["model"] == "dp"].groupby("n")["seed"].nunique()
         out.keep(name, counts.tolist(), N=counts.index)
-    out.caption = _caption(out, sizes(states, "dp"), n)
+    out.caption = (
+        "Droplets against their number; bars and intervals: 95 % over packings. (a), (b) At fixed distances from onset."
+        f" (c) Dashed: {FEW:g} contacts more than at onset. (d) Boxes that would shear by themselves. (e) Onset, with "
+        f"a correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003). (f) Width of its distribution."
+    )
     return out
-
-
-def _caption(out: Drawing, compressed: list[int], n: list[int]) -> str:
-
-    def of_sizes(name: str, measured: list[int], form: str) -> str:
-        return ", ".join(f"{float(out.values[f'{name}, N = {m}'].value):{form}} of N = {m}" for m in measured)
-
-    parts = []
-    for letter, (column, word) in zip("ab", WORDS.items(), strict=True):
-        held = [d for d in DISTANCES[column] if f"{word}, limit, drho = {d:g}" in out.values]
-        limits = ", ".join(f"{out.write(f'{word}, limit, drho = {d:g}', 3)} at {d:g}" for d in held)
-        parts.append(f"({letter}) {word} at fixed distances from onset; limit of 1/N -> 0: {limits}.")
-    told = ", ".join(f"{out.write(f'{CROSSING}, N = {m}', 4)} for N = {m}" for m in compressed)
-    parts.append(
-        f"(c) There are {FEW:g} more contacts (dashed) at {told}: as N^-a, a = {out.write('a')}; with "
-        "fewer contacts a is another (boromand-6): undecided."
-    )
-    unstable = of_sizes(UNSTABLE, compressed, ".2f")
-    parts.append(f"(d) Boxes that would shear by themselves; 0.01 above onset {unstable}.")
-    parts.append("(e) Onset.")
-    if LIMIT in out.values:
-        parts[-1] = (
-            f"(e) Onset, with a correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003): "
-            f"{out.write(LIMIT, 4)} in the limit of many droplets."
-        )
-    parts.append(f"(f) Width of the distribution of onsets: N^-theta, theta = {out.write('theta')}.")
-    return (
-        f"Droplets against their number: (a) to (d) {of_sizes('packings compressed', compressed, '.0f')}, compressed "
-        f"from onset; (e) and (f) {of_sizes('packings at onset', n, '.0f')}, at onset; bars and intervals: 95 % over "
-        f"packings. {' '.join(parts)}"
-    )
 
 
 def _more(tables: EnsembleTables) -> pd.DataFrame:
@@ -239,15 +212,12 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
             groups.append(e.y[np.isfinite(e.y[:, at]), at])
         label(axes[k], r"$\Delta\rho$", QUANTITIES[column], loc="upper left")
         _draw_limit(out, axes[3 + k], vertices, groups, column)
-    ends = f"{vertices[-1]:.0f} less {vertices[0]:.0f} vertices"
-    limits = [(word, out.write(f"{word}, limit", 3), out.write(f"{word}, {ends}", 3)) for word in BY_VERTICES.values()]
-    said = ", ".join(f"{word} {limit} ({ends}: {change})" for word, limit, change in limits)
     made = {nv: droplets_with(table, nv_small=nv)["seed"].nunique() for nv in vertices}
     counts = ", ".join(f"{packings} with {_name(nv)}" for nv, packings in made.items())
     out.caption = (
         f"{n} droplets with more and more vertices (of small and of large ones), packings: {counts}; 95 % bands and "
-        f"bars. Below: the same at a distance of {COMPARED:g} from onset over the inverse number of vertices of small "
-        f"droplets, with a line, each mean weighted by its error; limit of many vertices, of packings so small: {said}."
+        f"bars. Below: at {COMPARED:g} from onset over the inverse number of vertices of small droplets, with a line, "
+        "each mean weighted by its error."
     )
     return out
 

@@ -11,7 +11,6 @@ from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics.bootstrap import Interval
 from studies import published_numbers as published
-from studies.claims import write_interval
 from studies.ensemble_tables import LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size, usual_law
 from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings, sampled_sizes
 from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style, style
@@ -43,24 +42,17 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
         found: Interval = out.keep(name, mean_over_packings(groups_by(table, "n", column, n)), N=n)
         return found
 
-    one, beyond, each = means("share with S = 1", "one"), means("S - 1", "more"), means("S - 1 a droplet", "more_each")
-    _draw_more(out, more, n, beyond)
-    last = _draw_shares(out, shares, table, n)
+    means("share with S = 1", "one")
+    means("S - 1 a droplet", "more_each")
+    _draw_more(out, more, n, means("S - 1", "more"))
+    _draw_shares(out, shares, table, n)
     counts = ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
     out.caption = (
-        f"Droplets at onset, taken as rigid, {counts}: (a) pairs in contact, which scatter around the 2N' - "
-        "1 of disks; (b) states of self-stress of contacts of vertices with edges, "
-        f"{int(table['self_stresses'].min())} or more in every packing, just one in {_of_sizes(one, n)}; (c) mean of "
-        f"those beyond one: {_of_sizes(beyond, n)}; a droplet {_of_sizes(each, n, 3)}; (d) for each droplet that bears "
-        f"load, N = {n[-1]}: {last}. Contacts are 3N' - 2 - F + S, with F motions left free and S states of "
-        "self-stress, a count that fixes neither; disks have F = 0 and S = 1. What states beyond one consist of: "
-        "docs/explanation/beyond_the_papers.md."
+        f"Droplets at onset, taken as rigid, {counts}: (a) pairs in contact, (b) states of self-stress of contacts of "
+        "vertices with edges, (c) mean of those beyond one, (d) for each droplet that bears load. Contacts are 3N' - 2 "
+        "- F + S, with F floppy modes and S states of self-stress; disks have F = 0 and S = 1."
     )
     return out
-
-
-def _of_sizes(mean: Interval, n: list[int], digits: int = 2) -> str:
-    return ", ".join(f"{write_interval(mean[k], digits)} of N = {m}" for k, m in enumerate(n))
 
 
 def _draw_more(out: Drawing, axes: Any, n: list[int], mean: Interval) -> None:
@@ -72,7 +64,7 @@ def _draw_more(out: Drawing, axes: Any, n: list[int], mean: Interval) -> None:
     axes.set_xlim(0, None)
 
 
-def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> str:
+def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> None:
     for k, (column, (legend, name)) in enumerate(SHARES.items()):
         mean = out.keep(f"{name}, a droplet", mean_over_packings(groups_by(table, "n", column, n)), N=n)
         out.curve(axes, name, n, mean, band=False, label=legend, **style(k))
@@ -82,7 +74,6 @@ def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> 
     label(axes, "N", "for each droplet that bears load", loc="upper left")
     axes.set_xticks(n, list(map(str, n)))
     axes.minorticks_off()
-    return ", ".join(f"{name} {out.write(f'{name}, a droplet, N = {n[-1]}', 3)}" for _, name in SHARES.values())
 
 
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
@@ -103,7 +94,6 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     usual = usual_law(table)
     out, (by_rho, by_overlap) = drawing("beyond-droplet-voids", 1, 2, 6.0, 4.4)
     scale(by_overlap, y="linear")
-    said = []
     for k, law in enumerate(laws):
         rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
         stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
@@ -117,8 +107,6 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         at = {rho: mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in KEPT}
         held = [rho for rho in KEPT if np.isfinite(at[rho].value)]
         out.keep(name, [at[rho] for rho in held], rho=held)
-        parts = ", ".join(f"{out.write(f'{name}, rho = {rho:g}')} at {rho:g}" for rho in held)
-        said.append(f"{name} ({rows['seed'].nunique()} packings): {out.write(f'{name}, at onset')} at onset, {parts}")
     overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
     out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
     for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):
@@ -131,7 +119,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     out.caption = (
         f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
         "(b) Over the area that droplets share with each other, of that of the cell; full: voids of a triangular "
-        f"lattice of equal disks that overlap. {'; '.join(said)}."
+        "lattice of equal disks that overlap."
     )
     return out
 

@@ -106,15 +106,10 @@ def draw_crystal(tables: EnsembleTables) -> Drawing:
     label(pressure, text, r"osmotic pressure  [$\gamma/R$]", loc="upper left")
     label(modulus, text, r"$G$  [$\gamma/R$]", loc="lower right")
     label(errors, "vertices of a droplet", rf"relative error at $\rho$ = {COMPARED:g}", loc="best")
-    last = max(missed)
-    worst = ", ".join(
-        f"{name} {found:.1e}" for name, found in zip(("length", "pressure", "G"), missed[last], strict=True)
-    )
     out.caption = (
         f"Hexagonal crystal of droplets with thin rims (width {LAW['delta']:g} of the root of their area) beside "
         f"the exact foam: hexagons with rounded corners, which in shear keep films at 120 degrees. (b) Dashed: dry "
-        f"foam without rims, G = {DRY:.3f} gamma/R, gamma being half the tension of a film. (c) What facets leave "
-        f"out; with {last} vertices, relative errors are: {worst}."
+        f"foam without rims, G = {DRY:.3f} gamma/R, gamma being half the tension of a film. (c) What facets leave out."
     )
     return out
 
@@ -242,12 +237,10 @@ def draw_foam(tables: EnsembleTables) -> Drawing:
     for each, of in rows.groupby("what"):
         whole = of["theirs"].abs().max() if each == "pressure" else of["theirs"]
         out.keep(f"{each}, largest relative difference", ((of["ours"] - of["theirs"]) / whole).abs().max())
-    said = ", ".join(f"{name} {found.value:.1e}" for name, found in out.values.items())
     out.caption = (
         f"{rows['seed'].nunique()} states of 16 droplets of two sizes at rho = {WET:g}, with rims of width "
-        f"{FOAM['delta']:g} l that hardly yield (one with 48 vertices did not converge), beside the dry foam of "
-        "the same topology and areas as Surface Evolver relaxes it: wet corners decorate a dry foam, and change "
-        f"neither its films nor its G. {said} (pressures over the largest)."
+        f"{FOAM['delta']:g} l that hardly yield, beside the dry foam of the same topology and areas as Surface Evolver "
+        "relaxes it: wet corners decorate a dry foam, and change neither its films nor its G."
     )
     return out
 

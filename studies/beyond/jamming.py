@@ -25,7 +25,6 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.power_laws import fit_exponent
 from studies import published_numbers as published
-from studies.claims import write_list
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings, vary_bootstrap
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
@@ -225,12 +224,9 @@ def draw_moduli(tables: EnsembleTables) -> Drawing:
         if number is not None:
             how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
             out.claim(f"exponent of {name}", found, number, family=every, how=how)
-    exponents = "; ".join(f"{name} {out.write(name)}" for name in out.values)
     out.caption = (
         f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
-        f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read. Exponents: "
-        f"{exponents}. Wyart et al. 2005 have the plateau and its end omega*, which without pre-stress is abrupt; "
-        f"how their omega* goes with contacts could not be read, and is not compared."
+        f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read."
     )
     return out
 
@@ -302,16 +298,11 @@ def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
         unlike = f"{SIZE} disks do not reach the limit of small forces and gaps: no exponent is that of both halves"
         words = {"how": "theta of bucklers, theta' of other contacts", "unlike": unlike}
         out.claim(name, found[k], number, family=every, **words)
-    said = "; ".join(
-        f"{name} {out.write(name)}, in halves of its window {write_list((h[k] for h in halves.values()), '.2f')}"
-        for k, name in enumerate(names)
-    )
     out.caption = (
         f"{len(groups[0])} packings of {SIZE} disks at onset with one state of self-stress, rattlers left out. (a) "
         f"Forces of that state; bucklers are disks with {BUCKLED} contacts. (b) Gaps of disks that do not touch. "
-        f"Lines: fits by maximum likelihood, {said}. Marginal stability asks for gamma >= 1/(2 + theta') and gamma "
-        f">= (1 - theta)/2 (Lerner et al. 2013). The numbers of Charbonneau et al. 2015 could not be read, and are "
-        f"not compared."
+        "Lines: fits by maximum likelihood. Marginal stability asks for gamma >= 1/(2 + theta') and (1 - theta)/2 "
+        "(Lerner et al. 2013)."
     )
     return out
 
@@ -336,12 +327,11 @@ def draw_protocols(tables: EnsembleTables) -> Drawing:
     label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
     cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])
     label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
-    said = "; ".join(f"{name} {out.write(name, 4)}" for name in out.values)
     out.caption = (
         f"{len(first)} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
-        "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling, "
-        f"{low} to {high}, Schreck et al. 2011. (b) Compressed above their first onset and back to where their "
-        f"pressure is gone, again and again. {said}."
+        "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling "
+        "(Schreck et al. 2011). (b) Compressed above their first onset and back to where their pressure is gone, "
+        "again and again."
     )
     return out
 

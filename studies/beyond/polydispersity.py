@@ -97,30 +97,25 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
         if len(of_sizes) >= FEWEST:
             out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
     label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
-    out.caption = _caption(out, rows)
+    _keep_ranges(out, rows)
+    counts = rows.groupby(["model", "sizes"]).size()
+    out.caption = (
+        f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each "
+        f"of {len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes. (d), "
+        f"(e) z and G, {DISTANCE:g} above onset, and (f) the mean of |G*| there; {int(rows['z'].isna().sum())} of "
+        f"{len(rows)} packings came loose on the way, or had no onset."
+    )
     return out
 
 
-def _caption(out: Drawing, rows: pd.DataFrame) -> str:
-    loose, counts = int(rows["z"].isna().sum()), rows.groupby(["model", "sizes"]).size()
+def _keep_ranges(out: Drawing, rows: pd.DataFrame) -> None:
+    """Keep the lowest and highest mean onset and z of distributions of more sizes than one."""
     means = rows[rows["width"] > 0].groupby(["model", "sizes"])[["phi_J", "z"]].mean()
-    parts = []
     for model, name in _NAMES.items():
-        of_model = means[means.index.get_level_values("model") == model]
-        said = []
         for column, word in (("phi_J", "mean onset"), ("z", "mean z")):
-            low, high = float(of_model[column].min()), float(of_model[column].max())
-            out.keep(f"{word} of {name}, lowest", low)
-            out.keep(f"{word} of {name}, highest", high)
-            said.append(f"{word} {low:.3f} to {high:.3f}")
-        parts.append(f"{name} {', '.join(said)}")
-    return (
-        f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each "
-        f"of {len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes; width 0 "
-        f"is one size. (d), (e) z and G of all of them, {DISTANCE:g} above the onset of each packing, and (f) the mean "
-        f"of |G*| there; {loose} of {len(rows)} packings came loose on the way, or had no onset. Of more sizes than "
-        f"one, from the lowest distribution to the highest: {'; '.join(parts)}."
-    )
+            values = means.xs(model, level="model")[column]
+            out.keep(f"{word} of {name}, lowest", values.min())
+            out.keep(f"{word} of {name}, highest", values.max())
 
 
 def _draw(

@@ -1,7 +1,7 @@
 """A chart of cost against error: every method at every setting of its parameter, on many packings."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from typing import Any
 
@@ -13,11 +13,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from jamlab.errors import ConvergenceError
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
 from studies.panels import Drawing
 from studies.study import Study
+from studies.tables import shortest
 
 SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a busy machine differ by
 ALIKE = 1.25  # errors within this ratio are the same: means over twenty packings
@@ -222,7 +224,27 @@ class Trial:
     cut: bool = False  # whether a limit of time ended the run, and not what it was told to reach
 
 
-COLUMNS = tuple(field.name for field in fields(Trial))
+COLUMNS = tuple(column.name for column in fields(Trial))
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One packing in one panel, on which every method is measured against the same reference."""
+
+    name: str
+    reference: Any  # what every method should give
+    reference_error: float  # its own
+    error: Callable[[Any, Any], float]  # function of what a method gives and of the reference: their difference
+    timing: Mapping[str, Any] = field(default_factory=dict)  # of `studies.tables.shortest`
+
+    def trial(self, method: str, setting: str, run: Callable[[], Any], default: bool = False) -> Trial:
+        """Measure a method with one setting; one that does not converge gives no number, and says why."""
+        try:
+            seconds, found = shortest(run, **self.timing)
+            error, note = self.error(found, self.reference), ""
+        except ConvergenceError as failed:
+            seconds, error, note = float("nan"), float("nan"), str(failed)
+        return Trial(self.name, method, setting, seconds, error, self.reference_error, default, note)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Charts of what is measured of a packing: shear modulus, true packing fraction, G*(omega), start-up of shear."""
 
+import operator
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -32,13 +33,12 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
-from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.reduced_model import SETTINGS
 from studies.campaigns.observables import APPROXIMATE
-from studies.speed_accuracy.chart import Chart, Trial
-from studies.tables import shortest
+from studies.speed_accuracy.chart import Chart, Panel, Trial
 
 _N, _DROPLETS = 64, 8
 _PRESSURES = (1e-2, 1e-4)
@@ -58,31 +58,25 @@ def measure_moduli(seed: int) -> Iterator[Trial]:
     yield from _measure_packing(f"{_DROPLETS} droplets, ρ = {_RHO}", droplets, 1e-5, seed)
 
 
-def _measure_packing(panel: str, packing: Packing, moves: float, seed: int) -> Iterator[Trial]:
+def _measure_packing(name: str, packing: Packing, moves: float, seed: int) -> Iterator[Trial]:
     start = packing.with_state(
         positions=packing.positions + moves * np.random.default_rng(seed).standard_normal(packing.positions.shape)
     )
     usual = force_tolerance(packing.model)
     loose, tight = (dense_modulus(_relax(start, tolerance)) for tolerance in _TIGHT[packing.model])
-    unsure = max(0.1 * abs(loose / tight - 1), 1e-15)
-    ways: list[tuple[str, str, bool, Callable[[], float]]] = []
+    panel = Panel(name, tight, max(0.1 * abs(loose / tight - 1), 1e-15), _relative, {"runs": 2, "budget": 0.05})
     for tolerance in _TOLERANCES[packing.model]:
-        ways.append(
-            ("linear response", f"force {tolerance:g}", tolerance == usual, partial(_modulus, start, tolerance))
-        )
-    ways.append(("affine", "", False, partial(_modulus, start, usual, "affine")))
+        run = partial(_modulus, start, tolerance)
+        yield panel.trial("linear response", f"force {tolerance:g}", run, tolerance == usual)
+    yield panel.trial("affine", "", partial(_modulus, start, usual, "affine"))
     first = float(defaults("strain")["strain" if packing.model == "sp" else "strain_droplets"])
     for strain in sorted({*_STRAINS, first}):
-        ways.append(
-            ("finite strain", f"strain {strain:g}", False, partial(_modulus, start, usual, "finite-strain", strain))
-        )
-    for method, setting, default, run in ways:
-        try:
-            seconds, g = shortest(run, runs=2, budget=0.05)
-        except ConvergenceError as error:
-            yield Trial(panel, method, setting, float("nan"), float("nan"), unsure, default, str(error))
-            continue
-        yield Trial(panel, method, setting, seconds, g / tight - 1, unsure, default)
+        run = partial(_modulus, start, usual, "finite-strain", strain)
+        yield panel.trial("finite strain", f"strain {strain:g}", run)
+
+
+def _relative(found: float, exact: float) -> float:
+    return found / exact - 1
 
 
 def _modulus(start: Packing, force: float, method: str = "linear-response", strain: float | None = None) -> float:
@@ -129,14 +123,12 @@ def measure_fractions(seed: int) -> Iterator[Trial]:
     for phi in _PHI:
         packing = _relax(random_disks(_DISKS, seed, phi=phi))
         reference = 1.0 - float(voids(packing).area.sum()) / packing.area
-        panel = f"φ = {phi:g}"
+        panel = Panel(f"φ = {phi:g}", reference, _ROUNDING, operator.sub, {"runs": 5, "budget": 0.1})
         exact_and_pairs = {name: partial(packing_fraction, method=name) for name in MODELS["sp"].fraction_methods}
         for method, fraction in (exact_and_pairs | APPROXIMATE).items():
-            seconds, rho = shortest(partial(fraction, packing), runs=5, budget=0.1)
-            yield Trial(panel, method, "", seconds, rho - reference, _ROUNDING, method == "exact")
+            yield panel.trial(method, "", partial(fraction, packing), method == "exact")
         for count in _COUNTS:
-            seconds, rho = shortest(lambda p=packing, c=count: covered(p, c, seed), runs=3, budget=0.1)  # type: ignore[misc]
-            yield Trial(panel, "random points", f"{count}", seconds, rho - reference, _ROUNDING)
+            yield panel.trial("random points", f"{count}", partial(covered, packing, count, seed))
 
 
 def covered(packing: Packing, count: int, seed: int) -> float:
@@ -167,7 +159,7 @@ _SPECTRUM_SIZES = (64, 256)
 _SPECTRUM_PRESSURE = 1e-3
 _OMEGA = np.geomspace(1e-8, 1e2, 31)
 _SHIFT_TOLERANCES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
-_KRYLOV_STEPS = (1, 2, 5, 10)
+_KRYLOV_STEPS = sorted({1, 2, 5, 10, SETTINGS.steps})
 _REFINEMENTS = 5
 
 
@@ -184,31 +176,29 @@ def measure_droplets(seed: int) -> Iterator[Trial]:
     yield from measure_spectrum("Stokes drag", droplets, StokesDrag())
 
 
-def measure_spectrum(panel: str, packing: Packing, damping: Damping) -> Iterator[Trial]:
+def measure_spectrum(name: str, packing: Packing, damping: Damping) -> Iterator[Trial]:
     """Measure every solver; nothing if the packing is unstable to shear, as it may be in a fixed box."""
     try:
         chosen = complex_modulus(packing, _OMEGA, damping).method
     except ConvergenceError:
         return
     exact, unsure = refined_modulus(packing, _OMEGA, damping)
+
+    panel = Panel(name, exact, unsure, _off_both, {"runs": 2, "budget": 0.1})
     ways = [("dense", "dense", "", SETTINGS), ("direct", "direct", "", SETTINGS)]
     for tolerance in _SHIFT_TOLERANCES:
-        ways.append(
-            ("reduced", "reduced, tolerance", f"{tolerance:g}", replace(SETTINGS, tolerance=tolerance, quiet=1))
-        )
+        settings = replace(SETTINGS, tolerance=tolerance, quiet=1)
+        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", settings))
     for steps in _KRYLOV_STEPS:
         ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", replace(SETTINGS, steps=steps)))
-    for method, name, setting, settings in ways:
-        try:
-            run = partial(complex_modulus, packing, _OMEGA, damping, method=method, settings=settings)
-            seconds, s = shortest(run, runs=2, budget=0.1)
-        except ConvergenceError as error:
-            yield Trial(panel, name, setting, float("nan"), float("nan"), unsure, note=str(error))
-            continue
-        parts = ((s.storage, exact.real), (s.loss, exact.imag))
-        off = max(float(np.abs(a / b - 1).max()) for a, b in parts)
-        default = method == chosen and setting in ("", f"{SETTINGS.steps} steps")
-        yield Trial(panel, name, setting, seconds, off, unsure, default)
+    for method, way, setting, settings in ways:
+        run = partial(complex_modulus, packing, _OMEGA, damping, method=method, settings=settings)
+        yield panel.trial(way, setting, run, method == chosen and setting in ("", f"{SETTINGS.steps} steps"))
+
+
+def _off_both(s: ComplexModulus, exact: Complex) -> float:
+    """Largest relative error of G' or G''."""
+    return max(float(np.abs(a / b - 1).max()) for a, b in ((s.storage, exact.real), (s.loss, exact.imag)))
 
 
 def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Damping) -> tuple[Complex, float]:
@@ -335,21 +325,23 @@ def measure_inertia(seed: int) -> Iterator[Trial]:
     """Measure both rates; without background drag, which disks with inertia have not."""
     packing = pack(_FLOWING, _PRESSURE, seed, ensemble="shear-stabilized")
     for rate in _RATES:
-        panel = f"rate {rate:g}/τ₁"
         try:
             check, exact = (_in_short_steps(packing, rate, longest) for longest in _LONGEST[rate])
         except ConvergenceError:
             continue  # drag is singular for this packing without background
-        unsure = _distance(check, exact)
+        panel = Panel(f"rate {rate:g}/τ₁", exact, _distance(check, exact), _distance, {"runs": 1})
         for tolerance in _STEP_ERRORS:
-            massless = partial(shear, packing, rate, _STRAIN, rows=_ROWS, tolerance=tolerance, background=0.0)
-            seconds, run = shortest(massless, runs=1)
-            off = _distance(run.stress[1:], exact)
-            yield Trial(panel, "massless", f"tolerance {tolerance:g}", seconds, off, unsure, tolerance == TOLERANCE)
+            massless = partial(_massless, packing, rate, tolerance)
+            yield panel.trial("massless", f"tolerance {tolerance:g}", massless, tolerance == TOLERANCE)
         strains = _STRAIN * np.arange(1, _ROWS + 1) / _ROWS
         for mass in _MASSES[rate]:
             stress, seconds = start_up(packing, rate, strains, mass)
-            yield Trial(panel, "small inertia", f"mass {mass:g}", seconds, _distance(stress, exact), unsure)
+            off = _distance(stress, exact)
+            yield Trial(panel.name, "small inertia", f"mass {mass:g}", seconds, off, panel.reference_error)
+
+
+def _massless(packing: Packing, rate: float, tolerance: float) -> Array:
+    return shear(packing, rate, _STRAIN, rows=_ROWS, tolerance=tolerance, background=0.0).stress[1:]
 
 
 def _in_short_steps(packing: Packing, rate: float, longest: float) -> Array:
@@ -385,41 +377,36 @@ def measure_solvers(seed: int) -> Iterator[Trial]:
         yield from _along_residual(f"{panel} and steps", disks, rate, ContactDamping(), against_steps=True)
 
 
-def _along_tolerance(panel: str, packing: Packing, rate: float, law: Damping) -> Iterator[Trial]:
-    check, exact = (_start_up(packing, rate, law, tolerance)[0] for tolerance in _PAIR)
-    unsure = _distance(check, exact)
+def _along_tolerance(name: str, packing: Packing, rate: float, law: Damping) -> Iterator[Trial]:
+    start_up = partial(_start_up, packing, rate, law)
+    check, exact = (start_up(tolerance) for tolerance in _PAIR)
+    panel = Panel(name, exact, _distance(check, exact), _distance, {"runs": 1})
     for tolerance in _SOLVER_TOLERANCES:
-        stress, seconds = _start_up(packing, rate, law, tolerance)
-        off = _distance(stress, exact)
-        yield Trial(panel, "tolerance of a step", f"{tolerance:g}", seconds, off, unsure, tolerance == TOLERANCE)
+        run = partial(start_up, tolerance)
+        yield panel.trial("tolerance of a step", f"{tolerance:g}", run, tolerance == TOLERANCE)
 
 
 def _along_residual(
-    panel: str, packing: Packing, rate: float, law: Damping, *, against_steps: bool = False
+    name: str, packing: Packing, rate: float, law: Damping, *, against_steps: bool = False
 ) -> Iterator[Trial]:
     """At the default tolerance of a step, against the tightest residual: what the solver adds to the error of steps.
-    Against the finest steps as well it is what a user gets: where contacts rearrange, steps decide."""
+    With `against_steps` against the finest steps, of which those of the default tolerance are the floor."""
     usual = float(f"{solver_residual(law, TOLERANCE, background_drag(packing, law, None)):g}")
     tolerances = _PAIR if against_steps else (TOLERANCE, TOLERANCE)
-    finest = zip(tolerances, _TIGHTEST, strict=True)
-    check, exact = (_start_up(packing, rate, law, tolerance, residual)[0] for tolerance, residual in finest)
-    unsure = _distance(check, exact)
+    start_up = partial(_start_up, packing, rate, law)
+    check, exact = (start_up(*pair) for pair in zip(tolerances, _TIGHTEST, strict=True))
+    panel = Panel(name, exact, _distance(check, exact), _distance, {"runs": 1})
     for residual in sorted({*_RESIDUALS, usual}, reverse=True):
-        stress, seconds = _start_up(packing, rate, law, TOLERANCE, residual)
-        off = _distance(stress, exact)
-        yield Trial(panel, "residual of the solver", f"{residual:g}", seconds, off, unsure, residual == usual)
+        run = partial(start_up, TOLERANCE, residual)
+        yield panel.trial("residual of the solver", f"{residual:g}", run, residual == usual)
 
 
-def _start_up(
-    packing: Packing, rate: float, law: Damping, tolerance: float, residual: float | None = None
-) -> tuple[Array, float]:
-    """(m,) shear stress, and CPU seconds; by default the residual follows the tolerance."""
-    began = time.process_time()
+def _start_up(packing: Packing, rate: float, law: Damping, tolerance: float, residual: float | None = None) -> Array:
+    """(m,) shear stress; by default the residual follows the tolerance."""
     background = background_drag(packing, law, None)
     with OverdampedSession(packing, law, tolerance, background, residual=residual) as session:
         session.drive(f"rate {rate:.17g}", _SOLVER_STRAIN / _ROWS / rate)
-        stress = np.array([session.advance().stress for _ in range(_ROWS)])
-    return stress, time.process_time() - began
+        return np.array([session.advance().stress for _ in range(_ROWS)])
 
 
 def _distance(stress: Array, exact: Array) -> float:

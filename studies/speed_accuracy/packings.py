@@ -1,5 +1,6 @@
 """Charts of what packings cost: search for onset, a pressure, vertices and contact form of droplets, an ensemble."""
 
+import operator
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -24,7 +25,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
-from studies.speed_accuracy.chart import BAND, Chart, Point, Trial, points_of
+from studies.speed_accuracy.chart import BAND, Chart, Panel, Point, Trial, points_of
 
 _N = 16
 _STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "paper": (1e-2, 3e-3, 1e-3, 3e-4)}
@@ -33,22 +34,16 @@ _PACKING, _MEAN = "onset of one packing", "mean over packings"
 
 def search_onset(seed: int) -> Iterator[Trial]:
     """Search from one random start by every step; the difference keeps its sign, so that it averages."""
-    reference, _ = _find(seed, "paper", float(defaults("onset")["step_paper"]))
+    reference = jam("sp", _N, seed, search="paper", step=float(defaults("onset")["step_paper"])).phi
+    panel = Panel(_PACKING, reference, 1e-8, operator.sub, {"runs": 1})
     for search, steps in _STEPS.items():
         for step in steps:
             default = search == "bisection" and step == float(defaults("onset")["step"])
-            phi, seconds = _find(seed, search, step)
-            note = "" if np.isfinite(phi) else "no onset found"
-            yield Trial(_PACKING, search, f"{step:g}", seconds, phi - reference, 1e-8, default, note)
+            yield panel.trial(search, f"{step:g}", partial(_find, seed, search, step), default)
 
 
-def _find(seed: int, search: str, step: float) -> tuple[float, float]:
-    began = time.process_time()
-    try:
-        phi = jam("sp", _N, seed, search=search, step=step).phi
-    except ConvergenceError:
-        phi = float("nan")
-    return phi, time.process_time() - began
+def _find(seed: int, search: str, step: float) -> float:
+    return jam("sp", _N, seed, search=search, step=step).phi
 
 
 def points_of_onsets(trials: pd.DataFrame) -> list[Point]:
@@ -99,42 +94,35 @@ _FIRE_STEPS = 50_000
 def pack_to_pressures(seed: int) -> Iterator[Trial]:
     """Measure at every pressure from one random start; the target itself is the reference."""
     for pressure in _PRESSURES:
-        panel, unsure = f"p = {pressure:g} k", 1e-16 / pressure
+        panel = Panel(f"p = {pressure:g} k", pressure, 1e-16 / pressure, lambda p, asked: p / asked - 1, {"runs": 1})
         usual = force_tolerance("sp")
         for force in (*(f * pressure for f in _PACK_FORCES), usual):
-            began = time.process_time()
-            try:
-                off, note = (
-                    float(pack(_DISKS, pressure, seed, tolerance=force).provenance["pressure"]) / pressure - 1,
-                    "",
-                )
-            except ConvergenceError as error:
-                off, note = float("nan"), str(error)
-            seconds = time.process_time() - began
-            yield Trial(panel, "pack", f"force {force:g}", seconds, off, unsure, force == usual, note)
-        yield from _free_box_by_fire(panel, pressure, seed, unsure)
-        yield from _secant(panel, pressure, seed, unsure)
+            yield panel.trial("pack", f"force {force:g}", partial(_pack, pressure, seed, force), force == usual)
+        for force in _FORCES:
+            yield panel.trial("free box, FIRE alone", f"{force:g} p", partial(_fire_in_free_box, pressure, seed, force))
+        yield from _secant(panel, pressure, seed)
+
+
+def _pack(pressure: float, seed: int, force: float) -> float:
+    return float(pack(_DISKS, pressure, seed, tolerance=force).provenance["pressure"])
 
 
 def _start(pressure: float, seed: int) -> Packing:
     return random_disks(_DISKS, seed, phi=float(defaults("pressure")["phi_jammed"]) + 2 * pressure, units="k")
 
 
-def _free_box_by_fire(panel: str, pressure: float, seed: int, unsure: float) -> Iterator[Trial]:
-    """The enthalpy by FIRE alone, each tolerance from the start on."""
-    for force in _FORCES:
-        began = time.process_time()
-        with Session(_start(pressure, seed)) as session:
-            session.minimize(1e-2 * pressure, style="fire", steps=_FIRE_STEPS)  # the box would blow up at once
-            border = Border(COMPRESSION, pressure)
-            found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, border=border)
-        seconds = time.process_time() - began
-        met = found.max_force <= force * pressure
-        off, note = (found.pressure / pressure - 1, "") if met else (float("nan"), "force tolerance not met")
-        yield Trial(panel, "free box, FIRE alone", f"{force:g} p", seconds, off, unsure, note=note)
+def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:
+    """The pressure where the enthalpy is minimised by FIRE alone, from the start on."""
+    with Session(_start(pressure, seed)) as session:
+        session.minimize(1e-2 * pressure, style="fire", steps=_FIRE_STEPS)  # the box would blow up at once
+        border = Border(COMPRESSION, pressure)
+        found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, border=border)
+    if found.max_force > force * pressure:
+        raise ConvergenceError("force tolerance not met")
+    return found.pressure
 
 
-def _secant(panel: str, pressure: float, seed: int, unsure: float) -> Iterator[Trial]:
+def _secant(panel: Panel, pressure: float, seed: int) -> Iterator[Trial]:
     """Minima at fixed box, phi by a secant, as the deck in.sp.pressure; the clock is read at every miss that is met."""
     waiting = list(_MISSES)
     began = time.process_time()
@@ -146,7 +134,7 @@ def _secant(panel: str, pressure: float, seed: int, unsure: float) -> Iterator[T
             miss = state.pressure / pressure - 1
             while waiting and abs(miss) <= waiting[0]:
                 took = time.process_time() - began
-                yield Trial(panel, "secant in φ", f"miss {waiting.pop(0):g}", took, miss, unsure)
+                yield Trial(panel.name, "secant in φ", f"miss {waiting.pop(0):g}", took, miss, panel.reference_error)
             if not waiting:
                 return
             if before is not None and before[0] != phi and before[1] > 0.1 * pressure < state.pressure:
@@ -156,7 +144,8 @@ def _secant(panel: str, pressure: float, seed: int, unsure: float) -> Iterator[T
             phi += min((pressure - state.pressure) / slope, 0.5 * pressure / slope)
             session.load(at_phi(session.packing(), phi))
     for miss in waiting:
-        yield Trial(panel, "secant in φ", f"miss {miss:g}", float("nan"), float("nan"), unsure, note="60 minima")
+        numbers = (float("nan"), float("nan"), panel.reference_error)
+        yield Trial(panel.name, "secant in φ", f"miss {miss:g}", *numbers, note=f"{_MOST} minima")
 
 
 PRESSURE = Chart(
