@@ -79,7 +79,7 @@ def why_no_modulus(packing: Packing) -> str:
     except ConvergenceError as error:
         rattlers = int(network.rattlers.sum())
         squeezed = rattlers - (packing.n - force_network(packing).packing.n)
-        if packing.provenance.get("on_rattlers"):
+        if packing.on_rattlers:
             return f"rattlers stop a droplet that would slide, but linear response leaves them out: without, {error}"
         if not (rattlers and packing.converged):
             return str(error)

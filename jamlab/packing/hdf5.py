@@ -16,7 +16,7 @@ Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n 
 | /parameters/offsets            | (n + 1,)  | int64          | DP only                                                |
 | /parameters/force_law/<name>   | () or any | number, str    | `Packing.params`                                       |
 | /parameters/onset              | (F,)      | float64        | NaN: none                                              |
-| /parameters/provenance         | (F,)      | str            | JSON; with ensemble, max_force and converged           |
+| /parameters/provenance         | (F,)      | str            | JSON; `_known`: what is known of the state             |
 
 The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
 of a newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that
@@ -40,7 +40,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.packing import Packing
+from jamlab.packing.packing import KNOWN, Packing
 from jamlab.packing.quantities import MEASURED
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.file_endings import check_ending
@@ -55,6 +55,8 @@ from jamlab.storage.verified_file import (
     jamlab_version,
     opened,
 )
+
+_KNOWN = "_known"  # entry beside the provenance that holds `Packing.known`
 
 
 @checked
@@ -98,7 +100,7 @@ def file_image(
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
     params = {name: _param(name, value) for name, value in frames[0].params.items()}
     onsets = [_onset(k, packing.onset) for k, packing in enumerate(frames)]
-    histories = [_history(k, {**p.provenance, "ensemble": p.ensemble}) for k, p in enumerate(frames)]
+    histories = [_history(k, {**p.provenance, _KNOWN: p.known}) for k, p in enumerate(frames)]
 
     with _memory_file() as file:
         _write_header(file)
@@ -271,6 +273,7 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
     parameters = file["parameters"]
     onset = float(dataset(parameters, "onset", "f", (frames,))[frame])
     history = _read_history(path, dataset(parameters, "provenance", "T", (frames,)).asstr()[frame], frame)
+    known = _pop_known(path, history)
     sizes = {
         name: dataset(parameters, name, kind, (None,))[()] if name in parameters else None
         for name, kind in (("diameters", "f"), ("offsets", "iu"))
@@ -284,9 +287,7 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
         "params": {name: _value(dataset(law, name, NUMBERS + "T")) for name in law},
         **sizes,
         "onset": None if np.isnan(onset) else onset,
-        "ensemble": history.pop("ensemble", "fixed-box"),
-        "max_force": history.get("max_force"),
-        "converged": history.get("converged", False),
+        **known,
         "provenance": history,
     }
     try:
@@ -300,6 +301,16 @@ def _read_history(path: FilePath, text: str, frame: int) -> dict[str, Any]:
     if not isinstance(history, dict):
         raise StorageError(f"{path} is damaged (provenance of frame {frame} is {text[:40]}, not a table): {REMEDY}")
     return history
+
+
+def _pop_known(path: FilePath, history: dict[str, Any]) -> dict[str, Any]:
+    if _KNOWN not in history:  # a file of 0.2.0 or before
+        before = {name: "force_tolerance" if name == "tolerance" else name for name in KNOWN}
+        return {name: history.pop(said) for name, said in before.items() if said in history}
+    known = history.pop(_KNOWN)
+    if not isinstance(known, dict) or not known.keys() <= KNOWN.keys():
+        raise StorageError(f"{path} is damaged (what is known of a state is {str(known)[:40]}): {REMEDY}")
+    return known
 
 
 def _value(dataset: Any) -> Any:

@@ -15,12 +15,6 @@ import numpy as np
 from jamlab.packing.packing import Packing
 
 _SAME = 1e-12  # by which rounding moves a mean size of 1
-# powers of energy and of length that an entry of the provenance is measured in
-_ENTRIES = {
-    **{name: (0, 1) for name in ("rounding", "moved")},
-    **{name: (1, -1) for name in ("max_force", "force_tolerance")},
-    **{name: (1, -2) for name in ("pressure", "from_pressure")},
-}
 
 
 @dataclass(frozen=True)
@@ -102,23 +96,21 @@ def _in_units(packing: Packing, scales: Scales) -> Packing:
     if scales == Scales():
         return packing
 
-    powers = {name: (each.energy, each.length) for name, each in packing.parameters.items()}
+    def convert(name: str, value: Any) -> Any:
+        power = packing.parameters[name]
+        return value if power.choices else value * (scales.energy**power.energy * scales.length**power.length)
 
-    def convert(entries: dict[str, Any], powers: dict[str, tuple[int, int]]) -> dict[str, Any]:
-        return {
-            name: value * (scales.energy ** powers[name][0] * scales.length ** powers[name][1])
-            if name in powers and not isinstance(value, str)
-            else value
-            for name, value in entries.items()
-        }
-
-    diameters, max_force = packing.diameters, packing.max_force
+    diameters, forces = packing.diameters, (packing.max_force, packing.tolerance)
+    max_force, tolerance = (None if force is None else force * scales.force for force in forces)
     return packing._trusted(
         box=packing.box * scales.length,
         positions=packing.positions * scales.length,
-        params=convert(packing.params, powers),
+        params={name: convert(name, value) for name, value in packing.params.items()},
         diameters=None if diameters is None else diameters * scales.length,
-        max_force=None if max_force is None else max_force * scales.force,
+        max_force=max_force,
+        tolerance=tolerance,
         converged=packing.converged,
-        provenance=convert(packing.provenance, _ENTRIES),
+        on_rattlers=packing.on_rattlers,
+        on_target=packing.on_target,
+        rounding=packing.rounding * scales.length,
     )

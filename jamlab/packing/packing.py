@@ -26,6 +26,9 @@ from jamlab.packing.quantities import MEASURED
 from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
+# what is known of a minimum, and its values for a state that nobody minimised
+_MINIMUM = {"max_force": None, "converged": False, "tolerance": None, "on_rattlers": False, "on_target": True}
+KNOWN: dict[str, Any] = {**_MINIMUM, "ensemble": "fixed-box", "rounding": 0.0}  # what files keep beside the state
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a packing follows from
 
@@ -54,86 +57,42 @@ class Model(Protocol):
     size_column: str  # name of the property of atoms that holds the size
     sizes_by_atom: bool  # whether data files always hold it
 
-    def parameters(self, units: str) -> dict[str, Parameter]:
-        """Parameters of the force law, declared once."""
+    # state
+    def parameters(self, units: str) -> dict[str, Parameter]: ...  # of the force law, declared once
+    def checked(self, packing: Packing) -> dict[str, Any]: ...  # attributes as kept; refuses what is no state
+    def law(self, params: Mapping[str, Any]) -> PairLaw: ...  # of its contacts
+    def sizes(self, packing: Packing) -> Array: ...  # (n,) whose mean is the unit of length in packings of jamlab
+    def rest_areas(self, packing: Packing) -> Array: ...  # (n,) of single particles, rims left out
+    def free_area(self, packing: Packing) -> float: ...  # of all undeformed particles, rims included
+    def grown(self, packing: Packing, growth: float) -> Packing | None: ...  # touching farther; None: nothing is left
+    def rotations(self, packing: Packing) -> int: ...  # number of such coordinates
 
-    def checked(self, packing: Packing) -> dict[str, Any]:
-        """Attributes as they are kept; refuses what is no state of the model."""
+    # contacts and energy
+    def points(self, packing: Packing, /) -> Any: ...  # what presses on what, sites by number
+    def pairs(self, packing: Packing) -> Pairs: ...  # particles i <= j that press on each other
+    def contact_forces(self, packing: Packing) -> Any: ...  # `ContactForces`, force and gap of every pair
+    def loads(self, packing: Packing) -> Array: ...  # (n,) largest push on each particle that two contacts may hold
+    def terms(self, packing: Packing, prestress: bool) -> list[Terms]: ...  # of the potential energy
+    def shape_terms(self, packing: Packing) -> list[Terms]: ...  # those that need no contact
+    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian: ...  # relative velocities at contacts
+    def rigidity(self, packing: Packing) -> Array: ...  # (contacts, motions) compatibility matrix of rigid particles
 
-    def law(self, params: Mapping[str, Any]) -> PairLaw:
-        """The law of its contacts."""
+    # shape
+    def shares(self, packing: Packing) -> Array: ...  # (n,) areas, overlaps shared
+    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]: ...  # (n,) area and perimeter
+    def bare_areas(self, packing: Packing) -> Array: ...  # (n,) to compare with `rest_areas`
+    def cover(self, packing: Packing, /) -> tuple[float, str]: ...  # rho, and the way it was found
+    def boundary(self, packing: Packing, /) -> Any: ...  # `Boundary` of the covered region
+    def power_points(
+        self, packing: Packing, spacing: float
+    ) -> tuple[Indices, Array, Array]: ...  # owner, place, radius
+    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]: ...  # to fill and to outline, as stored
 
-    def sizes(self, packing: Packing) -> Array:
-        """(n,) sizes whose mean is the unit of length in packings that jamlab makes."""
-
-    def type_sizes(self, packing: Packing) -> Array:
-        """(n,) sizes by which particles have types in LAMMPS."""
-
-    def rest_areas(self, packing: Packing) -> Array:
-        """(n,) areas of single particles at rest, rims left out."""
-
-    def free_area(self, packing: Packing) -> float:
-        """Sum of the areas of undeformed particles, rims included."""
-
-    def grown(self, packing: Packing, growth: float) -> Packing | None:
-        """Particles that touch at distances larger by `growth`; None where nothing would be left of one."""
-
-    def rotations(self, packing: Packing) -> int:
-        """Number of coordinates of rotation."""
-
-    def points(self, packing: Packing, /) -> Any:
-        """What presses on what, sites by number; can be renumbered among those that are held."""
-
-    def pairs(self, packing: Packing) -> Pairs:
-        """Particles i <= j that press on each other."""
-
-    def contact_forces(self, packing: Packing) -> Any:
-        """Force and gap of every pair."""
-
-    def loads(self, packing: Packing) -> Array:
-        """(n,) largest push on each particle that fewer than three contacts may hold; 0 elsewhere."""
-
-    def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
-        """Terms of the potential energy."""
-
-    def shape_terms(self, packing: Packing) -> list[Terms]:
-        """Those that need no contact."""
-
-    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian:
-        """Relative velocities at contacts."""
-
-    def rigidity(self, packing: Packing) -> Array:
-        """(contacts, motions of all particles) compatibility matrix of rigid particles."""
-
-    def shares(self, packing: Packing) -> Array:
-        """(n,) area of each particle, overlaps shared."""
-
-    def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
-        """(n,) area and perimeter of each particle, of droplets with or without rim."""
-
-    def bare_areas(self, packing: Packing) -> Array:
-        """(n,) areas to compare with `rest_areas`."""
-
-    def cover(self, packing: Packing, /) -> tuple[float, str]:
-        """True packing fraction, and the way in which it was found."""
-
-    def boundary(self, packing: Packing, /) -> Any:
-        """Boundary of the covered region."""
-
-    def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
-        """Owner, place and radius of the points whose power cells are those of particles."""
-
-    def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
-        """Rings to fill and rings to outline for each particle, where it is stored."""
-
-    def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        """Variables of the deck that holds the force law."""
-
-    def dump_columns(self, packing: Packing) -> dict[str, Array]:
-        """Columns of a dump that each particle has its own value of."""
-
-    def longest_edge(self, packing: Packing) -> float:
-        """Length of the longest edge; 0 without edges."""
+    # LAMMPS
+    def type_sizes(self, packing: Packing) -> Array: ...  # (n,) by which particles have types
+    def lammps_variables(self, packing: Packing) -> dict[str, object]: ...  # of the deck that holds the force law
+    def dump_columns(self, packing: Packing) -> dict[str, Array]: ...  # of which each particle has its own value
+    def longest_edge(self, packing: Packing) -> float: ...  # 0 without edges
 
 
 class ReadOnlyDict(dict[str, Any]):
@@ -186,8 +145,11 @@ class Packing:
         max_force: largest force left by the minimisation that ended in this state, or None if none did.
         converged: whether that minimisation met its tolerance. A copy whose particles, box or force law differ has
             `max_force` None and `converged` False, unless it states its own.
-        provenance: a record of how it was made: seed, versions, protocol, tolerance, wall time; repeats `max_force` and
-            `converged` of a minimum.
+        tolerance: of that minimisation on forces, or None.
+        on_rattlers: whether rattlers stop a droplet that would slide, which the Hessian without them does not see.
+        on_target: whether the sweep that made this state met the packing fraction asked for.
+        rounding: how far a coordinate may be off because its source held fewer digits than float64; 0 if it held all.
+        provenance: a log of how it was made: seed, versions, protocol, wall time.
 
     Raises:
         InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
@@ -217,6 +179,10 @@ class Packing:
     max_force: float | None = None
     converged: bool = False
     provenance: dict[str, Any] = field(default_factory=dict)
+    tolerance: float | None = None
+    on_rattlers: bool = False
+    on_target: bool = True
+    rounding: float = 0.0
     _derived: Derived = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -285,12 +251,8 @@ class Packing:
             raise InputError(f"max_force is {self.max_force!r}: must be a number, 0 or more, or None")
         if not isinstance(self.converged, bool):
             raise InputError(f"converged is {self.converged!r}: must be True or False")
-        rounding = self.provenance.get("rounding", 0.0)
-        if not (is_number(rounding) and rounding >= 0):
-            raise InputError(f"provenance: rounding is {rounding!r}: must be a length, 0 or more")
-        if self.max_force is not None:
-            reached = {"max_force": self.max_force, "converged": self.converged}
-            self._set("provenance", {**self.provenance, **reached})
+        if not (is_number(self.rounding) and self.rounding >= 0):
+            raise InputError(f"rounding is {self.rounding!r}: must be a length, 0 or more")
 
     @property
     def kind(self) -> Model:
@@ -381,14 +343,9 @@ class Packing:
         return self.kind.free_area(self) / self.area
 
     @property
-    def on_target(self) -> bool:
-        """Whether the sweep that made this state met the packing fraction asked for; True if none was."""
-        return bool(self.provenance.get("on_target", True))
-
-    @property
-    def rounding(self) -> float:
-        """How far a coordinate may be off because its source held fewer digits than float64; 0 if it held all."""
-        return float(self.provenance.get("rounding", 0.0))
+    def known(self) -> dict[str, Any]:
+        """What files keep of `KNOWN`: the values that are not those of a packing that nobody minimised."""
+        return {name: value for name, usual in KNOWN.items() if (value := getattr(self, name)) != usual}
 
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
@@ -398,11 +355,10 @@ class Packing:
     def with_state(self, *, provenance: Mapping[str, Any] | None = None, **changes: Any) -> Packing:
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
 
-        A copy with other particles, another box or another force law is at no known minimum: `max_force` and
-        `converged` are cleared there and in the provenance, unless they are among the changes.
+        A copy with other particles, another box or another force law is at no known minimum: `max_force`, `converged`,
+        `tolerance`, `on_rattlers` and `on_target` are cleared, unless they are among the changes.
         """
-        changes, entries = self._changed(changes)
-        copy = replace(self, **changes, provenance={**entries, **(provenance or {})})
+        copy = replace(self, **self._changed(changes), provenance={**self.provenance, **(provenance or {})})
         if _DEFINING.isdisjoint(changes):
             copy._set("_derived", self._derived)
         return copy
@@ -410,22 +366,15 @@ class Packing:
     def _trusted(self, **changes: Any) -> Packing:
         """Copy as `with_state` makes it, without its checks: for arrays that are float64 and right by construction.
         `provenance`, if given, stands in the place of the old one."""
-        changes, entries = self._changed(changes)
+        changes = self._changed(changes)
         copy = object.__new__(Packing)
-        copy.__dict__.update({**self.__dict__, "provenance": entries, **changes})
+        copy.__dict__.update({**self.__dict__, **changes})
         copy._lock(self._derived if _DEFINING.isdisjoint(changes) else None)
         return copy
 
-    def _changed(self, changes: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Changes and provenance of a copy, which is at no known minimum if its state differs."""
-        entries = dict(self.provenance)
-        if not _STATE.isdisjoint(changes):
-            changes = {"max_force": None, "converged": False, **changes}
-            of_the_state = ("max_force", "converged", "on_rattlers")
-            entries = {name: entry for name, entry in entries.items() if name not in of_the_state}
-            if changes["max_force"] is not None:
-                entries |= {name: changes[name] for name in ("max_force", "converged")}
-        return changes, entries
+    def _changed(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Changes of a copy, which is at no known minimum if its state differs."""
+        return changes if _STATE.isdisjoint(changes) else {**_MINIMUM, **changes}
 
     @checked
     def select(self, particles: NDArray[np.bool_]) -> Packing:

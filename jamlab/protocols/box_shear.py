@@ -4,6 +4,9 @@ Compressed in a fixed square box, a small packing keeps a shear stress and may b
 negative. At a minimum over both shears of the box as well, G is positive in every direction.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from jamlab.arrays import Array
@@ -22,12 +25,28 @@ from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, rel
 from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSettings
 
 
-def minimizer(ensemble: str) -> Minimizer:
-    """Choose how states of an ensemble are relaxed: `relax` or `relax_with_box_shear`. `ensemble`: "fixed-box",
-    compressed without shear, or "shear-stabilized", the box sheared until no shear stress is left (Dagois-Bohy et al.,
-    Phys. Rev. Lett. 109, 095703 (2012))."""
+@dataclass(frozen=True)
+class Ensemble:
+    """What the box of packings does while they are relaxed at a packing fraction; called as `relax` is."""
+
+    relax: Minimizer
+    shears: Array  # (m, 2, 2) strains of no area that it takes
+
+    @property
+    def may_shear(self) -> bool:
+        """Whether the box is sheared until no shear stress is left."""
+        return len(self.shears) > 0
+
+    def __call__(self, session: Session, tolerance: float | None = None, **how: Any) -> Relaxed:
+        """Relax the packing in a session."""
+        return self.relax(session, tolerance, **how)
+
+
+def minimizer(ensemble: str) -> Ensemble:
+    """The ensemble of a name: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no
+    shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
     check_choice("ensemble", ensemble, ENSEMBLES)
-    return relax if ensemble == "fixed-box" else relax_with_box_shear
+    return Ensemble(relax, SHEARS[:0]) if ensemble == "fixed-box" else Ensemble(relax_with_box_shear, SHEARS)
 
 
 def shear_stress(state: Evaluation) -> float:

@@ -164,13 +164,16 @@ def compress(
 def _unlike(state: Packing, start: Packing, by: str, target: float, error: float | None, force: float) -> str | None:
     """What shows that a state is not the one of a sweep at this target; None if nothing does."""
     said = state.provenance
-    wanted = {"by": by, "force_tolerance": force, "compression_version": COMPRESSION_PROTOCOL[start.model]}
+    wanted = {"by": by, "compression_version": COMPRESSION_PROTOCOL[start.model]}
+    force *= natural_scales(start).force
     if other := state.difference(start):
         return f"{other} differs"
     if not np.isclose(said.get("target", np.nan), target, rtol=1e-12, atol=0.0):
         return f"{by} = {said.get('target')} for {target:.6g}"
     if ("step_error" in said) != (error is not None):
         return f"error = {error}"
+    if state.tolerance != force:
+        return f"tolerance = {state.tolerance} for {force:g}"
     unlike = (name for name, value in wanted.items() if said.get(name) != value)
     return next((f"{name} = {said.get(name)} for {wanted[name]}" for name in unlike), None)
 
@@ -236,11 +239,10 @@ def _sweep(
                 by=by,
                 compression_version=COMPRESSION_PROTOCOL[packing.model],
                 target=float(target),
-                on_target=bool(abs(reached - target) <= tolerance),
                 minimizer=first_order_method(session, settings.relaxation),
                 wall_time=time.perf_counter() - began,
                 **entries,
-            )
+            ).with_state(on_target=bool(abs(reached - target) <= tolerance))
             minimum, value, stride = packing, reached, abs(target - before)
             before = reached
             work.reached(value)

@@ -94,7 +94,7 @@ def jam(
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
-        Droplets: `provenance["on_rattlers"]` is True where a rattler that can be pushed no further stops one that would
+        Droplets: `on_rattlers` is True where a rattler that can be pushed no further stops one that would
         slide, which the Hessian without rattlers does not see.
 
     Raises:
@@ -149,8 +149,8 @@ def jam(
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
     found = scales.from_natural(recorded)
-    found = found._trusted(params=placed.params, max_force=found.max_force, converged=found.converged)
-    return found.with_state(provenance={"on_rattlers": True}) if onset.on_rattlers else found
+    found = found._trusted(params=placed.params, **found.known)
+    return found.with_state(on_rattlers=onset.on_rattlers)
 
 
 _ARGUMENTS = tuple(signature(jam).parameters)

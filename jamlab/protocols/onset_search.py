@@ -13,7 +13,8 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import Approach, fell_too_often
-from jamlab.protocols.relaxation import Minimizer, Relaxed, relax, settle
+from jamlab.protocols.box_shear import Ensemble
+from jamlab.protocols.relaxation import Relaxed, relax, settle
 from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
 from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -53,7 +54,7 @@ class OnsetSearch(Approach[SearchState]):
 
     session: Session
     protocol: dict[str, float]
-    relax_state: Minimizer
+    relax_state: Ensemble
     tolerance: float
     work: OnsetWork
     settings: SolverSettings
@@ -98,7 +99,7 @@ class OnsetSearch(Approach[SearchState]):
         """The jammed state, relaxed to the end; compressed by growing steps where the shear of the box unjams it."""
         state = self.follow(jammed, jammed.phi)
         step = 0.5 * self.protocol["step_fine"]
-        while not self.jammed(state) and state.phi < 1.0 and self.relax_state is not relax:
+        while not self.jammed(state) and state.phi < 1.0 and self.relax_state.may_shear:
             self.session.load(at_phi(state.packing, state.phi + step))
             state = self.measure(self._relax())
             step = min(2 * step, self.protocol["step_near"])
@@ -132,7 +133,7 @@ class OnsetSearch(Approach[SearchState]):
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
-        if self.session.model == "dp" and self.relax_state is relax:
+        if self.session.model == "dp" and not self.relax_state.may_shear:
             found = settle(self.session, self.settings.onset.loose_tolerance, settings=self.settings)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self.measure(Relaxed(found, self.settings.onset.loose_tolerance, False, 0))
@@ -141,7 +142,7 @@ class OnsetSearch(Approach[SearchState]):
     def _relax(self, near: bool = False) -> Relaxed:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         start = self.session.packing()
-        sheared = start.model == "dp" and self.relax_state is not relax
+        sheared = start.model == "dp" and self.relax_state.may_shear
         least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else 0.0
         return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
 

@@ -20,7 +20,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import Approach, fell_too_often
 from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
-from jamlab.protocols.relaxation import Relaxed, relax
+from jamlab.protocols.relaxation import Relaxed
 from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
 from jamlab.protocols.solver_settings import SolverSettings
 
@@ -64,7 +64,7 @@ class RigidSearch(Approach[RigidDroplets]):
 
     @property
     def _shears(self) -> bool:
-        return self.droplets.relax_state is not relax
+        return self.droplets.relax_state.may_shear
 
     @cached_property
     def _aim(self) -> float:

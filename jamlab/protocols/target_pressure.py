@@ -8,7 +8,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
+from jamlab.engine.box_border import COMPRESSION, Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.mpi_ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
@@ -21,6 +21,7 @@ from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
+from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance, quench
@@ -136,7 +137,8 @@ def _from_random(
     )
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
-    entries = entries | {"pressure": found.evaluation.pressure, "wall_time": time.perf_counter() - began}
+    reached = found.evaluation.pressure * scales.stress
+    entries = entries | {"pressure": reached, "wall_time": time.perf_counter() - began}
     return scales.from_natural(record(packing, found, **entries, **versions()))
 
 
@@ -205,7 +207,7 @@ def decompress(
     said = natural.provenance  # what it says of other protocols does not hold any more
     entries: dict[str, Any] = {name: said[name] for name in _KEPT if name in said}
     entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL}
-    entries |= {"pressure": found.evaluation.pressure, "from_pressure": start}
+    entries |= {"pressure": found.evaluation.pressure * scales.stress, "from_pressure": start * scales.stress}
     if said.get("protocol") == "decompress":
         entries["from_pressure"] = said["from_pressure"]
     entries["wall_time"] = time.perf_counter() - began
@@ -230,8 +232,8 @@ def _check_start(natural: Packing, pressure: float, scales: Scales) -> float:
 
 
 def _strains(ensemble: str) -> Array:
-    """Strains that the box of an ensemble may take."""
-    return COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
+    """Strains that the box of an ensemble may take at a pressure."""
+    return np.concatenate([COMPRESSION, minimizer(ensemble).shears])
 
 
 def _check_met(packing: Packing, found: Relaxed, pressure: float, scales: Scales, remedy: str) -> None:

@@ -122,9 +122,9 @@ def from_universe(
     them. A Universe of `jamlab.universe` holds units, force law and sizes; for others give what they lack. Parameters
     found nowhere have the defaults of the decks, and their names stand in `provenance["assumed"]`.
 
-    MDAnalysis holds coordinates in float32, whatever the file holds. The `provenance` has "precision" and "rounding",
-    `converged` is False and `max_force` None. In `jamlab.measure` z is nan where rounding could open or close a
-    contact; moduli and G* are refused. `relaxed=True` takes every frame to the minimum next to it first. `jamlab.read`
+    MDAnalysis holds coordinates in float32, whatever the file holds. `Packing.rounding` says so, `converged` is False
+    and `max_force` None. In `jamlab.measure` z is nan where rounding could open or close a contact; moduli and G* are
+    refused. `relaxed=True` takes every frame to the minimum next to it first. `jamlab.read`
     keeps all digits of LAMMPS files.
 
     Args:

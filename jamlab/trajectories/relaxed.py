@@ -47,4 +47,5 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
         found = relax_off_saddles(session, tolerance)
         state = session.packing()
     moved = float(np.hypot(*(state.positions - start.positions).T).max())
-    return scales.from_natural(record(state, found, precision="float64", rounding=0.0, moved=moved))
+    recorded = record(state, found, precision="float64", moved=moved * scales.length)
+    return scales.from_natural(recorded).with_state(rounding=0.0)

@@ -272,6 +272,7 @@ class Sites:
         units, law, assumed = complete_force_law(model, self.entries, units, params)
         cell = self._cell(box)
         common: dict[str, Any] = {"model": model, "box": cell, "units": units, "onset": self.entries.get("onset")}
+        common["rounding"] = self.rounding
         common["ensemble"] = self.entries.get("ensemble", "fixed-box")
         if not self.rounding:
             common |= {name: self.entries[name] for name in ("max_force", "converged") if name in self.entries}
@@ -304,8 +305,6 @@ class Sites:
             history["assumed"] = assumed
         if self.unread:
             history["unread"] = sorted(set(self.unread))
-        if self.rounding:
-            history["rounding"] = self.rounding
         return history
 
     def _diameters(self, radii: Radii, assumed: list[str]) -> Array:

@@ -99,7 +99,7 @@ def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain
     rounding = 1e-6
     apart = (1.0 + gap * rounding) / np.sqrt(2)
     p = jamlab.Packing("sp", 3 * np.eye(2), [[0.5, 0.5], [0.5 + apart, 0.5 + apart]], {"k": 1.0}, "k", np.ones(2))
-    p = p.with_state(provenance={"rounding": rounding})
+    p = p.with_state(rounding=rounding)
     assert contacts_are_certain(p) == certain
     assert np.isnan(jamlab.measure(p, ["rattlers"])["rattlers"]) != certain
 

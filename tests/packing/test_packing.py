@@ -173,21 +173,18 @@ def test_particle_and_successor_close_every_outline():
     assert disks().centroids is not None and np.array_equal(disks().centroids, disks().positions)
 
 
-def test_with_state_merges_provenance():
-    """Later entries win, earlier ones stay; the original is untouched."""
-    p = disks(provenance={"seed": 1, "converged": False})
-    q = p.with_state(provenance={"converged": True}, onset=0.84)
-    assert q.provenance == {"seed": 1, "converged": True} and q.onset == 0.84
-    assert p.provenance == {"seed": 1, "converged": False} and p.onset is None
-
-
-def test_a_copy_that_states_its_force_records_it(tmp_path):
-    """Files keep the record: an onset in other units was once read as a state of no known minimum."""
-    q = disks(provenance={"seed": 1})._trusted(params={"eps": 2.0}, max_force=1e-13, converged=True)
-    assert q.provenance == {"seed": 1, "max_force": 1e-13, "converged": True}
+def test_with_state_merges_provenance_and_clears_what_was_known_of_another_state(tmp_path):
+    """Later entries win, earlier ones stay; the original is untouched; files keep what is known."""
+    p = disks(provenance={"seed": 1, "step": 2})
+    q = p.with_state(provenance={"step": 3}, onset=0.84)
+    assert (q.provenance, p.provenance, p.onset) == ({"seed": 1, "step": 3}, {"seed": 1, "step": 2}, None)
+    known = {"max_force": 1e-13, "converged": True, "tolerance": 1e-12, "on_target": False, "on_rattlers": True}
+    known |= {"ensemble": "shear-stabilized", "rounding": 1e-9}
+    q = q._trusted(params={"eps": 2.0}, **known)
     q.write(tmp_path / "q.h5")
-    assert jamlab.read(tmp_path / "q.h5").converged and jamlab.read(tmp_path / "q.h5").max_force == 1e-13
-    assert q.with_state(params={"eps": 3.0}).provenance == {"seed": 1}
+    for same in (q, jamlab.read(tmp_path / "q.h5"), q.with_state(onset=0.8), pickle.loads(pickle.dumps(q))):
+        assert same.known == known and same.provenance == q.provenance
+    assert q.with_state(params={"eps": 3.0}).known == {"ensemble": "shear-stabilized", "rounding": 1e-9}
 
 
 @pytest.mark.parametrize("packing", [disks(), polygons()], ids=["sp", "dp"])
@@ -238,8 +235,8 @@ def test_params_and_provenance_do_not_change_and_are_not_shared():
 
 @pytest.mark.parametrize("value", ["abc", -1.0, float("nan"), None])
 def test_a_rounding_that_is_no_length_is_refused(value):
-    with pytest.raises(jamlab.InputError, match="rounding is"):
-        Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], {"k": 1.0}, "k", [1.0], provenance={"rounding": value})
+    with pytest.raises(jamlab.InputError, match="rounding"):
+        Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], {"k": 1.0}, "k", [1.0], rounding=value)
 
 
 def test_a_packing_without_free_droplets_can_be_shown():

@@ -140,7 +140,7 @@ def test_onset_of_droplets_is_a_minimum_or_says_what_holds_it(ensemble, seed):
 
 def _assert_held(packing):
     """A minimum by its Hessian, or by the rattlers that push back what would slide."""
-    if not packing.provenance.get("on_rattlers"):
+    if not packing.on_rattlers:
         _assert_stable(packing)
         return
     with jamlab.Session(packing) as session:

@@ -137,7 +137,7 @@ def _made(onset, kind, tolerance):
 def test_the_tolerance_asked_for_is_met_and_recorded(onset, kind):
     for tolerance in (LOOSE, TIGHT):
         p = _made(onset, kind, tolerance)
-        assert p.converged and p.provenance["force_tolerance"] == tolerance
+        assert p.converged and p.tolerance == tolerance
         assert p.max_force <= tolerance
         assert jamlab.evaluate(p).max_force == pytest.approx(p.max_force, abs=1e-14)
 
