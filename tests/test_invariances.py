@@ -1,5 +1,5 @@
 """What no view of a packing may change, for every public function that takes one: order, place, images, lattice,
-sense, units and copies. `tests/support/invariant_cases.py` lists them; as a program it prints the deviations."""
+sense, units and copies. `tests/support/invariant_cases.py` lists them."""
 
 import numpy as np
 import pytest

@@ -94,11 +94,10 @@ def _bars(mask: Mask, darkness: Array, highest: float, longest_void: float) -> M
 
 def _long_runs(mask: Mask, length: int) -> Mask:
     """What lies in runs of a row of at least that many pixels: an opening by a level line."""
-    steps = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
-    (row, start), (_, stop) = np.nonzero(steps > 0), np.nonzero(steps < 0)
-    long, change = stop - start >= length, np.zeros(steps.shape, dtype=np.int8)
-    change[row[long], start[long]], change[row[long], stop[long]] = 1, -1
-    return np.asarray(np.cumsum(change, axis=1, dtype=np.int8)[:, :-1] > 0)
+    wide = np.pad(mask, ((0, 0), (length, length))).view(np.uint8)
+    core = ndimage.minimum_filter1d(wide, length, axis=1)
+    back = ndimage.maximum_filter1d(core, length, axis=1, origin=-1 if length % 2 == 0 else 0)
+    return np.asarray(back[:, length:-length] > 0)
 
 
 def sort_annotations(drawn: Mask, radius: float) -> Annotations:

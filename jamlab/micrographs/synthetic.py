@@ -24,7 +24,10 @@ FINER = 2  # samples a pixel, in each direction
 MARGIN = 0.1  # of the period, around whole droplets
 BAR = (0.2, 0.012, 0.04)  # length and height of a scale bar and its distance from the corner, of the width
 TINT = (1.0, 0.92, 0.8)  # of red, green and blue in a colour picture: warm light
-LARGEST = {"pixels": 6000, "film": 100.0, "blur": 100.0, "noise": 10.0}
+RANGES = {  # of the arguments
+    **{"pixels": (32, 6000), "film": (0.0, 100.0), "blur": (0.0, 100.0), "noise": (0.0, 10.0)},
+    **{"light": (1e-6, 1.0), "vignette": (0.0, 1 - 1e-6)},
+}
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,8 @@ def synthetic_micrograph(
         >>> jamlab.synthetic_micrograph(dense, 256, blur=1.5, noise=0.1, light=0.5, seed=1).shape[1]
         256
     """
-    _check(packing, pixels, seed, borders, light, vignette, film=film, blur=blur, noise=noise)
+    given = {"pixels": pixels, "film": film, "blur": blur, "noise": noise, "light": light, "vignette": vignette}
+    _check(packing, seed, borders, given)
     scene = _scene(packing, pixels, film, borders == "whole")
     width = film * packing.box[0, 0] / pixels
     fine = ((scene.covers > 0) & ~_in_film(scene, width, 0.5 * packing.params["delta"])).astype(np.float64)
@@ -106,22 +110,15 @@ def _in_film(scene: _Scene, width: float, rim: float) -> Mask:
     return np.asarray((second - nearest < width + gap) & (gap < width))
 
 
-def _check(
-    packing: Packing, pixels: int, seed: int, borders: str, light: float, vignette: float, **widths: float
-) -> None:
+def _check(packing: Packing, seed: int, borders: str, given: dict[str, float]) -> None:
     if packing.offsets is None:
         raise InputError("synthetic pictures show droplets (model dp); this packing has model sp")
     if packing.box[1, 0] != 0:
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: a picture needs a rectangular box")
-    if not 32 <= pixels <= LARGEST["pixels"]:
-        raise InputError(f"pixels is {pixels}: must be at least 32 and at most {LARGEST['pixels']}")
-    for name, value in widths.items():
-        if not 0 <= value <= LARGEST[name]:
-            raise InputError(f"{name} is {value}: must be a number from 0 to {LARGEST[name]:g}")
-    if not 0 < light <= 1:
-        raise InputError(f"light is {light}: must be above 0 and at most 1")
-    if not 0 <= vignette < 1:
-        raise InputError(f"vignette is {vignette}: must be from 0 to less than 1")
+    for name, value in given.items():
+        low, high = RANGES[name]
+        if not low <= value <= high:
+            raise InputError(f"{name} is {value}: must be a number from {low:g} to {high:g}")
     check_choice("borders", borders, ("cut", "whole"))
     check_seed(seed)
 

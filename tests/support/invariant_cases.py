@@ -1,7 +1,7 @@
 """Every public function that takes a packing, and views of a packing that must not change what it gives.
 
 `deviation` calls a function with a packing and with a view of it, undoes what the view does to the numbers, and
-compares them. `PYTHONPATH=tests/support python tests/support/invariant_cases.py` prints all deviations.
+compares them.
 """
 
 import inspect
@@ -453,23 +453,3 @@ def _off(wanted, found, powers, view):
 @cache
 def _reference(name, model):
     return CASES[name].call(View(packings()[model]))
-
-
-def print_table():
-    """Largest deviation of every function in every view."""
-    print(f"{'function':33}{'limit':>6} " + " ".join(view.rjust(11) for view in ("same", *VIEWS)))
-    for name, case in CASES.items():
-        for model in case.models:
-            row = []
-            for view in ("same", *VIEWS):
-                try:
-                    row.append(
-                        "-" if view in case.but else f"{deviation(name, model, () if view == 'same' else (view,)):.0e}"
-                    )
-                except jamlab.JamlabError as error:
-                    row.append(type(error).__name__[:11])
-            print(f"{name:26}{model:6}{case.tolerance:7.0e} " + " ".join(r.rjust(11) for r in row), flush=True)
-
-
-if __name__ == "__main__":
-    print_table()
