@@ -6,7 +6,7 @@ from types import ModuleType
 
 from jamlab.checks import check_choice
 from jamlab.figures.explorer.write_page import explorer_assets
-from studies import micrograph_errors
+from studies import droplet_calibration, micrograph_errors
 from studies.baumgarten import correlation, motion, spectra
 from studies.baumgarten import pictures as pictures_of_t
 from studies.beyond import droplet_modes, droplet_sizes, droplet_structure, foams, jamming, polydispersity
@@ -233,9 +233,9 @@ def groups() -> dict[str, Group]:
 
 @cache
 def studies() -> dict[str, Study]:
-    """All studies by name; the comparison with other codes ships no table, and is in no group."""
+    """All studies by name; two ship no table, and are in no group."""
     every = [study for group in groups().values() for study in group.studies]
-    return {study.name: study for study in (*every, compare.STUDY)}
+    return {study.name: study for study in (*every, compare.STUDY, droplet_calibration.STUDY)}
 
 
 def chosen(names: list[str]) -> dict[str, Group]:

@@ -67,7 +67,7 @@ STUDIES = {  # command that left -> what replaced it, in a checkout
     "figure": " draw papers",
     "chart": " draw speed-accuracy",
     "compare": " compare",
-    "calibrate": ".droplet_calibration",
+    "calibrate": " run droplet-calibration",
     "study": " list",
 }
 
