@@ -63,7 +63,7 @@ def test_files_that_are_named_are_there():
         r"(?:\.[gx]z)?)\b"
     )
     code = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*") if file.suffix in (".py", ".h", ".cpp")]
-    read = {*PAGES, *code, ROOT / "pyproject.toml"}
+    read = {*PAGES, *code, ROOT / "pyproject.toml"} - {ROOT / "CHANGELOG.md"}  # which also names what is gone
     named = [(file, name) for file in read for name in path.findall(file.read_text(encoding="utf-8"))]
     assert len(named) > 50
     missing = [f"{file}: {name}" for file, name in named if not (ROOT / name).exists()]
