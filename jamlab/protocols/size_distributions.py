@@ -110,9 +110,11 @@ class SizeDistribution:
 
         if self.name == "power-law":
             exponent, smallest, largest = self.numbers
-            if abs(exponent + 1) < 1e-9:
+            power = -1 - exponent
+            power = round(power) if abs(power - round(power)) < 1e-7 else power  # nearer, scipy's moments lose digits
+            if power == 0:
                 return stats.loguniform(smallest, largest)
-            return stats.truncpareto(-1 - exponent, largest / smallest, scale=smallest)
+            return stats.truncpareto(power, largest / smallest, scale=smallest)
         (width,) = self.numbers
         if self.name == "uniform":
             return stats.uniform(1 - np.sqrt(3) * width, 2 * np.sqrt(3) * width)

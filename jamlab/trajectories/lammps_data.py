@@ -210,12 +210,13 @@ def sites(path: FilePath, frame: Frame) -> Sites:
             raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
         atoms = Columns.of_rows([row.split() for row in frame.rows], places, len(frame.columns)).by_id()
         low, box = _box_of_dump(*frame.bounds)
-        positions, wrapped, error = _positions(atoms, low, box)
         ends = [word for line in frame.bounds[1][:2] for word in line.split()]
+        of_box = rounding(ends, box, chosen=True)
+        positions, wrapped, error = _positions(atoms, low, box, of_box)
         check_flat(*_heights(atoms, box))
         entries, rings = _entries(atoms), rings_of_molecules(atoms.whole("mol")) if "mol" in atoms else None
         radius, of_sizes = atoms.radius()
-        error += of_sizes + rounding(ends, box, chosen=True)
+        error += of_sizes + of_box
         if rings is not None and radius is not None:
             if np.ptp(radius):
                 raise InputError(f"vertices have rims of {radius.min():g} to {radius.max():g}: all must have one")
@@ -265,8 +266,9 @@ def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
     return np.array([xlo, ylo]), np.array([[xhi - xlo, 0.0], [xy, yhi - ylo]])
 
 
-def _positions(atoms: Columns, low: Array, box: Array) -> tuple[Array, bool, float]:
-    """(n, 2) positions, whether they are wrapped, and their rounding; all columns of coordinates must agree."""
+def _positions(atoms: Columns, low: Array, box: Array, of_box: float) -> tuple[Array, bool, float]:
+    """(n, 2) positions, whether they are wrapped, and their rounding; all columns of coordinates must agree. `of_box`:
+    rounding of the box."""
     known = [entry for entry in _COORDINATES if entry[0] in atoms and entry[1] in atoms]
     if not known:
         raise InputError("a dump without coordinates: it needs the columns x y, xu yu, xs ys or xsu ysu")
@@ -278,7 +280,7 @@ def _positions(atoms: Columns, low: Array, box: Array) -> tuple[Array, bool, flo
     for other, (read, too) in zip(known[1:], found[1:], strict=True):
         apart = read - positions
         apart = np.abs(apart - shortest_images(apart, box) @ box).max(axis=1)
-        if apart[k := int(apart.argmax())] > 2 * (error + too) + _SAME_PLACE * np.abs(box).sum():
+        if apart[k := int(apart.argmax())] > 2 * (error + too + 2 * of_box) + _SAME_PLACE * np.abs(box).sum():
             raise InputError(f"columns {known[0][0]} and {other[0]} put atom {atoms.words('id')[k]} in two places")
     wrapped = known[0][3]
     if wrapped and "ix" in atoms and "iy" in atoms:
