@@ -13,7 +13,6 @@ import typer
 
 import jamlab
 from jamlab.cli.main import app
-from jamlab.processes.cores import available_cores
 
 CAMPAIGN = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 64\nseeds = 400\nonset = true\n'
 COMMANDS = {
@@ -21,7 +20,6 @@ COMMANDS = {
     "campaign": ["campaign", "run", "c.toml", "--workers", "2"],
     "jam": ["jam", "--n", "4096", "--out", "onset.h5"],
 }
-FIGURES = ["draw", "papers", "--out", "out"]
 CHILDREN = {"demo": 2, "campaign": 2, "jam": 0}
 SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.toml` resumes"}
 
@@ -29,7 +27,7 @@ SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.t
 def start(folder, name):
     """A command in a process group of its own, as a shell starts it."""
     (folder / "c.toml").write_text(CAMPAIGN)
-    line = [sys.executable, "-m", *(["jamlab.cli", *COMMANDS[name]] if name in COMMANDS else ["studies", *FIGURES])]
+    line = [sys.executable, "-m", "jamlab.cli", *COMMANDS[name]]
     checkout = {"PYTHONPATH": os.pathsep.join(sys.path)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": os.environ | checkout}
     caught = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}  # as in a terminal
@@ -149,24 +147,6 @@ def test_ctrl_c_while_children_start(tmp_path, moment):
     os.killpg(process.pid, signal.SIGINT)
     printed = process.communicate(timeout=10)[1]
     assert printed.strip() == "interrupted: nothing was written", printed
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_no_process_that_draws_is_left(tmp_path, number):
-    process = start(tmp_path, "figures")
-    while not list(tmp_path.glob("out/*.csv")):
-        assert process.poll() is None
-        time.sleep(0.05)
-    children = psutil.Process(process.pid).children()
-    assert children or available_cores() == 1
-    (os.kill if number == signal.SIGKILL else os.killpg)(process.pid, number)
-    _, err = process.communicate(timeout=10)
-    assert not psutil.wait_procs(children, timeout=10)[1]
-    assert not [path for path in tmp_path.rglob("*.tmp")]
-    if number != signal.SIGKILL:
-        assert process.returncode == 128 + number
-        assert "complete" in err.splitlines()[-1] and "Traceback" not in err
 
 
 def test_ctrl_c_while_the_command_is_imported_shows_no_traceback(tmp_path):

@@ -17,7 +17,6 @@ class JamlabPlugin(CMakePackage):
 
     version("0.2.0")  # with --no-checksum: python -m build --sdist --outdir dist
 
-
     depends_on("cxx", type="build")
     depends_on("cmake@3.20:", type="build")
     depends_on("mpi")
