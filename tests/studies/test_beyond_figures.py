@@ -1,6 +1,5 @@
 """Figures beyond the papers from tables in which known laws hold, and what becomes of a campaign's tables for them."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import beyond_tables
@@ -10,7 +9,6 @@ import pytest
 from drawn_figures import TABLES as MADE_UP
 from drawn_figures import drawn
 
-from jamlab.campaign.observable import load_function
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from studies import pages
@@ -18,18 +16,12 @@ from studies.baumgarten.crossovers import claim_crossovers
 from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
 from studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
-from studies.beyond.stiffening_disks import EXPECTED, NAMES, exponent_of, read_states, stiffening_disks
-from studies.campaigns import observables
+from studies.beyond.stiffening_disks import EXPECTED, NAMES, stiffening_disks
 from studies.ensemble_tables import (
-    COUNTS,
     FRACTIONS,
-    OBSERVABLE,
-    SHARED,
     EnsembleTables,
-    at_onset_by_law,
     droplet_states,
     modes_at_fractions,
-    of_usual_size,
     spectra_at_fractions,
     voids_by_state,
 )
@@ -165,10 +157,6 @@ def test_modes_are_binned_without_loss():
     assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
 
 
-def test_the_campaign_measures_what_voids_are_drawn_over():
-    assert load_function(OBSERVABLE, [str(Path(observables.__file__).parent)]).__name__ == SHARED
-
-
 def test_voids_and_states_of_several_laws():
     voids = pd.DataFrame({"task": "t", "state": [0, 0, 0, 1], "sides": [3, 3, 4, 4], "shape": [2.0, 4.0, 9.0, 9.0]})
     table = states([0.85, 0.87])
@@ -189,24 +177,6 @@ def test_tables_without_droplets_are_refused():
             pages.draw(f"beyond-droplet-{name}", few)
 
 
-def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for_without_them():
-    onset = beyond_tables.paper_tables.onset().query("n == 32")
-    bare = onset.drop(columns=list(COUNTS))
-    states = onset.assign(state=0)[["task", "state", *COUNTS]]
-    states = pd.concat([states, states.assign(state=1, pairs=0)])
-    joined = EnsembleTables({"onset": bare, "states": states}.get).onset
-    assert joined["pairs"].tolist() == [64] * len(bare)
-    few = EnsembleTables({"onset": bare, "states": states.drop(columns="pairs")}.get)
-    with pytest.raises(InputError, match="count_motions"):
-        pages.draw("beyond-droplet-contacts", few)
-
-
-def test_exponent_of_a_power_law_is_its_power_in_every_resample():
-    x = np.geomspace(1e-3, 1e-1, 11)
-    found = exponent_of(x, np.outer([1.0, 2.0, 5.0], x**1.5))
-    assert found.value == pytest.approx(1.5) and found.low == pytest.approx(1.5) and found.high == pytest.approx(1.5)
-
-
 def test_exponents_of_the_figure_are_those_of_the_theory():
     drawing = stiffening_disks(reference_tables())
     for column, alpha in EXPECTED:
@@ -214,39 +184,6 @@ def test_exponents_of_the_figure_are_those_of_the_theory():
         assert found.low - 0.12 < EXPECTED[column, alpha] < found.high + 0.12
         assert found.high - found.low < 0.5
     assert "Hertz" in drawing.caption
-
-
-def test_table_holds_states_above_onset_of_both_laws():
-    table = read_states(reference_tables())
-    assert set(table["exponent"]) == set(NAMES) and (table[["distance", "pressure", "g"]] > 0).all().all()
-    near = table[table["distance"] < 2e-3]
-    assert near["excess"].abs().max() < 0.3
-
-
-def test_laws_are_told_apart_at_the_largest_size_that_has_several():
-    """Not where packings are too few, away from onset, of another line tension, or of one law alone."""
-
-    def rows(n, packings, **changes):
-        usual = {"model": "dp", "gamma": 0.4, "eps": 2.0, "nv_small": 12, "state": 0}
-        return [usual | {"n": n, "seed": seed} | changes for seed in range(packings)]
-
-    table = pd.DataFrame(
-        [
-            *(row for state in range(3) for row in rows(16, 9, state=state)),
-            *rows(16, 9, nv_small=24),
-            *rows(64, 5, nv_small=24),
-            *rows(64, 6, nv_small=24, eps=20.0),
-            *rows(64, 9, nv_small=24, gamma=4.0),
-            *rows(64, 4, nv_small=48),
-            *rows(128, 9, nv_small=24),
-            *rows(128, 1, nv_small=48),
-            *rows(256, 9, state=1),
-        ]
-    )
-    found = {law: (n, len(part)) for n, law, part in at_onset_by_law(table)}
-    assert found == {"24 vertices": (64, 5), "24 vertices and rims 10 times as stiff": (64, 6)}
-    assert list(at_onset_by_law(table[table["n"] == 128])) == []
-    assert set(of_usual_size(table)["n"]) == {16} and of_usual_size(table.head(0)).empty
 
 
 def test_droplets_of_more_vertices_are_counted_at_onset():

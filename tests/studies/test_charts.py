@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.rheology.reduced_model import SETTINGS
 from studies.other_codes.compare import jolted_minimum
 from studies.other_codes.peers import Lammps
 from studies.reference_data import read_folder, reference_tables
@@ -24,7 +23,6 @@ from studies.speed_accuracy.chart import (
     points_of,
     price,
 )
-from studies.speed_accuracy.measurements import covered
 from studies.speed_accuracy.packings import limit_of_size
 from studies.tables import measure
 
@@ -124,11 +122,6 @@ def test_points_of_runs_that_were_cut_short_say_so():
     assert [line.get_fillstyle() for line in axes.lines if line.get_marker() in "os"] == ["left", "full"]
 
 
-def test_random_points_find_the_area_of_one_disk():
-    p = jamlab.Packing("sp", 2 * np.eye(2), [[0.1, 0.1]], {"eps": 1.0}, diameters=[1.0])
-    assert covered(p, 40_000, 1) == pytest.approx(np.pi / 16, abs=4 * np.sqrt(0.2 * 0.8 / 40_000))
-
-
 def test_a_figure_rings_defaults_and_counts_what_has_no_number():
     points = [point("m", 1.0, 1e-3, default=True), point("n", 2.0, 1e-17, floor=1e-12), point("o", 1.0, np.nan)]
     axes = curve_figure("title", "error", [*points, point("none", np.nan, np.nan, panel="b")]).axes[0]
@@ -162,24 +155,6 @@ def test_one_packing_measured_anew_agrees_with_what_ships():
     np.testing.assert_allclose(now["error"], before["error"], rtol=1e-5, atol=1e-14)
     cost = now[now["method"] == "random points"].groupby("setting")["seconds"].mean()
     assert cost["100000"] > 10 * cost["1000"]
-
-
-def test_settings_of_the_reduced_model_are_those_that_are_given():
-    """A loose tolerance takes fewer shifts, and errs by more than the tight default."""
-    p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-    omega = np.geomspace(1e-6, 1e2, 17)
-    exact = jamlab.complex_modulus(p, omega, method="dense")
-    ways = (replace(SETTINGS, tolerance=0.1, quiet=1, steps=1), SETTINGS)
-    found = [jamlab.complex_modulus(p, omega, method="reduced", settings=way) for way in ways]
-    loose, usual = (np.abs(s.loss / exact.loss - 1).max() for s in found)
-    assert usual < 1e-6 < loose
-
-
-def test_a_chart_from_shipped_data():
-    table = CHARTS["packing-fraction"].draw(reference_tables()).table
-    error = {(p.panel, p.method): p.error for p in table.itertuples()}
-    assert all(error[panel, "exact"] < 1e-13 for panel in ("φ = 0.86", "φ = 1", "φ = 1.2"))
-    assert error["φ = 1.2", "nominal"] > 0.1 > error["φ = 1.2", "pairs"] > 1e-6
 
 
 def test_a_chart_is_drawn_from_what_was_measured(tmp_path):

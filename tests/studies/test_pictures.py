@@ -3,7 +3,6 @@
 from functools import cache
 
 import flow_tables
-import numpy as np
 import pandas as pd
 import pytest
 from bare_pictures import HERE, artists, bare, covers_points, picture
@@ -12,31 +11,8 @@ from matplotlib.legend import Legend
 from studies import pages
 from studies.ensemble_tables import EnsembleTables
 from studies.reference_data import reference_tables
-from studies.registry import MAPS
-from studies.speed_accuracy.chart import Point, curve_figure
-from studies.stability.map import failure_figure
 
 paper_tables = cache(reference_tables)
-
-
-def chart():
-    def point(panel, method, setting, seconds, error, failed=0, default=False):
-        return Point(panel, method, setting, seconds, error, 0.3 * error, 2 * error, 1e-12, 20, failed, default)
-
-    points = [point("N = 64", "pixels", f"{k}", 1e-3 * k, 1 / k**2, failed=k > 500) for k in (10, 100, 1000)]
-    points += [
-        point("N = 64", "exact", "", 3e-3, 1e-14, default=True),
-        point("N = 64", "broken", "", np.nan, np.nan),
-        point("N = 1024", "exact", "", 4e-2, 1e-8, default=True),
-        point("N = 1024", "pixels", "100", 2e-2, 1e-4),
-    ]
-    return curve_figure("packing fraction", "error of rho", points)
-
-
-@picture
-def test_failure_map():
-    """Shares of runs in every cell of a shipped map, the limit of theory over them."""
-    return bare(failure_figure(MAPS["moved"], reference_tables().read("moved")))
 
 
 def checked(figure, labels, entries):
@@ -46,12 +22,6 @@ def checked(figure, labels, entries):
     assert sum(len(legend.get_texts()) for legend in artists(figure, Legend)) == entries
     assert not covers_points(figure)
     return figure
-
-
-@picture
-def test_speed_accuracy_chart():
-    """Curves with bars, hatched what the reference cannot tell, the default ringed, open where some failed."""
-    return bare(checked(chart(), [("CPU time on one core, s", "error of rho")] * 2, 6), columns=2)
 
 
 @picture

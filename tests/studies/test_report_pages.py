@@ -82,27 +82,3 @@ def test_a_row_is_a_card_on_a_phone(browser, charts_page):
     assert shown(browser, "thead") == []
     label = browser.run("return getComputedStyle(document.querySelectorAll('td')[1], '::before').content")
     assert label == '"a column with a long heading [1/s]"'
-
-
-def test_dark_mode_is_legible(browser, figures_page):
-    browser.open(figures_page, media={"prefers-color-scheme": "dark"})
-    colours = browser.run("const s = getComputedStyle(document.body); return [s.color, s.backgroundColor]")
-    ink, paper = ([int(part) for part in c.removeprefix("rgb(").removesuffix(")").split(",")] for c in colours)
-    assert min(ink) - max(paper) > 180
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["stability", "speed-accuracy"])
-def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, name):
-    studies, page = groups()[name].studies, tmp_path / f"{name}.html"
-    write_page(tmp_path, name, groups()[name], reference_tables())
-    browser.open(page, 1280)
-    height = "return document.documentElement.scrollHeight"
-    folded = browser.run(height)
-    assert folded < 10_000 and browser.overhang() == 0 and len(shown(browser, "section figure img")) == len(studies)
-    browser.element("details:not(.tile) > summary").click()
-    assert browser.run(height) > folded and browser.overhang() == 0
-    browser.open(page, 375, 812, touch=True)
-    assert browser.run(height) < 10_000 and browser.overhang() == 0 and shown(browser, "section figure img") == []
-    browser.element(".tile > summary").click()
-    assert len(shown(browser, "section figure img")) == 1
