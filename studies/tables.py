@@ -43,9 +43,9 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
             raise ValueError(f"it is not the file of {known['date']} that {MANIFEST} names")
         if path.suffix == ".parquet":
             return pd.read_parquet(io.BytesIO(data))
-        first, *lines = data.decode().splitlines(keepends=True)
-        rows = [line for line in lines if line.rstrip().rstrip(",").count(",") > 1]
-        table = pd.read_csv(io.StringIO("".join([first, *rows])), dtype=dict.fromkeys(_TEXT, str))
+        cells = pd.read_csv(io.BytesIO(data), dtype=str)
+        measured = cells.drop(columns=["task", "took"], errors="ignore").notna().any(axis=1)
+        table = pd.read_csv(io.StringIO(cells[measured].to_csv(index=False)), dtype=dict.fromkeys(_TEXT, str))
     except (OSError, ValueError) as error:
         raise StorageError(f"{path} cannot be read ({error}): restore it, or measure it again") from error
     return table.fillna(dict.fromkeys({*_TEXT} & {*table}, ""))
