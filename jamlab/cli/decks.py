@@ -181,7 +181,9 @@ def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
     background = (0.0, overdamped_session.LARGEST_BACKGROUND)
     droplets, exponent = ".dp." in deck_name, optional_parameters("sp")["exponent"]
     found: dict[str, tuple[float, float]] = {
-        **dict.fromkeys(("u_jammed", "u_contact", "displacement", "nearby", "longest_edge", "skin"), (above, largest)),
+        **dict.fromkeys(
+            ("d1", "d2", "u_jammed", "u_contact", "displacement", "nearby", "longest_edge", "skin"), (above, largest)
+        ),
         **dict.fromkeys(("short_edge", "fluid", "seed", "least"), (0, largest)),
         **dict.fromkeys(_WHOLE - {"seed", "least", "nv_small", "nv_large"}, (1, largest)),
         **dict.fromkeys(("to", "phi_jammed"), (above, 2)),

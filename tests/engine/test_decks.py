@@ -69,6 +69,7 @@ def test_a_default_of_two_decks_is_one_number():
         ("in.dp.shear", "data", "packing.data"),
         ("in.sp.shear", "law", "k"),
         ("in.sp.shear", "d2", 2),
+        ("in.sp.shear", "d2", "wide"),
         ("in.sp.shear", "ratio", 1.4),
         ("in.sp.shear", "data", "sp.dump"),
         ("in.sp.absent", "n", 8),
