@@ -208,8 +208,7 @@ tallied per atom, and restart files keep all coefficients.""",
 - src/Makefile: polygon in PACKAGE, after plugin; src/Depend.sh: POLYGON after MOLECULE
 - src/.gitignore: the files of src/POLYGON; .github/CODEOWNERS: src/POLYGON/* @AUTHOR
 - doc/src/Commands_bond.rst, Commands_fix.rst, Commands_compute.rst, bond_style.rst, fix.rst, compute.rst: the styles
-- doc/src/Packages.rst: a row, :ref:`POLYGON <PKG-POLYGON>`; Packages_details.rst: a section below .. _PKG-POLYGON:
-- doc/src/Howto.rst: Howto_polygon, the recipe of a ring from molecule file to forces""",
+- doc/src/Packages.rst: a row, :ref:`POLYGON <PKG-POLYGON>`; Packages_details.rst: a section below .. _PKG-POLYGON:""",
     "words": "Boromand, deformable polygons",
 }
 SECOND = {
@@ -221,6 +220,7 @@ pair/local are refused, and contacts are summed with newton on and off. The styl
 edge. Two widths mix arithmetically, strengths as pair_modify mix says. Accelerator variants are not planned.""",
     "lines": """- doc/src/Commands_pair.rst, pair_style.rst: circuloline
 - doc/src/Commands_compute.rst, compute.rst: polygon/contact, polygon/group/group
+- doc/src/Howto.rst: Howto_polygon
 - src/.gitignore: the files that are new in src/POLYGON""",
     "words": "circuloline, circulo",
 }
@@ -252,6 +252,8 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
         words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
         (package / "README").write_text(words + "\nContributing author: AUTHOR (AFFILIATION), E-MAIL\n")
         return files
+    howto = "Howto_polygon.rst"
+    (pages / howto).write_text((Path(__file__).parent / howto).read_text())
     examples = folder / "examples" / "PACKAGES" / "polygon"
     examples.mkdir(parents=True)
     for path in [*(ROOT / "lammps_inputs" / "examples").iterdir(), ROOT / "lammps_inputs" / "parts" / "polygon12.mol"]:
