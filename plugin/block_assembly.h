@@ -14,11 +14,11 @@ namespace LAMMPS_NS {
 /* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of this
    rank: a ghost counts as the atom that it is an image of. */
 
-class BlockAssembly {
+template <int D> class BlockAssembly {
  public:
-  using Block = BlockCholesky<2>::Block;
+  using Block = typename BlockCholesky<D>::Block;
 
-  explicit BlockAssembly(class Atom *atom) : atom(atom) {}
+  explicit BlockAssembly(Atom *atom) : atom(atom) {}
 
   int owner(int i) const    // -1: another rank's
   {
@@ -31,13 +31,14 @@ class BlockAssembly {
   {
     const int own_i = owner(i), own_j = owner(j);
     if (own_i < 0 || own_j < 0) return;
-    if (i != j && own_i == own_j)
-      entries.push_back({own_i, own_i, {2.0 * b[0], b[1] + b[2], b[1] + b[2], 2.0 * b[3]}});
-    else
-      entries.push_back({own_i, own_j, b});
+    entries.push_back({own_i, own_j, b});
+    if (i == j || own_i != own_j) return;
+    Block &both = entries.back().block;
+    for (int k = 0; k < D; k++)
+      for (int l = 0; l < D; l++) both[D * k + l] = b[D * k + l] + b[D * l + k];
   }
 
-  void fill(BlockCholesky<2> &matrix) const
+  void fill(BlockCholesky<D> &matrix) const
   {
     std::vector<std::pair<int, int>> pairs;
     for (const Entry &e : entries) pairs.emplace_back(e.i, e.j);
@@ -45,7 +46,7 @@ class BlockAssembly {
     refill(matrix);
   }
 
-  void refill(BlockCholesky<2> &matrix) const    // the same matrix again, after its factorisation
+  void refill(BlockCholesky<D> &matrix) const    // the same matrix again, after its factorisation
   {
     matrix.clear();
     for (const Entry &e : entries) matrix.add(e.i, e.j, e.block);

@@ -217,8 +217,8 @@ bool CommandDescend::factorise(double largest_force)
   if (rows != row) factors.forget_order();
   row = rows;
   stiffness.take(meetings);
-  BlockAssembly matrix(atom);
-  stiffness.assemble(1.0, true, matrix);
+  BlockAssembly<2> matrix(atom);
+  stiffness.assemble(1.0, matrix);
   matrix.fill(factors);
 
   const double least = std::max(numbers.shift * largest_force, numbers.least_shift);

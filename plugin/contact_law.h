@@ -41,8 +41,7 @@ enum Role {
 struct ContactLaws {
   double **eps = nullptr, **width = nullptr, **start = nullptr;
   int **form = nullptr;
-  double longest_edge = 0.0;    // no edge may outgrow this
-  double listed_edge[NUMBER_OF_CONTACT_FORMS] = {};    // neighbor lists hold an end of edges up to this
+  double longest_edge = 0.0;    // no edge may outgrow this, so that neighbor lists hold one of its ends
   std::vector<Role> role;
 
   bool disk(int type) const { return role[type] == DISK; }
@@ -52,7 +51,7 @@ struct ContactLaws {
      form segment looks from tail to tail */
   double cutoff(int i, int j) const
   {
-    const double edge = disk(i) && disk(j) ? 0.0 : listed_edge[form[i][j]];
+    const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
     return form[i][j] == SEGMENT ? start[i][j] + 2.0 * edge : std::hypot(start[i][j], 0.5 * edge);
   }
 };

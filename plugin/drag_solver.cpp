@@ -31,7 +31,7 @@ void DragSolver::make_room(int local, int ghost)
 {
   nlocal = local;
   nghost = ghost;
-  for (Motions *each : {&residual, &direction, &product, &start, &descent}) each->resize(local + ghost);
+  for (Field *each : {&residual, &direction, &product, &start, &descent}) each->resize(local + ghost);
   inverse.resize(local);
 }
 
@@ -55,8 +55,8 @@ double DragSolver::precondition(double r_flow, double &z_flow)
   double product = 0.0;
   for (int i = 0; i < nlocal; i++) {
     const Block &m = inverse[i];
-    const Motion v = residual[i];
-    Motion &z = descent[i];
+    const Vec3 v = residual[i];
+    Vec3 &z = descent[i];
     z.x = m.xx * v.x + m.xy * v.y + m.xs * v.spin;
     z.y = m.xy * v.x + m.yy * v.y + m.ys * v.spin;
     z.spin = m.xs * v.x + m.ys * v.y + m.ss * v.spin;
@@ -66,28 +66,17 @@ double DragSolver::precondition(double r_flow, double &z_flow)
   return sum(product) + r_flow * z_flow;
 }
 
-/* ---------------------------------------------------------------------- */
-
-void DragSolver::subtract(const Motions &other, double factor)
-{
-  for (int i = 0; i < nlocal; i++) {
-    residual[i].x -= factor * other[i].x;
-    residual[i].y -= factor * other[i].y;
-    residual[i].spin -= factor * other[i].spin;
-  }
-}
-
 /* ----------------------------------------------------------------------
    squared norm of what drives the flow: forces, and the drag of the affine flow alone
 ------------------------------------------------------------------------- */
 
-double DragSolver::driving(const Motions &force, const Load &load)
+double DragSolver::rhs_norm(const Field &force, const Load &load)
 {
   double power, flow, z_flow;
-  std::fill(direction.begin(), direction.end(), Motion());
+  std::fill(direction.begin(), direction.end(), Vec3());
   multiply(direction, load.free_rate ? 0.0 : load.rate, product, power, flow);
   std::copy_n(force.begin(), nlocal, residual.begin());
-  subtract(product);
+  field_add(residual, -1.0, product, nlocal);
   return precondition(load.free_rate ? load.moment : 0.0, z_flow);
 }
 
@@ -95,19 +84,19 @@ double DragSolver::driving(const Motions &force, const Load &load)
    residual = F - ahead K (u - start) - B u - b rate; returns that of the rate, where it is free
 ------------------------------------------------------------------------- */
 
-double DragSolver::find_residual(const Motions &force, Motions &u, const Load &load, bool moved)
+double DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
 {
   double power, flow, ahead = 0.0, without = 0.0;
   multiply(u, load.rate, product, power, flow);
   std::copy_n(force.begin(), nlocal, residual.begin());
-  subtract(product);
+  field_add(residual, -1.0, product, nlocal);
   if (moved && looks_ahead()) {
     for (int i = 0; i < nlocal; i++)
       direction[i] = {u[i].x - start[i].x, u[i].y - start[i].y, u[i].spin - start[i].spin};
     multiply_ahead(direction, load.rate - start_rate, product, power, ahead);
-    subtract(product);
+    field_add(residual, -1.0, product, nlocal);
     multiply(direction, load.rate - start_rate, product, power, without);
-    subtract(product, -1.0);
+    field_add(residual, 1.0, product, nlocal);
   }
   return load.free_rate ? load.moment - flow - settings.fluid * load.rate - ahead + without : 0.0;
 }
@@ -116,12 +105,13 @@ double DragSolver::find_residual(const Motions &force, Motions &u, const Load &l
    conjugate gradients from the residual on; returns its squared norm
 ------------------------------------------------------------------------- */
 
-double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough, Result &result)
+double DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, double enough, Result &result)
 {
   double z_flow;
   double rho = precondition(r_flow, z_flow);
   std::copy_n(descent.begin(), nlocal, direction.begin());
   double p_flow = z_flow;
+  needs_flow = load.free_rate;
   while (rho > INNER * INNER * enough && result.iterations < settings.iterations) {
     result.iterations++;
     double power, flow;
@@ -131,12 +121,8 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
     result.positive = power > 0.0;
     if (!result.positive) break;
     const double step = rho / power;
-    for (int i = 0; i < nlocal; i++) {
-      u[i].x += step * direction[i].x;
-      u[i].y += step * direction[i].y;
-      u[i].spin += step * direction[i].spin;
-    }
-    subtract(product, step);
+    field_add(u, step, direction, nlocal);
+    field_add(residual, -step, product, nlocal);
     if (load.free_rate) {
       load.rate += step * p_flow;
       r_flow -= step * flow;
@@ -151,18 +137,19 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
     }
     p_flow = z_flow + keep * p_flow;
   }
+  needs_flow = true;
   return rho;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void DragSolver::keep(State &state, const Motions &force, const Motions &u, const Load &load) const
+void DragSolver::keep(State &state, const Field &force, const Field &u, const Load &load) const
 {
   state.force.assign(force.begin(), force.begin() + nlocal);
   state.u.assign(u.begin(), u.begin() + nlocal);
   state.rate = load.rate;
   state.moment = load.moment;
-  state.held = held();
+  state.held = multipliers();
 }
 
 /* ----------------------------------------------------------------------
@@ -170,10 +157,10 @@ void DragSolver::keep(State &state, const Motions &force, const Motions &u, cons
    to rest are thrown as far to the other side by the whole of it
 ------------------------------------------------------------------------- */
 
-void DragSolver::shorten(double rho, Motions &force, Motions &u, Load &load)
+void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
 {
   keep(after, force, u, load);
-  const auto between = [&](double part, const Motions &a, const Motions &b, Motions &out) {
+  const auto between = [&](double part, const Field &a, const Field &b, Field &out) {
     for (int i = 0; i < nlocal; i++)
       out[i] = {a[i].x + part * (b[i].x - a[i].x), a[i].y + part * (b[i].y - a[i].y),
                 a[i].spin + part * (b[i].spin - a[i].spin)};
@@ -186,7 +173,7 @@ void DragSolver::shorten(double rho, Motions &force, Motions &u, Load &load)
     std::vector<double> part_held(after.held);
     for (std::size_t e = 0; e < part_held.size(); e++)
       part_held[e] = before.held[e] + part * (after.held[e] - before.held[e]);
-    hold_at(part_held);
+    set_multipliers(part_held);
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
     double z_flow;
@@ -207,7 +194,7 @@ void DragSolver::shorten(double rho, Motions &force, Motions &u, Load &load)
    force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too
 ------------------------------------------------------------------------- */
 
-DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
+DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
 {
   Result result = {0, false, 0.0, true};
   start_rate = load.rate;
@@ -219,7 +206,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
     newton = law.alpha != 1.0 && find_slopes(u, load.rate);
     if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
     if (newton) last_iterations = 0;    // each step has a matrix of its own
-    const double driven = driving(force, load);
+    const double driven = rhs_norm(force, load);
     const double enough = std::max(settings.tolerance * settings.tolerance * driven, rounding());
 
     double z_flow;
@@ -228,18 +215,18 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
     result.residual = driven > 0.0 ? sqrt(std::max(rho, 0.0) / driven) : 0.0;
     result.converged = rho <= enough;
     if (result.converged || !std::isfinite(rho)) {
-      if (!result.converged || !hold(force, u, load, result)) break;
+      if (!result.converged || !enforce_constraints(force, u, load, result)) break;
       continue;
     }
 
     if (newton) keep(before, force, u, load);
     const double rho_before = rho;
     const int earlier = result.iterations;
-    rho = descend(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
+    rho = conjugate_gradients(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
     if (!result.positive) break;
     if (newton) last_iterations = result.iterations - earlier;
-    const bool holds = hold(force, u, load, result);
-    if (newton) shorten(rho_before, force, u, load);
+    const bool holds = enforce_constraints(force, u, load, result);
+    if (newton) line_search(rho_before, force, u, load);
     if (law.alpha == 1.0 && !holds) {
       result.residual = driven > 0.0 ? sqrt(std::max(rho, 0.0) / driven) : 0.0;
       result.converged = rho <= enough;
@@ -255,7 +242,7 @@ DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
 
 /* ---------------------------------------------------------------------- */
 
-void DragSolver::accept(Motions &u, double rate)
+void DragSolver::set_solution(Field &u, double rate)
 {
   exchange.send_to_ghosts(u);
   std::copy_n(u.begin(), nlocal, start.begin());
@@ -267,5 +254,5 @@ void DragSolver::accept(Motions &u, double rate)
 
 double DragSolver::memory_usage() const
 {
-  return inverse.capacity() * sizeof(Block) + 5.0 * residual.capacity() * sizeof(Motion);
+  return inverse.capacity() * sizeof(Block) + 5.0 * residual.capacity() * sizeof(Vec3);
 }

@@ -5,6 +5,7 @@
 #define JAMLAB_DRAG_SOLVER_H
 
 #include "drag_law.h"
+#include "slip_row.h"
 
 #include <mpi.h>
 
@@ -12,17 +13,12 @@
 
 namespace LAMMPS_NS {
 
-struct Motion {    // of a disk or a vertex, beside the affine flow; or a force on it and a torque
-  double x = 0.0, y = 0.0, spin = 0.0;
-};
-using Motions = std::vector<Motion>;    // of owned atoms, then of ghosts
-
 /* What the solver needs of LAMMPS. */
 
 class GhostExchange {
  public:
-  virtual void send_to_ghosts(Motions &) = 0;
-  virtual void add_from_ghosts(Motions &) = 0;
+  virtual void send_to_ghosts(Field &) = 0;
+  virtual void add_from_ghosts(Field &) = 0;
 
  protected:
   ~GhostExchange() = default;
@@ -73,14 +69,14 @@ class DragSolver {
   virtual ~DragSolver() = default;
 
   // contacts at present positions; ahead: time over which forces follow the velocities, of droplets
-  virtual void take(int nlocal, int nghost, double ahead) = 0;
-  virtual void let_go_of_loose(Motions &) {}    // what nothing holds keeps no velocity from the last step
-  Result solve(Motions &force, Motions &u, Load &load);    // force: changed where pairs are held
-  void accept(Motions &u, double rate);    // velocities of a run before, as if they were the solution
+  virtual void update_contacts(int nlocal, int nghost, double ahead) = 0;
+  virtual void zero_rattler_velocities(Field &) {}    // those that nothing holds keep none from the last step
+  Result solve(Field &force, Field &u, Load &load);    // force: changed where pairs are held
+  void set_solution(Field &u, double rate);    // velocities of a run before, as if they were the solution
 
   // at the velocities of the last solution
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
-  virtual FlowSums add_up(const Motions &u, double rate) = 0;    // of all ranks
+  virtual FlowSums add_up(const Field &u, double rate) = 0;    // of all ranks
   virtual double least_relaxation_time() const = 0;    // of this rank: longer steps than that are unstable
   virtual bool touched(int i) const { return inverse[i].xx > 0.0; }    // i drags on others, or on the background
   virtual double memory_usage() const;
@@ -96,49 +92,49 @@ class DragSolver {
   };
   std::vector<Block> inverse;
   double inverse_flow = 0.0;    // of c
-  Motions residual, descent;    // of conjugate gradients; descent = M^-1 residual
+  Field residual, descent;    // of conjugate gradients; descent = M^-1 residual
   int last_iterations = 0;
-  Motions start;                // velocities that the last solution started from
+  Field start;                // velocities that the last solution started from
   double start_rate = 0.0;
+  bool needs_flow = true;       // of products: b p + c rate
 
   void make_room(int nlocal, int nghost);
   double sum(double) const;
   double speed_floor(double squares, double count) const;
   virtual double precondition(double r_flow, double &z_flow);    // residual descent over all ranks
-  double descend(Motions &u, Load &, double r_flow, double enough, Result &);
-  double driving(const Motions &force, const Load &);
-  double find_residual(const Motions &force, Motions &u, const Load &, bool moved);
+  double conjugate_gradients(Field &u, Load &, double r_flow, double enough, Result &);
+  double rhs_norm(const Field &force, const Load &);
+  double find_residual(const Field &force, Field &u, const Load &, bool moved);
 
  private:
-  Motions direction, product;
+  Field direction, product;
 
-  virtual void find_weights(const Motions &u, double rate) = 0;
+  virtual void find_weights(const Field &u, double rate) = 0;
   virtual void find_preconditioner(bool free_rate) = 0;    // the blocks `inverse`
   // out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks
-  virtual void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) = 0;
+  virtual void multiply(Field &p, double rate, Field &out, double &power, double &flow) = 0;
   // the same of B + ahead K
-  virtual void multiply_ahead(Motions &p, double rate, Motions &out, double &power, double &flow)
+  virtual void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow)
   {
     multiply(p, rate, out, power, flow);
   }
   virtual bool looks_ahead() const { return false; }
   // from here on multiply_ahead is by the slope of the drag of a power law at these velocities; false: it is not known
-  virtual bool find_slopes(const Motions &, double /*rate*/) { return false; }
+  virtual bool find_slopes(const Field &, double /*rate*/) { return false; }
   // hold what a linear solution leaves free; true: it has changed, and velocities are found again
-  virtual bool hold(Motions &, Motions &, Load &, Result &) { return false; }
-  virtual std::vector<double> held() const { return {}; }    // forces on each of those pairs
-  virtual void hold_at(const std::vector<double> &) {}
+  virtual bool enforce_constraints(Field &, Field &, Load &, Result &) { return false; }
+  virtual std::vector<double> multipliers() const { return {}; }    // forces on each of those pairs
+  virtual void set_multipliers(const std::vector<double> &) {}
   virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
-  void subtract(const Motions &, double factor = 1.0);
   struct State {    // of owned atoms; kept from step to step, since ghosts of a few disks are many
-    Motions force, u;
+    Field force, u;
     double rate, moment;
     std::vector<double> held;
   };
   State before, after;    // a step of Newton's
-  void keep(State &, const Motions &force, const Motions &u, const Load &) const;
-  void shorten(double rho, Motions &force, Motions &u, Load &);
+  void keep(State &, const Field &force, const Field &u, const Load &) const;
+  void line_search(double rho, Field &force, Field &u, Load &);
 };
 
 }    // namespace LAMMPS_NS

@@ -4,8 +4,7 @@
 #ifndef JAMLAB_DROPLET_DRAG_H
 #define JAMLAB_DROPLET_DRAG_H
 
-#include "block_cholesky.h"
-#include "drag_solver.h"
+#include "drag_system.h"
 #include "droplet_stiffness.h"
 
 namespace LAMMPS_NS {
@@ -22,16 +21,15 @@ namespace LAMMPS_NS {
    preconditioner is the Cholesky factor of B + ahead K, of what each rank owns, and serves as many steps
    as it makes conjugate gradients short. */
 
-class DropletDrag : public DragSolver {
+class DropletDrag : public DragSystem<DropletRow> {
  public:
   DropletDrag(class LAMMPS *, GhostExchange &, const Settings &, const DragLaw &, class Compute &virial,
               Compute &energy);
-  void take(int nlocal, int nghost, double ahead) override;
+  void update_contacts(int nlocal, int nghost, double ahead) override;
   double elastic_moment() const override;
-  FlowSums add_up(const Motions &u, double rate) override;
-  double least_relaxation_time() const override;
+  FlowSums add_up(const Field &u, double rate) override;
+  double least_relaxation_time() const override { return HUGE_VAL; }    // steps look ahead: none is unstable
   bool touched(int /*i*/) const override { return true; }
-  double memory_usage() const override;
 
  private:
   class LAMMPS *lmp;
@@ -41,34 +39,33 @@ class DropletDrag : public DragSolver {
   DropletStiffness stiffness;
   double ahead = 0.0;
   std::vector<DropletMeeting> meetings;
-  std::vector<double> weights;    // drag over velocity of approach
-  Motions work, still;
-  BlockCholesky<2> factors;
-  bool stale = true, atoms_moved_between_ranks = true;
+  Field work, still;
+  bool stale = true, moved_between_ranks = true;
   double factors_ahead = -1.0, mean_diagonal = 0.0;
-  std::vector<double> column;
   struct Turn {    // of the outline at an owned vertex: edges in and out over the sum of their squares
     int prev, next;
-    double in_x, in_y, out_x, out_y, per_square, drag;    // drag: share of the background
+    double in_x, in_y, out_x, out_y, per_square;
   };
   std::vector<Turn> turns;
 
   void read_outlines();
-  void remove_mean(Motions &) const;
   void factorise();
-  void assemble_drag(class BlockAssembly &) const;
-  void find_weights(const Motions &u, double rate) override;
   void find_preconditioner(bool free_rate) override;
-  double precondition(double r_flow, double &z_flow) override;
-  void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
-  void multiply_ahead(Motions &p, double rate, Motions &out, double &power, double &flow) override;
+  void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow) override
+  {
+    apply(p, rate, ahead, false, out, power, flow);
+  }
   bool looks_ahead() const override { return ahead > 0.0; }
   double rounding() const override;
 
-  void apply(Motions &p, double rate, double ahead, Motions &out, double &power, double &flow, FlowSums *);
-  void find_spins(Motions &p, double rate);
-  double turn_back(Motions &out, FlowSums *);
-  void slip(const DropletMeeting &, const Motions &p, double rate, double &approach, double &slide) const;
+  void find_spins(Field &p, double rate) override;
+  double turn_back(Field &out, FlowSums *) override;
+  double add_forces_ahead(const Field &p, double rate, double time, Field &out) override
+  {
+    return time > 0.0 ? stiffness.add_product(p, rate, time, out) : 0.0;
+  }
+  void find_parts(std::size_t k, std::vector<Part> &) const override;
+  void project(Field &) const override;
 };
 
 }    // namespace LAMMPS_NS

@@ -4,7 +4,6 @@
 #include "droplet_stiffness.h"
 
 #include "atom.h"
-#include "block_assembly.h"
 #include "bond.h"
 #include "fix_polygon_area.h"
 #include "force.h"
@@ -15,8 +14,6 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
-
-static constexpr double DIAGONAL = 1e-2;    // over the stiffness of a contact
 
 /* ---------------------------------------------------------------------- */
 
@@ -71,7 +68,7 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
 
 /* ---------------------------------------------------------------------- */
 
-double DropletStiffness::add_product(const Motions &p, double strain, double factor, Motions &out)
+double DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)
 {
   return add_contacts(p, strain, factor, out) + add_tension(p, strain, factor, out) +
       add_areas(p, strain, factor, out);
@@ -83,11 +80,11 @@ double DropletStiffness::add_product(const Motions &p, double strain, double fac
    (1 - n n^T)/d between two points
 ------------------------------------------------------------------------- */
 
-double DropletStiffness::add_contacts(const Motions &p, double strain, double factor, Motions &out) const
+double DropletStiffness::add_contacts(const Field &p, double strain, double factor, Field &out) const
 {
   double flow = 0.0;
   for (const DropletMeeting &m : *meetings) {
-    const Motion &v = p[m.vertex], &a = p[m.tail], &b = p[m.head];
+    const Vec3 &v = p[m.vertex], &a = p[m.tail], &b = p[m.head];
     const double s = 1.0 - m.t;
     // of the vertex against its foot, and of the head against the tail; the shear moves both along x
     const double rx = v.x - s * a.x - m.t * b.x + strain * m.ny * m.distance, ry = v.y - s * a.y - m.t * b.y;
@@ -126,7 +123,7 @@ double DropletStiffness::add_contacts(const Motions &p, double strain, double fa
 
 /* ---------------------------------------------------------------------- */
 
-double DropletStiffness::add_tension(const Motions &p, double strain, double factor, Motions &out) const
+double DropletStiffness::add_tension(const Field &p, double strain, double factor, Field &out) const
 {
   double flow = 0.0;
   for (const Edge &e : edges) {
@@ -149,7 +146,7 @@ double DropletStiffness::add_tension(const Motions &p, double strain, double fac
    ka grad a grad a^T + ka (a - a0) hess a; a shear does not change a
 ------------------------------------------------------------------------- */
 
-double DropletStiffness::add_areas(const Motions &p, double strain, double factor, Motions &out)
+double DropletStiffness::add_areas(const Field &p, double strain, double factor, Field &out)
 {
   const PolygonSums &rings = area->rings();
   stretch.assign(rings.polygons().size(), 0.0);
@@ -159,7 +156,7 @@ double DropletStiffness::add_areas(const Motions &p, double strain, double facto
   for (const Vertex &v : vertices) {
     const double push = factor * area->stiffness_of(v.polygon) * stretch[v.polygon];
     const double half = 0.5 * factor * area->stiffness_of(v.polygon) * area->excess_of(v.polygon);
-    const Motion &before = p[v.prev], &after = p[v.next];
+    const Vec3 &before = p[v.prev], &after = p[v.next];
     const double fx = push * v.slope_x + half * (after.y - before.y);
     const double fy = push * v.slope_y + half * (before.x - after.x - 2.0 * strain * v.slope_x);
     out[v.i].x += fx;
@@ -171,31 +168,28 @@ double DropletStiffness::add_areas(const Motions &p, double strain, double facto
 
 /* ---------------------------------------------------------------------- */
 
-void DropletStiffness::assemble(double factor, bool whole, BlockAssembly &matrix) const
+void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const
 {
-  double diagonal = 0.0;
-  for (const DropletMeeting &m : *meetings) diagonal = std::max(diagonal, DIAGONAL * factor * m.stiffness);
-  for (int i = 0; !whole && i < lmp->atom->nlocal; i++) matrix.add(i, i, {diagonal, 0.0, 0.0, diagonal});
-  assemble_contacts(factor, whole, matrix);
+  assemble_contacts(factor, matrix);
   for (const Edge &e : edges) {
     const double xx = factor * e.xx, xy = factor * e.xy, yy = factor * e.yy;
     if (e.own_i) matrix.add(e.i, e.i, {xx, xy, xy, yy});
     if (e.own_j) matrix.add(e.j, e.j, {xx, xy, xy, yy});
     matrix.add(e.i, e.j, {-e.share * xx, -e.share * xy, -e.share * xy, -e.share * yy});
   }
-  assemble_areas(factor, whole, matrix);
+  assemble_areas(factor, matrix);
 }
 
 /* ----------------------------------------------------------------------
    as in add_contacts
 ------------------------------------------------------------------------- */
 
-void DropletStiffness::assemble_contacts(double factor, bool whole, BlockAssembly &matrix) const
+void DropletStiffness::assemble_contacts(double factor, BlockAssembly<2> &matrix) const
 {
   for (const DropletMeeting &m : *meetings) {
     const int site[3] = {m.vertex, m.tail, m.head};
     const double c[3] = {1.0, m.t - 1.0, -m.t}, w[3] = {0.0, -1.0, 1.0};
-    const double k = factor * m.stiffness, f = whole ? factor * m.force : 0.0;
+    const double k = factor * m.stiffness, f = factor * m.force;
     const double per_length = m.length > 0.0 ? 1.0 / m.length : 0.0, per_d = m.length > 0.0 ? 0.0 : f / m.distance;
     for (int a = 0; a < 3; a++)
       for (int b = a; b < 3; b++) {
@@ -212,7 +206,7 @@ void DropletStiffness::assemble_contacts(double factor, bool whole, BlockAssembl
 
 /* ---------------------------------------------------------------------- */
 
-void DropletStiffness::assemble_areas(double factor, bool whole, BlockAssembly &matrix) const
+void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) const
 {
   std::vector<std::vector<const Vertex *>> rings(area->rings().polygons().size());
   for (const Vertex &v : vertices) rings[v.polygon].push_back(&v);
@@ -225,7 +219,7 @@ void DropletStiffness::assemble_areas(double factor, bool whole, BlockAssembly &
         matrix.add(v.i, o.i, {ka * v.slope_x * o.slope_x, ka * v.slope_x * o.slope_y, ka * v.slope_y * o.slope_x,
                               ka * v.slope_y * o.slope_y});
       }
-      const double half = whole ? 0.5 * ka * area->excess_of(v.polygon) : 0.0;
+      const double half = 0.5 * ka * area->excess_of(v.polygon);
       matrix.add(v.i, v.next, {0.0, half, -half, 0.0});
     }
 }

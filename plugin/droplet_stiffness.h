@@ -4,7 +4,8 @@
 #ifndef JAMLAB_DROPLET_STIFFNESS_H
 #define JAMLAB_DROPLET_STIFFNESS_H
 
-#include "drag_solver.h"
+#include "block_assembly.h"
+#include "slip_row.h"
 
 #include <vector>
 
@@ -32,10 +33,9 @@ class DropletStiffness {
   void take(const std::vector<DropletMeeting> &);
 
   // out += factor K (p, strain), ghosts included in both; returns factor (k p + kappa strain), of this rank
-  double add_product(const Motions &p, double strain, double factor, Motions &out);
+  double add_product(const Field &p, double strain, double factor, Field &out);
 
-  // factor K; whole: false, for a little on the diagonal instead of the terms that can be negative, which forces make
-  void assemble(double factor, bool whole, class BlockAssembly &) const;
+  void assemble(double factor, BlockAssembly<2> &) const;    // factor K
 
   double largest_tension() const;
 
@@ -57,11 +57,11 @@ class DropletStiffness {
   std::vector<Vertex> vertices;
   std::vector<double> stretch;
 
-  void assemble_contacts(double factor, bool whole, BlockAssembly &) const;
-  void assemble_areas(double factor, bool whole, BlockAssembly &) const;
-  double add_contacts(const Motions &p, double strain, double factor, Motions &out) const;
-  double add_tension(const Motions &p, double strain, double factor, Motions &out) const;
-  double add_areas(const Motions &p, double strain, double factor, Motions &out);
+  void assemble_contacts(double factor, BlockAssembly<2> &) const;
+  void assemble_areas(double factor, BlockAssembly<2> &) const;
+  double add_contacts(const Field &p, double strain, double factor, Field &out) const;
+  double add_tension(const Field &p, double strain, double factor, Field &out) const;
+  double add_areas(const Field &p, double strain, double factor, Field &out);
 };
 
 }    // namespace LAMMPS_NS

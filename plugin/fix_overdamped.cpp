@@ -85,7 +85,7 @@ void FixOverdamped::setup(int /*vflag*/)
     plan_disks();
     return;
   }
-  solver->take(atom->nlocal, atom->nghost, 0.0);
+  solver->update_contacts(atom->nlocal, atom->nghost, 0.0);
   start_droplets();
   const double stress = state.stress, dissipation = state.dissipation;
   add_up();
@@ -103,7 +103,7 @@ void FixOverdamped::setup(int /*vflag*/)
 
 void FixOverdamped::forget_velocities()
 {
-  for (Motions *each : {&now, &before, &moved, &moved_before}) std::fill(each->begin(), each->end(), Motion());
+  for (Field *each : {&now, &before, &moved, &moved_before}) std::fill(each->begin(), each->end(), Vec3());
   state.step = state.last_step = state.step_before = 0.0;
 }
 
@@ -136,7 +136,7 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
   state.rate = driven_rate();
   lean(strain_step);
   double farthest = 0.0;
-  const Motions &moves = droplets ? moved : plan.moved;
+  const Field &moves = droplets ? moved : plan.moved;
   for (int i = 0; i < atom->nlocal; i++) farthest = std::max(farthest, hypot(moves[i].x, moves[i].y));
   keep_neighbors(farthest, strain_step);
 }
@@ -234,10 +234,10 @@ void FixOverdamped::final_integrate()
 {
   const bool ended = interval > 0.0 && state.time == state.end;
   if (droplets) {
-    const Motions predicted(now.begin(), now.begin() + atom->nlocal);
+    const Field predicted(now.begin(), now.begin() + atom->nlocal);
     const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
     const FlowSums last = sums;
-    solver->take(atom->nlocal, atom->nghost, ahead);
+    solver->update_contacts(atom->nlocal, atom->nghost, ahead);
     if (!correct_droplets(predicted, rate, find_velocities())) {
       step_back();
       return;
@@ -284,10 +284,10 @@ DragSolver::Result FixOverdamped::find_velocities(bool forces)
 {
   const int nlocal = atom->nlocal;
   if (droplets) {
-    pushes.assign(nlocal, Motion());
+    pushes.assign(nlocal, Vec3());
     for (int i = 0; forces && i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
   } else {
-    disks->push(pushes);
+    disks->elastic_forces(pushes);
   }
 
   state.rate = driven_rate();

@@ -71,17 +71,17 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool droplets = false;
   std::unique_ptr<DragSolver> solver;
   DiskDrag *disks = nullptr;    // the solver, of disks
-  std::vector<DiskDrag::Edge> restored;    // from a restart file
+  std::vector<DiskDrag::MarginalContact> restored;    // from a restart file
   double length_unit = 1.0;     // mean diameter of disks
   double approached = 0.0;      // by two disks or vertices at most, since neighbors were found
   double user_time_step = 0.0;  // that the fix changes
   bool stopped = false;         // this run, at the end of an interval
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
   bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
-  Motions now, before;        // velocities: of this step, and, of droplets, of the last one
-  Motions moved, moved_before;    // droplets: beside the affine flow, in the last two steps
-  Motions pushes;             // on every atom, but for the drag
-  Motions *traveling = nullptr;
+  Field now, before;        // velocities: of this step, and, of droplets, of the last one
+  Field moved, moved_before;    // droplets: beside the affine flow, in the last two steps
+  Field pushes;             // on every atom, but for the drag
+  Field *traveling = nullptr;
   double ahead = 0.0;         // droplets: time over which a new velocity counts in the last step
   int flip = 0;
 
@@ -102,14 +102,14 @@ class FixOverdamped : public Fix, private GhostExchange {
 
   using Weights = std::array<double, 3>;
   struct Stage {    // of a step of disks
-    Motions velocities;    // as the box leans at the start of the step
+    Field velocities;    // as the box leans at the start of the step
     double rate = 0.0, stress = 0.0, dissipation = 0.0;
     std::vector<double> thetas;
   } stages[3];
   struct Plan {     // the next step of disks: part `time` of a whole one
     bool made = false;
     double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0, longest = 0.0;
-    Motions moved, ahead;
+    Field moved, ahead;
     std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;
 
@@ -144,12 +144,12 @@ class FixOverdamped : public Fix, private GhostExchange {
   static Weights dense_weights(double part);
   static Weights ahead_weights(double part);
   void predict_droplets(double dt, double strain_step);
-  bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
+  bool correct_droplets(const Field &predicted, double predicted_rate, const DragSolver::Result &);
   void step_back();
   double droplet_error() const;
   bool balances(double gap, double dissipation_before) const;
   double shortest_droplet_step() const;
-  double farthest_correction(const Motions &predicted) const;
+  double farthest_correction(const Field &predicted) const;
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
   [[noreturn]] void refuse(const DragSolver::Result &) const;
@@ -168,8 +168,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   double longest_step() const;
   double area() const;
 
-  void send_to_ghosts(Motions &) override;
-  void add_from_ghosts(Motions &) override;
+  void send_to_ghosts(Field &) override;
+  void add_from_ghosts(Field &) override;
 };
 
 }    // namespace LAMMPS_NS

@@ -12,6 +12,7 @@
 #include "disk_drag.h"
 #include "domain.h"
 #include "error.h"
+#include "neighbor.h"
 #include "update.h"
 
 #include <algorithm>
@@ -80,14 +81,15 @@ double FixOverdamped::crowd() const
 
 void FixOverdamped::start_disks()
 {
-  disks->take(atom->nlocal, atom->nghost, 0.0);
-  disks->keep_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
+  if (neighbor->ago == 0) disks->neighbors_are_new();
+  disks->update_contacts(atom->nlocal, atom->nghost, 0.0);
+  disks->close_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
   disks->forget_settled(false);    // gaps of the last step have become wide
-  disks->let_go_of_loose(now);
+  disks->zero_rattler_velocities(now);
   const double least = tolerance * state.speed / SPREAD;
-  disks->leave_alone((crowd() - 1.0) * STRICT * least);
+  disks->set_min_speed((crowd() - 1.0) * STRICT * least);
   const auto parts = disks->parts_before();
-  if (parts.size() > 1 && disks->edges_change() && (disks->rubs(now, state.rate) || !fit(find_velocities(), least))) {
+  if (parts.size() > 1 && disks->marginal_pairs_change() && (disks->rubs(now, state.rate) || !fit(find_velocities(), least))) {
     relax_ties(parts, least);
   } else {
     DiskDrag::Revision revision = DiskDrag::CHANGED;
@@ -95,7 +97,7 @@ void FixOverdamped::start_disks()
       const DragSolver::Result result = find_velocities();
       if (!result.converged) {
         if (!disks->close_rubbing()) refuse(result);
-        std::fill(now.begin(), now.end(), Motion());
+        std::fill(now.begin(), now.end(), Vec3());
       }
       revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
     }
@@ -121,10 +123,10 @@ void FixOverdamped::relax_ties(const std::vector<double> &parts, double least_sp
 {
   DragSolver::Result result = {};
   for (int round = 0; round < (disks->is_linear() ? 1 : ROUNDS); round++) {
-    const bool rests = disks->relax_edges(parts, now, {driven_rate(), area() * wanted_stress, drive == STRESS});
+    const bool rests = disks->relax_marginal_pairs(parts, now, {driven_rate(), area() * wanted_stress, drive == STRESS});
     result = find_velocities();
     if (rests && fit(result, least_speed)) return;
-    if (!result.converged) std::fill(now.begin(), now.end(), Motion());
+    if (!result.converged) std::fill(now.begin(), now.end(), Vec3());
   }
   if (!result.converged && !(result = find_velocities()).converged) refuse(result);
   state.unsettled += 1.0;
@@ -151,7 +153,7 @@ double FixOverdamped::try_stages(double step)
   const int nall = atom->nlocal + atom->nghost;
   const State start = state;
   const FlowSums at_start = sums;
-  Motions moved(nall), u(now.begin(), now.begin() + nall);
+  Field moved(nall), u(now.begin(), now.begin() + nall);
   const auto keep = [&](int s, double strain) {
     Stage &stage = stages[s];
     stage.velocities.resize(nall);
@@ -172,7 +174,7 @@ double FixOverdamped::try_stages(double step)
     disks->displace(moved, strain);
     if (s == 2)
       for (int i = 0; i < nall; i++) {    // from the line through the first two stages
-        const Motion &v = stages[0].velocities[i];
+        const Vec3 &v = stages[0].velocities[i];
         u[i] = {u[i].x + TRUST * 0.5 * (u[i].x - v.x), u[i].y + TRUST * 0.5 * (u[i].y - v.y),
                 u[i].spin + TRUST * 0.5 * (u[i].spin - v.spin)};
       }
@@ -191,7 +193,7 @@ double FixOverdamped::try_stages(double step)
 
   double off = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Motion &a = stages[0].velocities[i], &b = stages[1].velocities[i], &c = stages[2].velocities[i];
+    const Vec3 &a = stages[0].velocities[i], &b = stages[1].velocities[i], &c = stages[2].velocities[i];
     off += hypot(2.0 * a.x - 6.0 * b.x + 4.0 * c.x, 2.0 * a.y - 6.0 * b.y + 4.0 * c.y) / 9.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
@@ -241,15 +243,15 @@ void FixOverdamped::plan_disks()
   const Weights w = dense_weights(plan.time / step), v = ahead_weights(plan.time / step);
   plan.work = stages[0].stress * plan.strain;    // of a constant stress no digit is lost
   plan.dissipated = 0.0;
-  plan.moved.assign(atom->nlocal, Motion());
-  plan.ahead.assign(atom->nlocal, Motion());
+  plan.moved.assign(atom->nlocal, Vec3());
+  plan.ahead.assign(atom->nlocal, Vec3());
   for (int s = 0; s < 3; s++) {
     const Stage &stage = stages[s];
     plan.work += step * w[s] * (stage.stress - stages[0].stress) * stage.rate;
     plan.dissipated += step * w[s] * stage.dissipation;
     for (int i = 0; i < atom->nlocal; i++) {
-      const Motion &u = stage.velocities[i];
-      Motion &m = plan.moved[i], &a = plan.ahead[i];
+      const Vec3 &u = stage.velocities[i];
+      Vec3 &m = plan.moved[i], &a = plan.ahead[i];
       m = {m.x + step * w[s] * u.x, m.y + step * w[s] * u.y, 0.0};
       a = {a.x + v[s] * u.x, a.y + v[s] * u.y, a.spin + v[s] * u.spin};
     }
@@ -270,7 +272,7 @@ double FixOverdamped::up_to_changes(double step, double allowed)
     const Weights w = dense_weights(time / step);
     x = y = 0.0;
     for (int s = 0; s < 3; s++) {
-      const Motion &a = stages[s].velocities[p.i], &b = stages[s].velocities[p.j];
+      const Vec3 &a = stages[s].velocities[p.i], &b = stages[s].velocities[p.j];
       x += step * w[s] * (b.x - a.x);
       y += step * w[s] * (b.y - a.y);
     }
@@ -328,7 +330,7 @@ void FixOverdamped::move_disks()
   const double ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Motion &m = plan.moved[i], &u = plan.ahead[i], &v = now[i];
+    const Vec3 &m = plan.moved[i], &u = plan.ahead[i], &v = now[i];
     x[i][1] += m.y;
     x[i][0] += m.x + plan.strain * (x[i][1] - ylo);
     now[i] = {v.x + TRUST * (u.x + plan.strain * u.y - v.x), v.y + TRUST * (u.y - v.y),

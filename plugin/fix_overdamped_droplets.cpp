@@ -36,7 +36,7 @@ static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST 
 void FixOverdamped::start_droplets()
 {
   if (state.step > 0.0 || drive == STRESS) {
-    solver->accept(now, state.rate);
+    solver->set_solution(now, state.rate);
     return;
   }
   if (const DragSolver::Result result = find_velocities(false); !result.converged) refuse(result);
@@ -72,8 +72,8 @@ void FixOverdamped::predict_droplets(double dt, double strain_step)
   ahead = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio);
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Motion v = now[i], m = moved[i], w = moved_before[i];
-    Motion u = {(m.x + w.x + leaned * w.y) * per_time, (m.y + w.y) * per_time, 0.0};    // as the box leans now
+    const Vec3 v = now[i], m = moved[i], w = moved_before[i];
+    Vec3 u = {(m.x + w.x + leaned * w.y) * per_time, (m.y + w.y) * per_time, 0.0};    // as the box leans now
     if (per_time == 0.0) u = v;
     const double dx = again * m.x + ahead * u.x, dy = again * m.y + ahead * u.y;
     x[i][1] += dy;
@@ -96,7 +96,7 @@ double FixOverdamped::droplet_error() const
   double off = 0.0;
   const double dt = state.last_step, leaned = state.strain_step;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Motion &u = now[i], &v = before[i], &m = moved[i];
+    const Vec3 &u = now[i], &v = before[i], &m = moved[i];
     off += hypot(m.x / dt - 0.5 * (u.x + v.x + leaned * v.y), m.y / dt - 0.5 * (u.y + v.y));
   }
   return 8.0 / 3.0 * off;
@@ -129,7 +129,7 @@ double FixOverdamped::shortest_droplet_step() const
    false: the step was too long
 ------------------------------------------------------------------------- */
 
-bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_rate,
+bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_rate,
                                      const DragSolver::Result &result)
 {
   const double farthest = farthest_correction(predicted);
@@ -162,7 +162,7 @@ bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_
 
 /* ---------------------------------------------------------------------- */
 
-double FixOverdamped::farthest_correction(const Motions &predicted) const
+double FixOverdamped::farthest_correction(const Field &predicted) const
 {
   double farthest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
@@ -183,7 +183,7 @@ void FixOverdamped::step_back()
     x[i][1] -= moved[i].y;
     x[i][0] -= moved[i].x + leaned * (x[i][1] - ylo);
     now[i] = before[i];
-    moved[i] = moved_before[i] = Motion();
+    moved[i] = moved_before[i] = Vec3();
   }
   domain->xy -= leaned * domain->yprd;
   domain->set_global_box();

@@ -23,7 +23,7 @@ void FixOverdamped::write_restart(FILE *fp)
   std::vector<double> list(1, LAYOUT);
   list.insert(list.end(), kept, kept + KEPT);
   if (disks)
-    for (const DiskDrag::Edge &edge : disks->edges())
+    for (const DiskDrag::MarginalContact &edge : disks->marginal_contacts())
       list.insert(list.end(), {static_cast<double>(edge.first), static_cast<double>(edge.second),
                                static_cast<double>(edge.state), edge.theta, edge.base, edge.held,
                                static_cast<double>(edge.tried), edge.free ? 1.0 : 0.0});
@@ -53,7 +53,7 @@ void FixOverdamped::restart(char *buf)
 
 /* ---------------------------------------------------------------------- */
 
-void FixOverdamped::send_to_ghosts(Motions &motions)
+void FixOverdamped::send_to_ghosts(Field &motions)
 {
   traveling = &motions;
   comm->forward_comm(this, 3);
@@ -63,7 +63,7 @@ void FixOverdamped::send_to_ghosts(Motions &motions)
    where newton is off, both owners see a contact of disks, and each counts it for its own disk
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::add_from_ghosts(Motions &motions)
+void FixOverdamped::add_from_ghosts(Field &motions)
 {
   if (!droplets && !force->newton_pair) return;
   traveling = &motions;
@@ -72,7 +72,7 @@ void FixOverdamped::add_from_ghosts(Motions &motions)
 
 /* ---------------------------------------------------------------------- */
 
-static int put(double *buf, const Motion &motion)
+static int put(double *buf, const Vec3 &motion)
 {
   buf[0] = motion.x;
   buf[1] = motion.y;
@@ -108,7 +108,7 @@ int FixOverdamped::pack_reverse_comm(int n, int first, double *buf)
 void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 {
   for (int k = 0; k < n; k++, buf += 3) {
-    Motion &sum = (*traveling)[indices[k]];
+    Vec3 &sum = (*traveling)[indices[k]];
     sum.x += buf[0];
     sum.y += buf[1];
     sum.spin += buf[2];
@@ -119,21 +119,21 @@ void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 
 void FixOverdamped::grow_arrays(int nmax)
 {
-  for (Motions *each : {&now, &before, &moved, &moved_before}) each->resize(nmax);
+  for (Field *each : {&now, &before, &moved, &moved_before}) each->resize(nmax);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
 {
-  for (Motions *each : {&now, &before, &moved, &moved_before}) (*each)[j] = (*each)[i];
+  for (Field *each : {&now, &before, &moved, &moved_before}) (*each)[j] = (*each)[i];
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::set_arrays(int i)
 {
-  now[i] = before[i] = moved[i] = moved_before[i] = Motion();
+  now[i] = before[i] = moved[i] = moved_before[i] = Vec3();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -195,5 +195,5 @@ int FixOverdamped::maxsize_restart()
 
 double FixOverdamped::memory_usage()
 {
-  return (4 * now.capacity() + pushes.capacity()) * sizeof(Motion) + (solver ? solver->memory_usage() : 0.0);
+  return (4 * now.capacity() + pushes.capacity()) * sizeof(Vec3) + (solver ? solver->memory_usage() : 0.0);
 }

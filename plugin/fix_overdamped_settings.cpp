@@ -237,10 +237,10 @@ void FixOverdamped::make_solver()
     solver = std::make_unique<DropletDrag>(lmp, exchange, settings, droplet_law, *virial, *energy);
     return;
   }
-  auto drag = std::make_unique<DiskDrag>(world, exchange, settings, *style, atom->tag);
-  drag->take_over(disks ? disks->edges() : restored);    // of the run before
+  auto drag = std::make_unique<DiskDrag>(world, exchange, settings, *style, atom);
+  drag->set_marginal_contacts(disks ? disks->marginal_contacts() : restored);    // of the run before
   disks = drag.get();
-  drag->thicken(LAYER * sqrt(tolerance));
+  drag->set_least_overlap(LAYER * sqrt(tolerance));
   solver = std::move(drag);
   length_unit = style->mean_diameter();
 }
@@ -261,6 +261,7 @@ void FixOverdamped::check() const
     error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "{}: works with run_style verlet only", WHO);
+  if (atom->map_style == Atom::MAP_NONE) error->all(FLERR, "{}: needs an atom map: use atom_modify map array", WHO);
   if (comm->layout != Comm::LAYOUT_TILED && comm->procgrid[0] > 2)
     error->all(FLERR, "{}: {} ranks side by side along x: atoms may go to any of them when the box flips; use "
                "processors 1 * 1", WHO, comm->procgrid[0]);

@@ -27,7 +27,7 @@ static constexpr int PER_GHOST = 5;
 ------------------------------------------------------------------------- */
 
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), unread(true), longest(0.0), mean(0.0), rebuilds(0), refreshed(0),
+    Fix(lmp, narg, arg), unread(true), rebuilds(0), refreshed(0),
     refreshed_for(-1, -1)
 {
   if (narg != 3) error->all(FLERR, "Fix POLYGON/OUTLINE takes no arguments");
@@ -222,7 +222,6 @@ void FixPolygonOutline::read_bonds()
 
   std::vector<OutlineAtom> atoms;
   std::vector<OutlineBond> bonds;
-  EdgeLengths lengths;
   for (std::size_t begin = 0, end = 0; begin < places.size(); begin = end) {
     atoms.clear();
     bonds.clear();
@@ -237,17 +236,12 @@ void FixPolygonOutline::read_bonds()
       }
     }
     const auto found = outline_links(atoms, bonds);
-    lengths.add(atoms, found);
     for (std::size_t k = 0; k < found.size(); k++) answers[places[begin + k].rank][places[begin + k].number] = found[k];
   }
 
   const auto answered = exchange_records(answers, world);
   for (int rank = 0; rank < nprocs; rank++)
     for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
-  double sums[2] = {lengths.sum, lengths.count};
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(&lengths.longest, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
-  mean = sums[1] > 0.0 ? sums[0] / sums[1] : 0.0;
   for (int i = 0; i < atom->nlocal; i++) links[i].bonds = bonds_of(i);
   unread = false;
 }

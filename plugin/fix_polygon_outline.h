@@ -44,8 +44,6 @@ class FixPolygonOutline : public Fix {
   double memory_usage() override;
 
   void read_bonds();    // collective: needs no ghosts and no neighbor list
-  double longest_edge() const { return longest; }    // of all ranks, when the bonds were read
-  double mean_edge() const { return mean; }
   bigint refresh();     // collective, before the first use after a neighbor build; number of the refresh
   // which neighbor lists these are: they change with the pair; 0 and more until this fix has seen them made
   std::pair<bigint, bigint> lists() const { return {rebuilds, neighbor_calls()}; }
@@ -62,7 +60,6 @@ class FixPolygonOutline : public Fix {
   std::vector<tagint> tags;    // of atoms and ghosts at the last refresh
   std::vector<int> successor, predecessor;
   bool unread;
-  double longest, mean;
   bigint rebuilds, refreshed;
   std::pair<bigint, bigint> refreshed_for;    // lists
 

@@ -75,20 +75,6 @@ double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> 
 
 /* ---------------------------------------------------------------------- */
 
-void EdgeLengths::add(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links)
-{
-  for (std::size_t k = 0; k < atoms.size(); k++) {
-    if (!links[k].next) continue;
-    const OutlineAtom &head = atoms[place_of(atoms, links[k].next)];
-    const double length = std::hypot(head.x - atoms[k].x, head.y - atoms[k].y);
-    longest = std::max(longest, length);
-    sum += length;
-    count++;
-  }
-}
-
-/* ---------------------------------------------------------------------- */
-
 int LAMMPS_NS::edge_crossings(const std::vector<double> &r)
 {
   const std::size_t size = r.size() / 2;

@@ -45,11 +45,6 @@ struct OutlineBond {
 
 std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds);
 
-struct EdgeLengths {    // of rings and chains
-  double longest = 0.0, sum = 0.0, count = 0.0;
-  void add(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links);
-};
-
 // pairs of edges of the closed polygon x0 y0 x1 y1 ... that pass through each other
 
 int edge_crossings(const std::vector<double> &r);

@@ -23,10 +23,6 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
 
-// longer edges, over the mean or, of form segment, over the longest at the start of a run, cost more: see
-// PolygonFacings::find_long_edges
-static constexpr double ROOM = 1.5;
-
 /* ---------------------------------------------------------------------- */
 
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
@@ -247,11 +243,6 @@ void PairCirculoline::init_style()
   refuse_computes();
   lower_ghost_cutoff();
   outline = FixPolygonOutline::shared(lmp, WHO);
-  outline->read_bonds();
-  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
-    const double edge = k == SEGMENT ? outline->longest_edge() : outline->mean_edge();
-    laws.listed_edge[k] = edge > 0.0 ? std::min(laws.longest_edge, ROOM * edge) : laws.longest_edge;
-  }
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
       error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "

@@ -30,7 +30,7 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
   block_list.clear();
   edge_from.assign(atom->nlocal + atom->nghost, -1);
   find_reaches(laws);
-  find_edges(laws, form);
+  find_edges(laws);
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
@@ -76,35 +76,18 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
     }
 }
 
-/* ----------------------------------------------------------------------
-   Where edges are longer than the neighbor lists of this run are made for, cells tell what is
-   near them. Disks know each other by the lists.
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
-void PolygonFacings::find_edges(const ContactLaws &laws, ContactForm form)
+void PolygonFacings::find_edges(const ContactLaws &laws)
 {
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
-  outgrown = false;
   if (nall == 0) return;
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-  const double listedsq = laws.listed_edge[form] * laws.listed_edge[form];
-  std::vector<int> tails;
   for (int i = 0; i < nall; i++) {
     const int head = laws.disk(atom->type[i]) ? i : outline->next(i);
-    if (head < 0) continue;
-    EdgeFrame &frame = all_frames[i] = edge_frame(x[i], x[head]);
-    const bool long_edge = frame.ex * frame.ex + frame.ey * frame.ey > listedsq;
-    outgrown = outgrown || long_edge;
-    if (long_edge || form == SEGMENT) tails.push_back(i);
+    if (head >= 0) all_frames[i] = edge_frame(x[i], x[head]);
   }
-  if (!outgrown) return;
-
-  double touching = 0.0;
-  for (const Reach &reach : reaches) touching = std::max(touching, reach.touching);
-  std::vector<EdgeCells::Box> boxes;
-  for (const int tail : tails) boxes.push_back(EdgeCells::around(all_frames[tail], sqrt(touching)));
-  cells.build(tails, boxes);
 }
 
 /* ----------------------------------------------------------------------
@@ -142,13 +125,6 @@ void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLa
     const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list may not hold
     if (rx * rx + ry * ry > one.listed) try_edge(jprev, one.touching);
   }
-
-  if (!outgrown) return;
-  cells.near({{px, py}, {px, py}}, [&](int tail) {
-    const int jtype = type[tail];
-    if (laws.disk(jtype) || forms[jtype] != form || one_outline(i, tail, laws)) return;
-    if (!excluded(i, tail) || !excluded(i, outline->next(tail))) try_edge(tail, reach[jtype].touching);
-  });
 }
 
 /* ----------------------------------------------------------------------
@@ -158,30 +134,18 @@ void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLa
 
 void PolygonFacings::find_near_edge(int i, int head, Neighbors neighbors, const ContactLaws &laws)
 {
-  const bool idisk = laws.disk(atom->type[i]);
-  for (const int listed : neighbors)
-    if (!outgrown || (idisk && laws.disk(atom->type[listed & NEIGHMASK]))) try_edge_with_edge(i, head, listed, laws);
-  if (!outgrown) return;
-  cells.near(EdgeCells::around(all_frames[i], 0.0), [&](int j) {
-    if (!(idisk && laws.disk(atom->type[j])) && !excluded(i, j)) try_edge_with_edge(i, head, j, laws);
-  });
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::try_edge_with_edge(int i, int head, int listed, const ContactLaws &laws)
-{
-  const int j = listed & NEIGHMASK;
-  const double *const *x = atom->x;
-  const int itype = atom->type[i], jtype = atom->type[j];
-  if (laws.form[itype][jtype] != SEGMENT || earlier(j, i)) return;    // the other edge has this pair
-  if (one_outline(i, j, laws)) return;
-  const int jhead = laws.disk(jtype) ? j : outline->next(j);
-  if (jhead < 0) return;    // the end of a chain, or an edge whose head is beyond reach
-  const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
-                               foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
-  if (rsq < reaches[itype * (atom->ntypes + 1) + jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead]))
-    add(i, listed, {j, jhead});
+  const double *const *const x = atom->x;
+  const int itype = atom->type[i];
+  for (const int listed : neighbors) {
+    const int j = listed & NEIGHMASK, jtype = atom->type[j];
+    if (laws.form[itype][jtype] != SEGMENT || earlier(j, i) || one_outline(i, j, laws)) continue;
+    const int jhead = laws.disk(jtype) ? j : outline->next(j);
+    if (jhead < 0) continue;    // the end of a chain, or an edge whose head is beyond reach
+    const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
+                                 foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
+    if (rsq < reaches[itype * (atom->ntypes + 1) + jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead]))
+      add(i, listed, {j, jhead});
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -192,25 +156,6 @@ bool PolygonFacings::one_outline(int i, int j, const ContactLaws &laws) const
 {
   return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
       !laws.disk(atom->type[i]) && !laws.disk(atom->type[j]);
-}
-
-/* ----------------------------------------------------------------------
-   pairs that neigh_modify exclude takes out of the neighbor lists
-------------------------------------------------------------------------- */
-
-bool PolygonFacings::excluded(int i, int j) const
-{
-  if (!neighbor->exclude) return false;
-  const int *mask = atom->mask;
-  if (neighbor->nex_type && neighbor->ex_type[atom->type[i]][atom->type[j]]) return true;
-  for (int k = 0; k < neighbor->nex_group; k++) {
-    const int one = neighbor->ex1_bit[k], two = neighbor->ex2_bit[k];
-    if ((mask[i] & one && mask[j] & two) || (mask[j] & one && mask[i] & two)) return true;
-  }
-  const bool same = atom->molecule[i] == atom->molecule[j];
-  for (int k = 0; k < neighbor->nex_mol; k++)
-    if (mask[i] & mask[j] & neighbor->ex_mol_bit[k] && same == (neighbor->ex_mol_intra[k] != 0)) return true;
-  return false;
 }
 
 /* ----------------------------------------------------------------------
@@ -281,5 +226,5 @@ double PolygonFacings::memory_usage() const
 {
   return facing_list.capacity() * sizeof(Facing) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
       edge_list.capacity() * sizeof(Edge) + frame_list.capacity() * sizeof(EdgeFrame) +
-      all_frames.capacity() * sizeof(EdgeFrame) + candidates.capacity() * sizeof(Candidate) + cells.memory_usage();
+      all_frames.capacity() * sizeof(EdgeFrame) + candidates.capacity() * sizeof(Candidate);
 }

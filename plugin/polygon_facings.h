@@ -5,7 +5,6 @@
 #define JAMLAB_POLYGON_FACINGS_H
 
 #include "contact_law.h"
-#include "edge_cells.h"
 #include "edge_geometry.h"
 #include "fix_polygon_outline.h"
 #include "pointers.h"
@@ -89,19 +88,15 @@ class PolygonFacings : protected Pointers {
   std::vector<EdgeFrame> frame_list;
   std::vector<int> edge_from;           // number of the edge that starts at each atom, -1 if this block has none
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
-  bool outgrown = false;                // some edge is longer than the neighbor lists are made for
-  EdgeCells cells;                      // then: tails of long edges; form segment: of all, and disks
   std::vector<Candidate> candidates;    // of one point
 
   void find_reaches(const ContactLaws &);
-  void find_edges(const ContactLaws &, ContactForm);
+  void find_edges(const ContactLaws &);
   void find_near_point(int, Neighbors, const ContactLaws &, ContactForm);
   void find_near_edge(int, int, Neighbors, const ContactLaws &);
-  void try_edge_with_edge(int, int, int, const ContactLaws &);
   void add(int, int, Edge);
   void end_block();
   void keep(int, int, bool);
-  bool excluded(int, int) const;
   bool earlier(int, int) const;
   bool one_outline(int, int, const ContactLaws &) const;
 };

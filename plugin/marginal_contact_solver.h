@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_EDGE_RELAXATION_H
-#define JAMLAB_EDGE_RELAXATION_H
+#ifndef JAMLAB_MARGINAL_CONTACT_SOLVER_H
+#define JAMLAB_MARGINAL_CONTACT_SOLVER_H
 
 #include <cstddef>
 #include <vector>
@@ -14,7 +14,7 @@ namespace LAMMPS_NS {
    (v, s) = still + answers (theta - base) (w v, beta w s). Drag that sets in over a thin layer of the gap follows
    d theta/d time = -v between 0 and 1, and comes to rest where those at 0 part, those at 1 meet and others rub. */
 
-struct EdgeRelaxation {
+struct MarginalContactSolver {
   std::size_t m;
   double base;
   std::vector<double> still, answers;    // 2 m, 2 m by 2 m: partings, then slips
@@ -30,7 +30,6 @@ struct EdgeRelaxation {
   Found find(const std::vector<double> &thetas) const;
   bool take_step(const std::vector<std::size_t> &free, double time, double allowed, std::vector<double> &thetas,
                  Found &now) const;
-  static double eliminate(std::vector<double> &matrix, std::size_t rows, std::size_t columns);
 };
 
 }    // namespace LAMMPS_NS

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-#include "edge_relaxation.h"
+#include "marginal_contact_solver.h"
+
+#include "dense_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,37 +16,9 @@ static constexpr double GROWTH = 2.0;     // of a step
 static constexpr double RESTS = 1e-7;     // parting over the fastest velocity of a pair
 static constexpr int STEPS = 1000;        // at most
 
-/* ----------------------------------------------------------------------
-   Gauss and Jordan's, of a matrix with its right sides beside it; returns the determinant
-------------------------------------------------------------------------- */
-
-double EdgeRelaxation::eliminate(std::vector<double> &matrix, std::size_t rows, std::size_t columns)
-{
-  double determinant = 1.0;
-  const auto at = [&](std::size_t k, std::size_t l) -> double & { return matrix[k * columns + l]; };
-  for (std::size_t k = 0; k < rows; k++) {
-    std::size_t best = k;
-    for (std::size_t r = k + 1; r < rows; r++)
-      if (fabs(at(r, k)) > fabs(at(best, k))) best = r;
-    const double pivot = at(best, k);
-    if (pivot == 0.0) return 0.0;
-    determinant *= best == k ? pivot : -pivot;
-    for (std::size_t l = 0; l < columns; l++) {
-      std::swap(at(best, l), at(k, l));
-      at(k, l) /= pivot;
-    }
-    for (std::size_t r = 0; r < rows; r++) {
-      const double factor = at(r, k);
-      if (r == k || factor == 0.0) continue;
-      for (std::size_t l = k; l < columns; l++) at(r, l) -= factor * at(k, l);
-    }
-  }
-  return determinant;
-}
-
 /* ---------------------------------------------------------------------- */
 
-EdgeRelaxation::Found EdgeRelaxation::find(const std::vector<double> &thetas) const
+MarginalContactSolver::Found MarginalContactSolver::find(const std::vector<double> &thetas) const
 {
   const std::size_t n = 2 * m, columns = n + 1 + n;
   std::vector<double> matrix(n * columns);
@@ -56,7 +30,7 @@ EdgeRelaxation::Found EdgeRelaxation::find(const std::vector<double> &thetas) co
     }
     row[n] = still[k];
   }
-  eliminate(matrix, n, columns);
+  solve_dense(matrix, n, columns);
   Found found{std::vector<double>(m), std::vector<double>(m), std::vector<double>(m * m)};
   const auto velocity = [&](std::size_t k) { return matrix[k * columns + n]; };
   for (std::size_t k = 0; k < m; k++) {
@@ -75,7 +49,7 @@ EdgeRelaxation::Found EdgeRelaxation::find(const std::vector<double> &thetas) co
    not last.
 ------------------------------------------------------------------------- */
 
-bool EdgeRelaxation::take_step(const std::vector<std::size_t> &free, double time, double allowed,
+bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, double time, double allowed,
                                std::vector<double> &thetas, Found &now) const
 {
   const std::size_t count = free.size(), columns = count + 1;
@@ -85,7 +59,7 @@ bool EdgeRelaxation::take_step(const std::vector<std::size_t> &free, double time
       matrix[k * columns + l] = (k == l ? 1.0 : 0.0) + time * now.slopes[free[k] * m + free[l]];
     matrix[k * columns + count] = -time * now.partings[free[k]];
   }
-  if (!(eliminate(matrix, count, columns) > 0.0)) return false;
+  if (!(solve_dense(matrix, count, columns) > 0.0)) return false;
   for (std::size_t k = 0; k < count; k++) {
     double &theta = next[free[k]];
     theta = std::clamp(theta + matrix[k * columns + count], 0.0, 1.0);
@@ -104,7 +78,7 @@ bool EdgeRelaxation::take_step(const std::vector<std::size_t> &free, double time
 
 /* ---------------------------------------------------------------------- */
 
-bool EdgeRelaxation::relax(std::vector<double> &thetas) const
+bool MarginalContactSolver::relax(std::vector<double> &thetas) const
 {
   Found now = find(thetas);
   double time = 0.0;

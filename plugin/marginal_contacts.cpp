@@ -1,0 +1,467 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* Pairs of disks with a gap of zero: whether they part, meet or rub. See disk_drag.h. */
+
+#include "disk_drag.h"
+
+#include "dense_solver.h"
+#include "marginal_contact_solver.h"
+#include "pair_disk_drag.h"
+
+#include <map>
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+static constexpr double BASE = 0.5;             // part of the drag that keeps the matrix well conditioned
+static constexpr double ANSWER = 1e-5;          // residual of an answer, over the force that is answered
+static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
+static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
+static constexpr double EXACT = 1e-8;           // ANSWER, where a disk may have no other contact than marginal ones, and
+                                                // of a power law, whose held forces swing by more than what is left
+static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
+static constexpr double SAME = 1e-6;            // of the reach, between the two halves of a contact
+
+/* ----------------------------------------------------------------------
+   of several images of one pair that whose gap is closest to zero; with newton off, both its halves
+------------------------------------------------------------------------- */
+
+void DiskDrag::find_pairs()
+{
+  pairs_of.assign(marginal.size(), {});
+  if (marginal.empty()) return;
+  const auto ordered = [](tagint a, tagint b) { return std::make_pair(std::min(a, b), std::max(a, b)); };
+  std::map<std::pair<tagint, tagint>, std::size_t> number;
+  for (std::size_t e = 0; e < marginal.size(); e++) number[ordered(marginal[e].first, marginal[e].second)] = e;
+  const tagint *const tag = atom->tag;
+  for (std::size_t k = 0; k < near().size(); k++)
+    if (const auto e = number.find(ordered(tag[near()[k].i], tag[near()[k].j])); e != number.end())
+      pairs_of[e->second].push_back(static_cast<int>(k));
+  for (auto &images : pairs_of) {
+    const auto gap = [&](int k) { return fabs(hypot(near()[k].x, near()[k].y) - near()[k].reach); };
+    const auto least = std::min_element(images.begin(), images.end(), [&](int k, int l) { return gap(k) < gap(l); });
+    if (least == images.end()) continue;
+    const int first = *least;
+    const DiskPair &half = near()[first];
+    const auto other = [&](int k) {    // neither it nor its other half
+      const DiskPair &p = near()[k];
+      return k != first && (half.share == 1.0 || tag[p.i] != tag[half.j] || tag[p.j] != tag[half.i] ||
+                            hypot(p.x + half.x, p.y + half.y) >= SAME * half.reach);
+    };
+    images.erase(std::remove_if(images.begin(), images.end(), other), images.end());
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::expect(const Change &change)
+{
+  for (MarginalContact &m : marginal)
+    if (std::minmax(m.first, m.second) == std::minmax(change.first, change.second)) {    // ghosts turn them round
+      if (change.state == RUBBING) return;    // its theta says what becomes of it
+      m.tried = 1 << m.state;
+      m.state = change.state;
+      return;
+    }
+  const int before = change.state == OPEN ? CLOSED : OPEN;
+  marginal.push_back({change.first, change.second, change.state, BASE, BASE, 0.0, 1 << before, false});
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<DiskDrag::MarginalSlip> DiskDrag::marginal_slips(const Field &u, double rate) const
+{
+  std::vector<MarginalSlip> slips(marginal.size(), {0.0, 0.0, 0.0});
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    for (const int pair : pairs_of[e]) {
+      const DiskPair &p = near()[pair];
+      DiskRow row;
+      Contact contact;
+      const auto here = std::lower_bound(pair_of.begin(), pair_of.end(), pair);
+      if (here != pair_of.end() && *here == pair) {    // in contact: where it is now
+        row = rows[here - pair_of.begin()];
+        contact = contacts[here - pair_of.begin()];
+      } else {
+        contact_of(p, p.x, p.y, row, contact);
+      }
+      const Slip s = slip_of(row, u.data(), rate * row.ny * contact.distance);
+      slips[e].approach += p.share * s.approach;
+      slips[e].slide += p.share * s.slide;
+      slips[e].gap += p.share * (contact.distance - p.reach);
+    }
+  MPI_Allreduce(MPI_IN_PLACE, slips.data(), static_cast<int>(3 * slips.size()), MPI_DOUBLE, MPI_SUM, world);
+  return slips;
+}
+
+/* ---------------------------------------------------------------------- */
+
+DiskDrag::Revision DiskDrag::revise(const Field &u, double rate, double least_speed)
+{
+  Revision found = FITS;
+  const std::vector<MarginalSlip> slips = marginal_slips(u, rate);
+  for (std::size_t e = 0; e < marginal.size(); e++) {
+    MarginalContact &m = marginal[e];
+    const double speed = speed_of(slips[e]);
+    int first, second;    // states to be tried next
+    if (m.state == RUBBING && (m.free || m.theta < 0.0 || m.theta > 1.0)) {
+      const bool parts = !m.free && m.theta < 0.0;
+      first = parts ? OPEN : CLOSED;
+      second = parts ? CLOSED : OPEN;
+    } else if (m.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 && speed > std::max(least_speed, min_speed) &&
+               against(m, slips[e]) > MOVES * settings.tolerance * speed) {
+      first = m.state == CLOSED ? OPEN : CLOSED;
+      second = RUBBING;
+    } else
+      continue;
+    m.tried |= 1 << m.state;
+    const int next = !(m.tried & 1 << first) ? first : !(m.tried & 1 << second) ? second : -1;
+    if (next < 0) {
+      found = CYCLES;
+      continue;
+    }
+    set_state(m, next);
+    if (found == FITS) found = CHANGED;
+  }
+  if (found != FITS) find_contacts();
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool DiskDrag::close_rubbing()
+{
+  if (rubbing == 0) return false;
+  for (MarginalContact &m : marginal) {
+    if (m.state != RUBBING) continue;
+    m.tried = 1 << RUBBING;
+    set_state(m, CLOSED);
+  }
+  find_contacts();
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::set_state(MarginalContact &m, int state)
+{
+  m = {m.first, m.second, state, BASE, BASE, 0.0, m.tried, false};
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::speed_of(const MarginalSlip &s) const
+{
+  return sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
+}
+
+/* ----------------------------------------------------------------------
+   velocity of the gap against the state; what only takes back a gap that is not quite zero does not count
+------------------------------------------------------------------------- */
+
+double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
+{
+  if (m.state == RUBBING) return fabs(s.approach);
+  const double back = closing * s.gap;
+  return m.state == CLOSED ? s.approach + std::min(0.0, back) : -s.approach - std::max(0.0, back);
+}
+
+/* ----------------------------------------------------------------------
+   that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta is from
+   0 to 1
+------------------------------------------------------------------------- */
+
+double DiskDrag::misfit(const MarginalContact &m, const MarginalSlip &s, double least_speed) const
+{
+  const double speed = speed_of(s), whole = speed + least_speed;
+  if (!(whole > 0.0) || speed <= min_speed) return 0.0;
+  if (m.state == RUBBING && !m.free) return std::max({0.0, -m.theta, m.theta - 1.0}) * speed / whole;
+  return std::max(0.0, against(m, s)) / whole;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::misfit(const Field &u, double rate, double least_speed) const
+{
+  const std::vector<MarginalSlip> slips = marginal_slips(u, rate);
+  double worst = 0.0;
+  for (std::size_t e = 0; e < marginal.size(); e++) worst = std::max(worst, misfit(marginal[e], slips[e], least_speed));
+  return worst;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool DiskDrag::rubs(const Field &u, double rate) const
+{
+  if (rubbing == 0) return false;
+  const std::vector<MarginalSlip> slips = marginal_slips(u, rate);
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    if (marginal[e].state == RUBBING && speed_of(slips[e]) > min_speed) return true;
+  return false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::forget_settled(bool all)
+{
+  if (all)
+    for (MarginalContact &m : marginal) m.tried = 0;
+  const std::vector<MarginalSlip> slips = marginal_slips(rest, 0.0);
+  std::vector<MarginalContact> kept;
+  for (std::size_t e = 0; e < marginal.size(); e++) {
+    const MarginalContact &m = marginal[e];
+    const bool told = m.state == CLOSED ? slips[e].gap < 0.0 : slips[e].gap > 0.0;
+    if (m.state == RUBBING || !told || m.tried) kept.push_back(m);
+  }
+  if (kept.size() == marginal.size()) return;
+  marginal = kept;
+  find_pairs();
+  find_contacts();
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::thetas() const
+{
+  std::vector<double> found;
+  for (const MarginalContact &m : marginal) found.push_back(m.theta);
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double> &first,
+                          const std::vector<double> &later, double time, double end, std::vector<Change> &found) const
+{
+  if (rubbing == 0) return;
+  const std::vector<MarginalSlip> slips = marginal_slips(u, rate);
+  for (std::size_t e = 0; e < marginal.size(); e++) {
+    if (marginal[e].state != RUBBING) continue;
+    const double slope = (later[e] - first[e]) / time, last = first[e] + slope * end;
+    if (last >= 0.0 && last <= 1.0) continue;
+    const double at = std::max(0.0, ((last < 0.0 ? 0.0 : 1.0) - first[e]) / slope);
+    found.push_back({marginal[e].first, marginal[e].second, RUBBING, at, fabs(slips[e].slide) * sqrt(law.beta),
+                     fabs(slope)});
+  }
+}
+
+/* ----------------------------------------------------------------------
+   Add forces on a marginal pair, against its parting and its slip, to the field without ghosts' sums. Returns their part
+   in A stress, of this rank
+------------------------------------------------------------------------- */
+
+double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &force) const
+{
+  double moment = 0.0;
+  for (const int k : rows_of[e]) {
+    add_forces(rows[k], -back, -rub, force.data());
+    moment -= contacts[k].share * (back * rows[k].nx - rub * rows[k].ny) * lever(k);
+  }
+  return moment;
+}
+
+/* ----------------------------------------------------------------------
+   Forces along the slip of rubbing pairs so that their approach is none: the velocities answer to them
+   linearly. true: the forces have changed.
+------------------------------------------------------------------------- */
+
+bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &result)
+{
+  if (rubbing == 0) return false;
+  exchange.send_to_ghosts(u);
+  std::vector<std::size_t> rubs;
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    if (marginal[e].state == RUBBING) rubs.push_back(e);
+  const std::size_t m = rubs.size(), columns = m + 1;
+  const bool known = answers.size() == m;
+  const std::vector<MarginalSlip> slips = marginal_slips(u, load.rate);
+  double speeds[2] = {0.0, static_cast<double>(nlocal)};
+  for (int i = 0; i < nlocal; i++) speeds[0] += hypot(u[i].x, u[i].y);
+  MPI_Allreduce(MPI_IN_PLACE, speeds, 2, MPI_DOUBLE, MPI_SUM, world);
+  std::vector<double> matrix(m * columns);
+  bool enough = true;
+  for (std::size_t a = 0; a < m; a++) {
+    const MarginalSlip &s = slips[rubs[a]];
+    const double back = closing * s.gap, off = matrix[a * columns + m] = s.approach + back;
+    const double small = settings.tolerance * (fabs(s.slide) + fabs(back) + speeds[0] / speeds[1]);
+    enough = enough && (marginal[rubs[a]].free || fabs(off) <= small);
+  }
+  if (enough && result.converged) {
+    update_thetas(rubs, slips);
+    return false;
+  }
+
+  if (!known) {
+    answers.resize(m);
+    rate_answers.assign(m, 0.0);
+    factorise_for_answers();
+  }
+  std::vector<bool> free(m, false);    // pairs that slip without an answer in their approach
+  std::vector<Field> forces(m);
+  std::vector<double> moments(m, 0.0);
+  for (std::size_t a = 0; a < m; a++) {
+    if (known) {
+      forces[a].assign(nlocal + nghost, Vec3());
+      moments[a] = add_pair_forces(rubs[a], 0.0, 1.0, forces[a]);
+      exchange.add_from_ghosts(forces[a]);
+      moments[a] = load.free_rate ? sum(moments[a]) : 0.0;
+    } else {
+      moments[a] = answer_to(rubs[a], 0.0, 1.0, is_linear() ? ANSWER : EXACT, load, forces[a], answers[a],
+                             rate_answers[a], result);
+    }
+    const std::vector<MarginalSlip> answer = marginal_slips(answers[a], rate_answers[a]);
+    for (std::size_t b = 0; b < m; b++) matrix[b * columns + a] = answer[rubs[b]].approach;
+    const MarginalSlip &own = answer[rubs[a]];
+    free[a] = fabs(own.approach) <= ANSWERS * fabs(own.slide);
+  }
+  for (std::size_t a = 0; a < m; a++)
+    for (std::size_t b = 0; free[a] && b <= m; b++) matrix[a * columns + b] = a == b ? 1.0 : 0.0;
+  solve_dense(matrix, m, columns, SINGULAR, &free);
+  for (std::size_t a = 0; a < m; a++) {
+    const double q = -matrix[a * columns + m];
+    marginal[rubs[a]].free = free[a];
+    marginal[rubs[a]].held += q;
+    for (int i = 0; i < nlocal; i++) {
+      const Vec3 &z = answers[a][i], &t = forces[a][i];
+      u[i] = {u[i].x + q * z.x, u[i].y + q * z.y, u[i].spin + q * z.spin};
+      force[i] = {force[i].x + q * t.x, force[i].y + q * t.y, force[i].spin + q * t.spin};
+    }
+    load.rate += q * rate_answers[a];
+    load.moment += q * moments[a];
+  }
+  exchange.send_to_ghosts(u);
+  update_thetas(rubs, marginal_slips(u, load.rate));
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::multipliers() const
+{
+  std::vector<double> found;
+  for (const MarginalContact &m : marginal) found.push_back(m.held);
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::set_multipliers(const std::vector<double> &forces)
+{
+  for (std::size_t e = 0; e < marginal.size(); e++) marginal[e].held = forces[e];
+}
+
+/* ----------------------------------------------------------------------
+   velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, where the rate is free
+------------------------------------------------------------------------- */
+
+double DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy, const Load &load, Field &force,
+                           Field &answer, double &rate, Result &result)
+{
+  force.assign(nlocal + nghost, Vec3());
+  double moment = add_pair_forces(e, back, rub, force);
+  exchange.add_from_ghosts(force);
+  moment = load.free_rate ? sum(moment) : 0.0;
+  Load unit = {0.0, moment, load.free_rate};
+  answer.assign(nlocal + nghost, Vec3());
+  std::copy_n(force.begin(), nlocal, residual.begin());
+  double z_flow;
+  const double driven = precondition(moment, z_flow);
+  const int before = result.iterations;
+  conjugate_gradients(answer, unit, moment, accuracy * accuracy * driven, result);
+  if (!factored) answer_iterations = result.iterations - before;
+  rate = unit.rate;
+  exchange.send_to_ghosts(answer);
+  return moment;
+}
+
+/* ----------------------------------------------------------------------
+   of the drag of rubbing pairs, of which the matrix holds a part
+------------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::whole_weights() const
+{
+  std::vector<double> whole(marginal.size(), 0.0);
+  for (std::size_t e = 0; e < marginal.size(); e++)
+    for (const int k : rows_of[e]) whole[e] += contacts[k].share * weights[k] / contacts[k].part;
+  MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_DOUBLE, MPI_SUM, world);
+  return whole;
+}
+
+/* ----------------------------------------------------------------------
+   part of the drag of the pair, as it slips, that acts on it
+------------------------------------------------------------------------- */
+
+void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::vector<MarginalSlip> &slips)
+{
+  const std::vector<double> whole = whole_weights();
+  for (const std::size_t e : rubs) {
+    const double drag = law.beta * whole[e] * slips[e].slide;
+    marginal[e].theta = drag != 0.0 ? marginal[e].base + marginal[e].held / drag : marginal[e].base;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool DiskDrag::marginal_pairs_change() const
+{
+  return std::any_of(marginal.begin(), marginal.end(), [](const MarginalContact &m) { return m.tried != 0; });
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<double> DiskDrag::parts_before() const
+{
+  std::vector<double> parts;
+  for (const MarginalContact &m : marginal)
+    parts.push_back(m.state == RUBBING ? std::clamp(m.theta, 0.0, 1.0)
+                                       : (m.state == CLOSED) != (m.tried != 0) ? 1.0 : 0.0);
+  return parts;
+}
+
+/* ----------------------------------------------------------------------
+   with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on each
+------------------------------------------------------------------------- */
+
+bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &driven)
+{
+  const std::size_t m = marginal.size(), n = 2 * m;
+  for (MarginalContact &each : marginal) set_state(each, RUBBING);
+  find_contacts();
+  Field force, base(u), pushed, answer;
+  elastic_forces(force);
+  Load load = driven;
+  if (load.free_rate) load.moment -= elastic_moment();
+  Result result = {0, false, 0.0, true};
+  exchange.send_to_ghosts(base);
+  find_weights(base, load.rate);
+  find_preconditioner(load.free_rate);
+  factorise_for_answers();
+  const double enough = std::max(EXACT * EXACT * rhs_norm(force, load), rounding());
+  conjugate_gradients(base, load, find_residual(force, base, load, false), enough, result);
+  exchange.send_to_ghosts(base);
+  MarginalContactSolver pairs = {m, BASE, std::vector<double>(n), std::vector<double>(n * n), std::vector<double>(n),
+                                 std::vector<double>(m)};
+  const std::vector<MarginalSlip> slips = marginal_slips(base, load.rate);
+  const std::vector<double> whole = whole_weights();
+  for (std::size_t e = 0; e < m; e++) {
+    pairs.still[e] = slips[e].approach;
+    pairs.back[e] = closing * slips[e].gap;
+    pairs.still[m + e] = slips[e].slide;
+    pairs.weights[e] = whole[e];
+    pairs.weights[m + e] = law.beta * whole[e];
+  }
+  for (std::size_t k = 0; k < n; k++) {
+    double rate;
+    answer_to(k % m, k < m ? 1.0 : 0.0, k < m ? 0.0 : 1.0, EXACT, load, pushed, answer, rate, result);
+    const std::vector<MarginalSlip> found = marginal_slips(answer, rate);
+    for (std::size_t e = 0; e < m; e++) {
+      pairs.answers[e * n + k] = found[e].approach;
+      pairs.answers[(m + e) * n + k] = found[e].slide;
+    }
+  }
+  const bool rests = pairs.relax(parts);
+  for (std::size_t e = 0; e < m; e++)
+    set_state(marginal[e], parts[e] == 0.0 ? OPEN : parts[e] == 1.0 ? CLOSED : RUBBING);
+  find_contacts();
+  return rests;
+}
