@@ -13,7 +13,6 @@ namespace LAMMPS_NS {
 
 /* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of this
    rank: a ghost counts as the atom that it is an image of. */
-
 template <int D> class BlockAssembly {
  public:
   using Block = typename BlockCholesky<D>::Block;

@@ -16,8 +16,6 @@ using namespace LAMMPS_NS;
 static constexpr double GROWN = 1.3;    // blocks of the factors, over those in an order of their own
 static constexpr double ZEROS = 0.2;    // part of a panel that may be blocks that stay zero
 
-/* ---------------------------------------------------------------------- */
-
 template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<std::pair<int, int>> &pairs)
 {
   Graph found = read(size, pairs);
@@ -30,8 +28,6 @@ template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<
   find_fill();
   filled_when_ordered = filled;
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D>
 typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vector<std::pair<int, int>> &pairs) const
@@ -57,8 +53,6 @@ typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vec
   return found;
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D> void BlockCholesky<D>::find_order()
 {
   row = EliminationOrder(graph.first, graph.other).find();
@@ -66,10 +60,7 @@ template <int D> void BlockCholesky<D>::find_order()
   for (std::size_t c = 0; c < row.size(); c++) rank[row[c]] = static_cast<int>(c);
 }
 
-/* ----------------------------------------------------------------------
-   of each column, the row of its first block below the diagonal in the factors: its parent in a tree
-------------------------------------------------------------------------- */
-
+/* of each column, the row of its first block below the diagonal in the factors: its parent in a tree */
 template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
 {
   const int size = static_cast<int>(row.size());
@@ -85,10 +76,7 @@ template <int D> std::vector<int> BlockCholesky<D>::find_parents() const
   return parent;
 }
 
-/* ----------------------------------------------------------------------
-   the same elimination in another order, in which a column follows the last of its children
-------------------------------------------------------------------------- */
-
+/* the same elimination in another order, in which a column follows the last of its children */
 template <int D> void BlockCholesky<D>::order_children_first()
 {
   const int size = static_cast<int>(row.size());
@@ -116,10 +104,7 @@ template <int D> void BlockCholesky<D>::order_children_first()
   for (int c = 0; c < size; c++) rank[row[c]] = c;
 }
 
-/* ----------------------------------------------------------------------
-   below a column: its neighbors, and what is below the columns whose first block below is in its row
-------------------------------------------------------------------------- */
-
+/* below a column: its neighbors, and what is below the columns whose first block below is in its row */
 template <int D> void BlockCholesky<D>::find_fill()
 {
   order_children_first();
@@ -149,11 +134,8 @@ template <int D> void BlockCholesky<D>::find_fill()
   make_panels(below);
 }
 
-/* ----------------------------------------------------------------------
-   a column joins those before it if its first child is the last of them, and few blocks of the panel stay zero:
-   below its columns, a panel has the rows of its last one
-------------------------------------------------------------------------- */
-
+/* a column joins those before it if its first child is the last of them, and few blocks of the panel stay zero:
+   below its columns, a panel has the rows of its last one */
 template <int D> void BlockCholesky<D>::make_panels(const std::vector<std::vector<int>> &below)
 {
   const int size = static_cast<int>(below.size());
@@ -194,14 +176,10 @@ template <int D> void BlockCholesky<D>::make_panels(const std::vector<std::vecto
   gathered.resize(tallest);
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D> void BlockCholesky<D>::clear()
 {
   std::fill(values.begin(), values.end(), 0.0);
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> void BlockCholesky<D>::add(int i, int j, const Block &block)
 {
@@ -218,8 +196,6 @@ template <int D> void BlockCholesky<D>::add(int i, int j, const Block &block)
     for (int b = 0; b < D; b++) to[b * panel.stride + a] += turned ? block[D * b + a] : block[D * a + b];
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D> double BlockCholesky<D>::mean_diagonal() const
 {
   double total = 0.0;
@@ -228,11 +204,8 @@ template <int D> double BlockCholesky<D>::mean_diagonal() const
   return rank.empty() ? 0.0 : total / (D * rank.size());
 }
 
-/* ----------------------------------------------------------------------
-   of each panel, the diagonal becomes its factor, a lower triangle; rows below B become L = B factor^-T, and L L^T is
-   taken off all that is left
-------------------------------------------------------------------------- */
-
+/* of each panel, the diagonal becomes its factor, a lower triangle; rows below B become L = B factor^-T, and L L^T is
+   taken off all that is left */
 template <int D> bool BlockCholesky<D>::factorise(double shift)
 {
   for (const Panel &panel : panels) {
@@ -243,8 +216,6 @@ template <int D> bool BlockCholesky<D>::factorise(double shift)
   }
   return true;
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> void BlockCholesky<D>::take_off_product(const Panel &panel)
 {
@@ -273,8 +244,6 @@ template <int D> void BlockCholesky<D>::take_off_product(const Panel &panel)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
 {
   const int size = static_cast<int>(rank.size());
@@ -295,8 +264,6 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
   }
   for (int c = 0; c < size; c++) std::copy_n(&solved[D * c], D, &r[D * row[c]]);
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> double BlockCholesky<D>::memory_usage() const
 {

@@ -13,7 +13,6 @@ namespace LAMMPS_NS {
 /* Cholesky factors of a sparse symmetric matrix of D x D blocks, one row of blocks for each vertex or disk.
    The order of elimination serves other patterns of the same rows too, until their factors have grown by
    too much. Neighboring columns of the factors that have nearly the same rows are one dense panel. */
-
 template <int D> class BlockCholesky {
  public:
   using Block = std::array<double, D * D>;    // row by row

@@ -19,14 +19,10 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 BondLineTension::BondLineTension(LAMMPS *_lmp) : Bond(_lmp), rings(nullptr), gamma(nullptr), eta(nullptr)
 {
   writedata = 1;
 }
-
-/* ---------------------------------------------------------------------- */
 
 BondLineTension::~BondLineTension()
 {
@@ -36,8 +32,6 @@ BondLineTension::~BondLineTension()
     memory->destroy(eta);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 void BondLineTension::compute(int eflag, int vflag)
 {
@@ -78,14 +72,10 @@ void BondLineTension::compute(int eflag, int vflag)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void BondLineTension::init_style()
 {
   if (domain->dimension != 2) error->all(FLERR, "Bond style line/tension requires a 2d simulation");
 }
-
-/* ---------------------------------------------------------------------- */
 
 void BondLineTension::allocate()
 {
@@ -97,8 +87,6 @@ void BondLineTension::allocate()
   memory->create(setflag, np1, "bond:setflag");
   for (int i = 1; i < np1; i++) setflag[i] = 0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void BondLineTension::coeff(int narg, char **arg)
 {
@@ -120,22 +108,16 @@ void BondLineTension::coeff(int narg, char **arg)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 double BondLineTension::equilibrium_distance(int /*type*/)
 {
   return 0.0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void BondLineTension::write_restart(FILE *fp)
 {
   fwrite(&gamma[1], sizeof(double), atom->nbondtypes, fp);
   fwrite(&eta[1], sizeof(double), atom->nbondtypes, fp);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void BondLineTension::read_restart(FILE *fp)
 {
@@ -150,15 +132,11 @@ void BondLineTension::read_restart(FILE *fp)
   for (int i = 1; i <= atom->nbondtypes; i++) setflag[i] = 1;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void BondLineTension::write_data(FILE *fp)
 {
   for (int i = 1; i <= atom->nbondtypes; i++)
     fprintf(fp, "%d %.17g %.17g\n", i, gamma[i], eta[i]);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double BondLineTension::single(int type, double rsq, int /*i*/, int /*j*/, double &fforce)
 {
@@ -166,8 +144,6 @@ double BondLineTension::single(int type, double rsq, int /*i*/, int /*j*/, doubl
   fforce = length > 0.0 ? -gamma[type] / length : 0.0;
   return gamma[type] * length;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void *BondLineTension::extract(const char *str, int &dim)
 {

@@ -37,7 +37,6 @@ static constexpr char CITE_CONTACT_DRAG[] =
 
 /* Ask users of a pair style to cite its paper. LAMMPS lists it once, however often this is
    called; with -nocite there is no list. */
-
 inline void cite_circuloline(LAMMPS *lmp)
 {
   if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);

@@ -27,27 +27,20 @@ using namespace LAMMPS_NS;
 static constexpr int ARGUMENTS = 15;
 static constexpr double HIGHEST = 1e6;    // shift, over the mean diagonal, with which any finite matrix has factors
 
-/* ---------------------------------------------------------------------- */
-
 static FixPolygonArea *area_of(LAMMPS *lmp)
 {
   const auto found = lmp->modify->get_fix_by_style("^polygon/area$");
   return found.size() == 1 ? dynamic_cast<FixPolygonArea *>(found.front()) : nullptr;
 }
 
-/* ---------------------------------------------------------------------- */
-
 CommandDescend::CommandDescend(LAMMPS *lmp) :
     CommandForces(lmp), numbers(), counts(), pair(dynamic_cast<PairCirculoline *>(force->pair)), stiffness(lmp, area_of(lmp))
 {
 }
 
-/* ----------------------------------------------------------------------
-   leaves the string-style variable "descent": steps, evaluations of forces, factorisations, of them refused because
+/* leaves the string-style variable "descent": steps, evaluations of forces, factorisations, of them refused because
    they are not positive definite, searches along a step that found no lower place, steps along which the force does not
-   fall, largest force, last shift that held, 1 if outlines crossed
-------------------------------------------------------------------------- */
-
+   fall, largest force, last shift that held, 1 if outlines crossed */
 void CommandDescend::command(int narg, char **arg)
 {
   if (comm->nprocs > 1) error->all(FLERR, "jamlab/descend runs on one rank");
@@ -65,8 +58,6 @@ void CommandDescend::command(int narg, char **arg)
                                    counts.shift, counts.crossed ? 1 : 0));
 }
 
-/* ---------------------------------------------------------------------- */
-
 void CommandDescend::read(int narg, char **arg)
 {
   if (narg != ARGUMENTS) error->all(FLERR, "jamlab/descend needs {} numbers", ARGUMENTS);
@@ -81,10 +72,7 @@ void CommandDescend::read(int narg, char **arg)
   pairs.resize(static_cast<std::size_t>(n.refresh));
 }
 
-/* ----------------------------------------------------------------------
-   unwrapped, by atom ID
-------------------------------------------------------------------------- */
-
+/* unwrapped, by atom ID */
 void CommandDescend::read_positions(Vector &x) const
 {
   x.resize(2 * atom->nlocal);
@@ -104,8 +92,6 @@ void CommandDescend::put_positions(const Vector &x) const
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void CommandDescend::evaluate(Point &point)
 {
   put_positions(point.x);
@@ -114,8 +100,6 @@ void CommandDescend::evaluate(Point &point)
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->f[i], 2, &point.force[2 * (atom->tag[i] - 1)]);
   counts.forces++;
 }
-
-/* ---------------------------------------------------------------------- */
 
 static double dot(const std::vector<double> &a, const std::vector<double> &b)
 {
@@ -145,8 +129,6 @@ static double largest_norm(const std::vector<double> &v)
   for (std::size_t k = 0; k < v.size(); k += 2) largest = std::max(largest, v[k] * v[k] + v[k + 1] * v[k + 1]);
   return std::sqrt(largest);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void CommandDescend::descend(Point &here)
 {
@@ -192,20 +174,14 @@ void CommandDescend::descend(Point &here)
   }
 }
 
-/* ----------------------------------------------------------------------
-   converged, or contacts are gone and forces too small to press droplets together again
-------------------------------------------------------------------------- */
-
+/* converged, or contacts are gone and forces too small to press droplets together again */
 bool CommandDescend::enough(double largest_force) const
 {
   return largest_force <= numbers.force || (largest_force < numbers.loose_force && pair->eng_vdwl < numbers.loose_energy);
 }
 
-/* ----------------------------------------------------------------------
-   the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the next smaller one
-   than held the last time is tried first.
-------------------------------------------------------------------------- */
-
+/* the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the next smaller one
+   than held the last time is tried first. */
 bool CommandDescend::factorise(double largest_force)
 {
   if (!find_meetings(*pair, atom->x, meetings)) {
@@ -236,8 +212,6 @@ bool CommandDescend::factorise(double largest_force)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void CommandDescend::solve(const Vector &force, Vector &step)
 {
   column.resize(force.size());
@@ -247,10 +221,7 @@ void CommandDescend::solve(const Vector &force, Vector &step)
   for (std::size_t k = 0; k < row.size(); k++) std::copy_n(&column[2 * row[k]], 2, &step[2 * k]);
 }
 
-/* ----------------------------------------------------------------------
-   Nocedal & Wright, algorithm 7.4
-------------------------------------------------------------------------- */
-
+/* Nocedal & Wright, algorithm 7.4 */
 void CommandDescend::inverse_times(const Vector &force, Vector &step)
 {
   Vector rest = force;
@@ -263,10 +234,7 @@ void CommandDescend::inverse_times(const Vector &force, Vector &step)
     add(step, pairs[k].along - dot(pairs[k].bend, step) / pairs[k].curvature, pairs[k].change);
 }
 
-/* ----------------------------------------------------------------------
-   along a step, at most so far, until the energy falls enough; false if it does not
-------------------------------------------------------------------------- */
-
+/* along a step, at most so far, until the energy falls enough; false if it does not */
 bool CommandDescend::search_line(const Point &here, const Vector &step, double longest, Point &trial)
 {
   const double slope = dot(here.force, step), noise = numbers.energy_digits * std::fabs(here.energy);
@@ -285,10 +253,7 @@ bool CommandDescend::search_line(const Point &here, const Vector &step, double l
   return false;
 }
 
-/* ----------------------------------------------------------------------
-   false if the force does not fall along the step
-------------------------------------------------------------------------- */
-
+/* false if the force does not fall along the step */
 bool CommandDescend::add_pair(const Point &here, const Point &trial)
 {
   Pair &next = pairs[known];

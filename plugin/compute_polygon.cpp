@@ -20,9 +20,7 @@ static constexpr char WHO[] = "Compute polygon";
 static constexpr double FOUR_PI = 12.566370614359172954;
 enum { AREA, PERIMETER, SHAPE_FACTOR, CROSSINGS, MOLECULE, COLUMNS };
 
-/* ---------------------------------------------------------------------- */
-
-ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg), sums(lmp, WHO)
+ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg), polygon_rings(lmp, WHO)
 {
   if (narg != 3) error->all(FLERR, "Compute polygon takes no arguments");
 
@@ -30,59 +28,49 @@ ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) : Compute(lmp,
   extarray = 0;
   size_array_cols = COLUMNS;
   size_array_rows_variable = 1;
-  sums.init(groupbit);
+  polygon_rings.init(groupbit);
   resize();
 }
-
-/* ---------------------------------------------------------------------- */
 
 ComputePolygon::~ComputePolygon()
 {
   memory->destroy(array);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void ComputePolygon::init()
 {
-  sums.init(groupbit);
+  polygon_rings.init(groupbit);
   resize();
 }
 
-/* ---------------------------------------------------------------------- */
-
 void ComputePolygon::resize()
 {
-  molecules = sums.molecules();
+  molecules = polygon_rings.molecules();
   size_array_rows = static_cast<int>(molecules.size());
   memory->grow(array, std::max(1, size_array_rows), COLUMNS, "polygon:array");
 }
 
-/* ---------------------------------------------------------------------- */
-
 int ComputePolygon::lock_length()
 {
-  sums.refresh(groupbit);
+  polygon_rings.refresh(groupbit);
   resize();
   return size_array_rows;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputePolygon::compute_array()
 {
   invoked_array = update->ntimestep;
   comm->forward_comm();    // fix deform moves atoms at the end of a step, ghosts not
-  sums.refresh(groupbit);
+  polygon_rings.refresh(groupbit);
   resize();
 
-  const auto &polygons = sums.polygons();
+  const auto &polygons = polygon_rings.polygons();
   perimeter.assign(polygons.size(), 0.0);
-  sums.areas_and_centers(shape, false, [&](const PolygonSums::Run &run) {
-    const PolygonSums::Edges edges = sums.edges(run);
-    for (int n = 1; n <= run.end - run.begin; n++) perimeter[run.polygon] += std::hypot(edges.x[n], edges.y[n]);
+  polygon_rings.areas_and_centers(shape, false, [&](const PolygonRings::RingSegment &segment) {
+    const PolygonRings::Edges edges = polygon_rings.edges(segment);
+    for (int n = 1; n <= segment.end - segment.begin; n++) perimeter[segment.polygon] += std::hypot(edges.x[n], edges.y[n]);
   });
-  sums.sum(perimeter, 1);
+  polygon_rings.sum(perimeter, 1);
 
   double *const all = size_array_rows ? array[0] : nullptr;
   std::fill_n(all, size_array_rows * COLUMNS, 0.0);
@@ -99,10 +87,7 @@ void ComputePolygon::compute_array()
   MPI_Allreduce(MPI_IN_PLACE, all, size_array_rows * COLUMNS, MPI_DOUBLE, MPI_SUM, world);
 }
 
-/* ----------------------------------------------------------------------
-   no rank need own a whole polygon: its runs of vertices go to one rank
-------------------------------------------------------------------------- */
-
+/* no rank need own a whole polygon: its runs of vertices go to one rank */
 void ComputePolygon::count_crossings(int column)
 {
   struct Corner {
@@ -110,13 +95,13 @@ void ComputePolygon::count_crossings(int column)
     double x, y;
   };
   std::vector<std::vector<Corner>> sent(comm->nprocs);
-  for (const auto &run : sums.runs()) {
-    const PolygonSums::Polygon &polygon = sums.polygons()[run.polygon];
+  for (const auto &segment : polygon_rings.segments()) {
+    const PolygonRings::Polygon &polygon = polygon_rings.polygons()[segment.polygon];
     auto &home = sent[polygon.molecule % comm->nprocs];
-    for (int n = run.begin; n < run.end; n++) {
-      const PolygonSums::Vertex &vertex = sums.vertices()[n];
+    for (int n = segment.begin; n < segment.end; n++) {
+      const PolygonRings::Vertex &vertex = polygon_rings.vertices()[n];
       double r[2];
-      sums.position(vertex, polygon, r);
+      polygon_rings.position(vertex, polygon, r);
       home.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next], r[0], r[1]});
     }
   }
@@ -141,10 +126,8 @@ void ComputePolygon::count_crossings(int column)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 double ComputePolygon::memory_usage()
 {
-  return (shape.capacity() + perimeter.capacity()) * sizeof(double) + sums.memory_usage() +
+  return (shape.capacity() + perimeter.capacity()) * sizeof(double) + polygon_rings.memory_usage() +
       static_cast<double>(COLUMNS) * size_array_rows * sizeof(double);
 }

@@ -5,7 +5,7 @@
 #define JAMLAB_COMPUTE_POLYGON_H
 
 #include "compute.h"
-#include "polygon_sums.h"
+#include "polygon_rings.h"
 
 #include <vector>
 
@@ -19,7 +19,6 @@ namespace LAMMPS_NS {
    3    shape factor A = p^2 / (4 pi a)
    4    number of pairs of its edges that cross, 0 unless it has folded over itself
    5    molecule ID */
-
 class ComputePolygon : public Compute {
  public:
   ComputePolygon(class LAMMPS *, int, char **);
@@ -30,7 +29,7 @@ class ComputePolygon : public Compute {
   double memory_usage() override;
 
  private:
-  PolygonSums sums;
+  PolygonRings polygon_rings;
   std::vector<tagint> molecules;    // one for each row
   std::vector<double> shape, perimeter;
 

@@ -16,8 +16,6 @@ using namespace LAMMPS_NS;
 
 static constexpr int COLUMNS = 11;
 
-/* ---------------------------------------------------------------------- */
-
 ComputePolygonContact::ComputePolygonContact(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), pair(nullptr), capacity(0)
 {
@@ -28,14 +26,10 @@ ComputePolygonContact::ComputePolygonContact(LAMMPS *lmp, int narg, char **arg) 
   size_local_cols = COLUMNS;
 }
 
-/* ---------------------------------------------------------------------- */
-
 ComputePolygonContact::~ComputePolygonContact()
 {
   memory->destroy(array_local);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputePolygonContact::init()
 {
@@ -43,8 +37,6 @@ void ComputePolygonContact::init()
   if (!pair)
     error->all(FLERR, "Compute polygon/contact needs pair_style circuloline, once");
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputePolygonContact::compute_local()
 {
@@ -60,7 +52,7 @@ void ComputePolygonContact::compute_local()
       capacity = std::max(64, 2 * capacity);
       memory->grow(array_local, capacity, COLUMNS, "polygon/contact:array_local");
     }
-    const PairCirculoline::Push push = pair->push_on_vertex(contact);
+    const PairCirculoline::ContactForce push = pair->contact_force(contact);
     const double row[COLUMNS] = {static_cast<double>(molecule[contact.vertex]),
                                  static_cast<double>(molecule[contact.tail]),
                                  static_cast<double>(tag[contact.vertex]),
@@ -75,8 +67,6 @@ void ComputePolygonContact::compute_local()
     std::copy_n(row, COLUMNS, array_local[size_local_rows++]);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 double ComputePolygonContact::memory_usage()
 {

@@ -22,7 +22,6 @@ namespace LAMMPS_NS {
    Rows of a pair of polygons add up to the force between them; force times
    vector, over all rows, is the contact virial. A group keeps the contacts of
    which it holds both the vertex and the edge's first vertex. */
-
 class ComputePolygonContact : public Compute {
  public:
   ComputePolygonContact(class LAMMPS *, int, char **);

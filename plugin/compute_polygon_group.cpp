@@ -12,8 +12,6 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 ComputePolygonGroup::ComputePolygonGroup(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), pair(nullptr), energy(0.0)
 {
@@ -29,22 +27,16 @@ ComputePolygonGroup::ComputePolygonGroup(LAMMPS *lmp, int narg, char **arg) :
   vector = new double[3]();
 }
 
-/* ---------------------------------------------------------------------- */
-
 ComputePolygonGroup::~ComputePolygonGroup()
 {
   delete[] vector;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputePolygonGroup::init()
 {
   pair = dynamic_cast<PairCirculoline *>(force->pair_match("circuloline", 1));
   if (!pair) error->all(FLERR, "Compute polygon/group/group needs pair_style circuloline, once");
 }
-
-/* ---------------------------------------------------------------------- */
 
 double ComputePolygonGroup::compute_scalar()
 {
@@ -53,15 +45,11 @@ double ComputePolygonGroup::compute_scalar()
   return scalar = energy;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void ComputePolygonGroup::compute_vector()
 {
   invoked_vector = update->ntimestep;
   sum();
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputePolygonGroup::sum()
 {
@@ -71,7 +59,7 @@ void ComputePolygonGroup::sum()
     const bool pushed = (mask[contact.vertex] & groupbit) && (mask[contact.tail] & otherbit);
     const bool pushes = (mask[contact.vertex] & otherbit) && (mask[contact.tail] & groupbit);
     if (!pushed && !pushes) continue;
-    const PairCirculoline::Push push = pair->push_on_vertex(contact);
+    const PairCirculoline::ContactForce push = pair->contact_force(contact);
     const double sign = (pushed ? 1.0 : 0.0) - (pushes ? 1.0 : 0.0);
     sums[0] += push.energy;
     sums[1] += sign * push.fx;

@@ -11,7 +11,6 @@ namespace LAMMPS_NS {
 /* compute ID group1 polygon/group/group group2: energy of the contacts between two
    groups (scalar) and force on the first by the second (vector of 3). A contact is
    between them if one holds its vertex and the other the first vertex of its edge. */
-
 class ComputePolygonGroup : public Compute {
  public:
   ComputePolygonGroup(class LAMMPS *, int, char **);

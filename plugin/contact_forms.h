@@ -5,12 +5,11 @@
 #define JAMLAB_CONTACT_FORMS_H
 
 #include "edge_geometry.h"
-#include "polygon_facings.h"
+#include "contact_candidates.h"
 
 namespace LAMMPS_NS {
 
 /* A vertex (or disk) that is closer than the width of their contact to an edge that it meets. */
-
 struct Contact {
   int vertex, tail, head;
   int law;      // number in PairLaws
@@ -21,28 +20,27 @@ struct Contact {
    predicted, so nothing branches on it: a contact is written first, and counted if it is one.
 
    outline: every vertex meets every other outline once, at its closest point. */
-
-inline std::size_t outline_contacts(const PolygonFacings &facings, PolygonFacings::Block block,
+inline std::size_t outline_contacts(const ContactCandidates &candidates, ContactCandidates::Block block,
                                     const Position *x, const PairLaws &laws,
                                     Contact *contacts)
 {
-  const EdgeFrame *frames = facings.frames();
-  const PolygonFacings::Edge *edges = facings.edges(block);
-  const int *near = facings.near();
+  const EdgeFrame *frames = candidates.frames();
+  const ContactCandidates::Edge *edges = candidates.edges(block);
+  const int *near = candidates.near();
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
-    const PolygonFacings::Facing &facing = facings.facings()[k];
-    NearestEdge nearest(x[facing.i], laws[facing.law].widthsq);
-    for (int n = facing.begin; n < facing.end; n++) nearest.meet(frames[near[n]], near[n]);
+    const ContactCandidates::CandidateRow &row = candidates.rows()[k];
+    NearestEdge nearest(x[row.i], laws[row.law].widthsq);
+    for (int n = row.begin; n < row.end; n++) nearest.meet(frames[near[n]], near[n]);
     contacts[count].vertex = k;
     contacts[count].tail = nearest.number();
     count += nearest.touches();
   }
   for (Contact *contact = contacts; contact < contacts + count; contact++) {
-    const PolygonFacings::Facing &facing = facings.facings()[contact->vertex];
+    const ContactCandidates::CandidateRow &row = candidates.rows()[contact->vertex];
     const EdgeFrame &frame = frames[contact->tail];
-    const PolygonFacings::Edge edge = edges[contact->tail];
-    *contact = {facing.i, edge.tail, edge.head, facing.law, foot_on_edge(x[facing.i][0], x[facing.i][1], frame)};
+    const ContactCandidates::Edge edge = edges[contact->tail];
+    *contact = {row.i, edge.tail, edge.head, row.law, foot_on_edge(x[row.i][0], x[row.i][1], frame)};
   }
   return count;
 }
@@ -50,22 +48,21 @@ inline std::size_t outline_contacts(const PolygonFacings &facings, PolygonFacing
 /* segment/smooth: every pair of edges has half the energy of each of the four
    distances from an end of one to the other. A vertex ends two edges, so it meets
    every edge of other outlines once, with its full energy. */
-
-inline std::size_t smooth_segment_contacts(const PolygonFacings &facings, PolygonFacings::Block block,
+inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates, ContactCandidates::Block block,
                                     const Position *x, const PairLaws &laws,
                                            Contact *contacts)
 {
-  const EdgeFrame *frames = facings.frames();
-  const PolygonFacings::Edge *edges = facings.edges(block);
-  const int *near = facings.near();
+  const EdgeFrame *frames = candidates.frames();
+  const ContactCandidates::Edge *edges = candidates.edges(block);
+  const int *near = candidates.near();
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
-    const PolygonFacings::Facing &facing = facings.facings()[k];
-    const double px = x[facing.i][0], py = x[facing.i][1];
-    const double reachsq = laws[facing.law].widthsq;
-    for (int n = facing.begin; n < facing.end; n++) {
+    const ContactCandidates::CandidateRow &row = candidates.rows()[k];
+    const double px = x[row.i][0], py = x[row.i][1];
+    const double reachsq = laws[row.law].widthsq;
+    for (int n = row.begin; n < row.end; n++) {
       const Foot foot = foot_on_edge(px, py, frames[near[n]]);
-      contacts[count] = {facing.i, edges[near[n]].tail, edges[near[n]].head, facing.law, foot};
+      contacts[count] = {row.i, edges[near[n]].tail, edges[near[n]].head, row.law, foot};
       count += foot.rsq < reachsq;
     }
   }
@@ -75,22 +72,21 @@ inline std::size_t smooth_segment_contacts(const PolygonFacings &facings, Polygo
 /* segment: Boromand et al. eq 8 to the letter: every pair of edges meets once, at
    its smallest distance. That is one of the four distances of an end to the other
    edge, or 0 if they cross. */
-
-inline std::size_t segment_contacts(const PolygonFacings &facings, PolygonFacings::Block block,
+inline std::size_t segment_contacts(const ContactCandidates &candidates, ContactCandidates::Block block,
                                     const Position *x, const PairLaws &laws,
                                     Contact *contacts)
 {
-  using Edge = PolygonFacings::Edge;
+  using Edge = ContactCandidates::Edge;
   std::size_t count = 0;
   for (int k = block.begin; k < block.end; k++) {
-    const PolygonFacings::Facing &facing = facings.facings()[k];
-    const Edge a = {facing.i, facing.j};
-    for (int n = facing.begin; n < facing.end; n++) {
-      const Edge b = facings.edges(block)[facings.near()[n]];
+    const ContactCandidates::CandidateRow &row = candidates.rows()[k];
+    const Edge a = {row.i, row.j};
+    for (int n = row.begin; n < row.end; n++) {
+      const Edge b = candidates.edges(block)[candidates.near()[n]];
       const int vertex[4] = {a.tail, a.head, b.tail, b.head};
       const Edge edge[4] = {b, b, a, a};
 
-      Foot nearest = {0.0, 0.0, laws[facing.law].widthsq, 0.0};
+      Foot nearest = {0.0, 0.0, laws[row.law].widthsq, 0.0};
       int found = -1;
       for (int m = 0; m < 4; m++) {
         const Foot foot = foot_on_edge(x[vertex[m]], x[edge[m].tail], x[edge[m].head]);
@@ -100,24 +96,24 @@ inline std::size_t segment_contacts(const PolygonFacings &facings, PolygonFacing
         }
       }
       if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head]))
-        contacts[count++] = {a.tail, b.tail, b.head, facing.law, {0.0, 0.0, 0.0, 0.0}};
+        contacts[count++] = {a.tail, b.tail, b.head, row.law, {0.0, 0.0, 0.0, 0.0}};
       else if (found >= 0)
-        contacts[count++] = {vertex[found], edge[found].tail, edge[found].head, facing.law, nearest};
+        contacts[count++] = {vertex[found], edge[found].tail, edge[found].head, row.law, nearest};
     }
   }
   return count;
 }
 
-inline std::size_t find_contacts(ContactForm form, const PolygonFacings &facings, PolygonFacings::Block block,
+inline std::size_t find_contacts(ContactForm form, const ContactCandidates &candidates, ContactCandidates::Block block,
                                  const Position *x, const PairLaws &laws, Contact *contacts)
 {
   switch (form) {
     case SEGMENT:
-      return segment_contacts(facings, block, x, laws, contacts);
+      return segment_contacts(candidates, block, x, laws, contacts);
     case OUTLINE:
-      return outline_contacts(facings, block, x, laws, contacts);
+      return outline_contacts(candidates, block, x, laws, contacts);
     case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(facings, block, x, laws, contacts);
+      return smooth_segment_contacts(candidates, block, x, laws, contacts);
   }
   return 0;
 }

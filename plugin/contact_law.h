@@ -12,7 +12,6 @@ namespace LAMMPS_NS {
 
 /* The contact forms: who meets whom. This list is the only one in C++, and in the
    order of CONTACT_FORMS of Python, whose numbers stand in data files: append only. */
-
 enum ContactForm { OUTLINE, SEGMENT, SEGMENT_SMOOTH };
 
 inline constexpr const char *CONTACT_FORMS[] = {"outline", "segment", "segment/smooth"};
@@ -27,7 +26,6 @@ inline std::string contact_form_names(const char *separator)
 }
 
 /* What atoms of a type are to pair style circuloline. */
-
 enum Role {
   VERTEX,    // of a closed ring of bonds: a polygon
   WALL,      // of an open chain of bonds, or of a ring
@@ -37,7 +35,6 @@ enum Role {
 /* The contact of types i and j: E = (eps/2)(1 - d/width)^2 of their distance d.
    Arrays by type, so that fix adapt can change them; widths may shrink during a
    run, not grow beyond `start`, for which the neighbor lists are made. */
-
 struct ContactLaws {
   double **eps = nullptr, **width = nullptr, **start = nullptr;
   int **form = nullptr;
@@ -57,7 +54,6 @@ struct ContactLaws {
 };
 
 /* The same for the loops over contacts: side by side, made anew for every evaluation. */
-
 struct PairLaw {
   double eps, width, per_width, widthsq;
 };

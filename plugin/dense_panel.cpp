@@ -16,10 +16,7 @@ using namespace LAMMPS_NS;
 
 static constexpr int COLUMNS = 4;    // of a product that are found together with PANEL_ROWS rows
 
-/* ----------------------------------------------------------------------
-   sums[q][r] = sum over k < depth of a[r] b[q] in column k
-------------------------------------------------------------------------- */
-
+/* sums[q][r] = sum over k < depth of a[r] b[q] in column k */
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 #define MULTIPLY(a, b, depth, stride, sums)                                                             \
@@ -40,8 +37,6 @@ using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
     sums[0] = s00; sums[1] = s01; sums[2] = s10; sums[3] = s11;                                         \
     sums[4] = s20; sums[5] = s21; sums[6] = s30; sums[7] = s31;                                         \
   } while (0)
-
-/* ---------------------------------------------------------------------- */
 
 JAMLAB_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, int height, int stride)
 {
@@ -72,8 +67,6 @@ JAMLAB_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, in
   return true;
 }
 
-/* ---------------------------------------------------------------------- */
-
 JAMLAB_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, int height, int stride, double *product,
                                                 int apart)
 {
@@ -85,8 +78,6 @@ JAMLAB_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width
       for (int q = 0; q < COLUMNS; q++) std::memcpy(to + static_cast<std::ptrdiff_t>(q) * apart, &sums[2 * q], 2 * sizeof(Four));
     }
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D>
 static ALWAYS_INLINE void down(const double *panel, int width, int rows, int stride, double *__restrict own,

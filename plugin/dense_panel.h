@@ -9,7 +9,6 @@ namespace LAMMPS_NS {
 /* Dense panels of Cholesky factors: `width` columns of `height` numbers, of which the first `width` rows are a lower
    triangle, one column after the other, `stride` apart. What stands above the diagonal or beyond the height means
    nothing. In factors, the diagonal holds the reciprocals of theirs. */
-
 inline constexpr int PANEL_ROWS = 8;    // that are read and written together, beyond the height too
 
 inline int padded(int height) { return height + PANEL_ROWS; }

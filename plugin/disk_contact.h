@@ -10,7 +10,6 @@
 namespace LAMMPS_NS {
 
 /* Of two disks that overlap: E = K overlap^exponent and its derivatives. */
-
 struct Repulsion {
   double overlap, energy, force, stiffness;
 
@@ -25,7 +24,6 @@ struct Repulsion {
 
 /* Two disks of the neighbor list, which may touch before the list is made anew. A pair between ranks, or
    with a periodic image, is seen by both its owners where newton is off: each then counts half of it. */
-
 struct DiskPair {
   int i, j;             // local or ghost index
   double x, y;          // from i to j
@@ -36,7 +34,6 @@ struct DiskPair {
 };
 
 /* Two disks that touch. */
-
 struct DiskContact {
   int i, j;
   double nx, ny;        // unit vector from i to j

@@ -17,25 +17,18 @@ static constexpr int SLOW = 40, GROWN = 2, FEW = 8;
 // Drag over the background that motions without any get, such as gears that turn each other
 static constexpr double SHIFT = 1e-3;
 
-/* ---------------------------------------------------------------------- */
-
 DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const PairDiskDrag &pair,
                    Atom *atom) :
     DragSystem(world, exchange, settings, pair.drag()), pair(pair), atom(atom)
 {
 }
 
-/* ---------------------------------------------------------------------- */
-
 const std::vector<DiskPair> &DiskDrag::near() const
 {
   return pair.pairs();
 }
 
-/* ----------------------------------------------------------------------
-   states by the gaps, but of marginal pairs
-------------------------------------------------------------------------- */
-
+/* states by the gaps, but of marginal pairs */
 void DiskDrag::update_contacts(int local, int ghost, double /*ahead*/)
 {
   make_room(local, ghost);
@@ -57,8 +50,6 @@ void DiskDrag::update_contacts(int local, int ghost, double /*ahead*/)
   find_contacts();
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row, Contact &contact) const
 {
   const double r = hypot(x, y);
@@ -68,8 +59,6 @@ void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row, C
   row = {p.i, p.j, x / r, y / r, p.radius_i - back, p.radius_j - back};
   contact = {r, stiffness, push.force, push.energy, p.share, 1.0, 0.0};
 }
-
-/* ---------------------------------------------------------------------- */
 
 void DiskDrag::find_contacts()
 {
@@ -89,10 +78,7 @@ void DiskDrag::find_contacts()
   displace(rest, 0.0);
 }
 
-/* ----------------------------------------------------------------------
-   the gap of a rubbing pair is zero but for rounding, which would move a loose disk
-------------------------------------------------------------------------- */
-
+/* the gap of a rubbing pair is zero but for rounding, which would move a loose disk */
 void DiskDrag::displace(const Field &moved, double strain)
 {
   answers.clear();
@@ -110,8 +96,6 @@ void DiskDrag::displace(const Field &moved, double strain)
     }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::elastic_forces(Field &force) const
 {
   force.assign(nlocal + nghost, Vec3());
@@ -119,8 +103,6 @@ void DiskDrag::elastic_forces(Field &force) const
   for (std::size_t e = 0; e < marginal.size(); e++) add_pair_forces(e, 0.0, marginal[e].held, force);
   exchange.add_from_ghosts(force);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DiskDrag::contact_speed(const DiskPair &p, const Field &u, double rate) const
 {
@@ -131,18 +113,13 @@ double DiskDrag::contact_speed(const DiskPair &p, const Field &u, double rate) c
   return law.tau > 0.0 ? sqrt(s.approach * s.approach + law.beta * s.slide * s.slide) : fabs(s.approach);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::find_weights(const Field &u, double rate)
 {
   if (!is_linear()) answers.clear();
   DragSystem::find_weights(u, rate);
 }
 
-/* ----------------------------------------------------------------------
-   the weight goes as its square, floor included, to the power (alpha - 1) / 2
-------------------------------------------------------------------------- */
-
+/* the weight goes as its square, floor included, to the power (alpha - 1) / 2 */
 bool DiskDrag::find_slopes(const Field &u, double rate)
 {
   bends.resize(rows.size());
@@ -156,10 +133,7 @@ bool DiskDrag::find_slopes(const Field &u, double rate)
   return true;
 }
 
-/* ----------------------------------------------------------------------
-   the block of each disk in B, inverted; and c
-------------------------------------------------------------------------- */
-
+/* the block of each disk in B, inverted; and c */
 void DiskDrag::find_preconditioner(bool free_rate)
 {
   for (auto &each : blocks) std::fill(each.begin(), each.end(), Vec3());
@@ -188,8 +162,6 @@ void DiskDrag::find_preconditioner(bool free_rate)
   choose_factors();
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::invert_blocks()
 {
   for (int i = 0; i < nlocal; i++) {
@@ -205,10 +177,7 @@ void DiskDrag::invert_blocks()
   }
 }
 
-/* ----------------------------------------------------------------------
-   without background drag, factors would amplify what rounding leaves
-------------------------------------------------------------------------- */
-
+/* without background drag, factors would amplify what rounding leaves */
 void DiskDrag::choose_factors()
 {
   if (settings.background == 0.0) return;
@@ -227,20 +196,14 @@ void DiskDrag::choose_factors()
   if (last_iterations > std::max(FEW, GROWN * fresh_iterations)) factorise();
 }
 
-/* ----------------------------------------------------------------------
-   before answers to forces on several pairs, all with one matrix, and none of which starts from velocities before
-------------------------------------------------------------------------- */
-
+/* before answers to forces on several pairs, all with one matrix, and none of which starts from velocities before */
 void DiskDrag::factorise_for_answers()
 {
   if (settings.background == 0.0 || (factored && age == 0)) return;
   if (factored || answer_iterations > SLOW) factorise();
 }
 
-/* ----------------------------------------------------------------------
-   blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of
-------------------------------------------------------------------------- */
-
+/* blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of */
 void DiskDrag::factorise()
 {
   BlockAssembly<3> matrix(atom);
@@ -257,8 +220,6 @@ void DiskDrag::factorise()
   age = 0;
   rounding_gain = factored ? find_rounding_gain() : 1.0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DiskDrag::find_rounding_gain()
 {
@@ -281,10 +242,7 @@ double DiskDrag::find_rounding_gain()
   return sums[1] > 0.0 ? std::max(1.0, sums[0] / sums[1]) : 1.0;
 }
 
-/* ----------------------------------------------------------------------
-   squared norm that rounding of the contact forces leaves in any residual
-------------------------------------------------------------------------- */
-
+/* squared norm that rounding of the contact forces leaves in any residual */
 double DiskDrag::rounding() const
 {
   double total = 0.0;
@@ -293,12 +251,9 @@ double DiskDrag::rounding() const
   return ROUNDING * ROUNDING * rounding_gain * sum(total);
 }
 
-/* ----------------------------------------------------------------------
-   A disk with too few contacts to hold it keeps no velocity from the last step: nothing would ever
+/* A disk with too few contacts to hold it keeps no velocity from the last step: nothing would ever
    take away the part that costs no drag. Its neighbours may be loose without it. If the contacts
-   that remain are too few to hold the disks that remain, none keeps its velocity.
-------------------------------------------------------------------------- */
-
+   that remain are too few to hold the disks that remain, none keeps its velocity. */
 void DiskDrag::zero_rattler_velocities(Field &u)
 {
   const double least = law.beta > 0.0 ? 2.0 : 3.0, isostatic = law.beta > 0.0 ? 3.0 : 4.0;
@@ -332,10 +287,7 @@ void DiskDrag::zero_rattler_velocities(Field &u)
   }
 }
 
-/* ----------------------------------------------------------------------
-   with that of the forces held
-------------------------------------------------------------------------- */
-
+/* with that of the forces held */
 double DiskDrag::elastic_moment() const
 {
   double elastic = 0.0;
@@ -344,8 +296,6 @@ double DiskDrag::elastic_moment() const
   for (std::size_t e = 0; e < marginal.size(); e++) elastic -= add_pair_forces(e, 0.0, marginal[e].held, unused);
   return sum(elastic);
 }
-
-/* ---------------------------------------------------------------------- */
 
 FlowSums DiskDrag::add_up(const Field &u, double rate)
 {
@@ -358,11 +308,8 @@ FlowSums DiskDrag::add_up(const Field &u, double rate)
   return sums;
 }
 
-/* ----------------------------------------------------------------------
-   time in which a contact relaxes: drag over stiffness. The background slows it at least by the
-   share of a disk with twelve half contacts. A thin fluid lets the whole box relax as fast.
-------------------------------------------------------------------------- */
-
+/* time in which a contact relaxes: drag over stiffness. The background slows it at least by the
+   share of a disk with twelve half contacts. A thin fluid lets the whole box relax as fast. */
 double DiskDrag::least_relaxation_time() const
 {
   double least = HUGE_VAL;

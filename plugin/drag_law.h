@@ -11,7 +11,6 @@ namespace LAMMPS_NS {
 /* Drag on the relative velocity at a contact, Baumgarten & Tighe eqs 5, 6 and 9: with the approach
    v_n and the slip v_t, the dissipation function is
    R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2), lengths in the unit of length. */
-
 struct DragLaw {
   double beta = 1.0, tau = 1.0, alpha = 1.0;
   bool arms_to_contact = false;    // of disks: levers end in the middle of the overlap, not at the radius

@@ -17,15 +17,11 @@ static constexpr double FORCING = 1e-4;       // part of the squared residual th
 static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
 
-/* ---------------------------------------------------------------------- */
-
 double DragSolver::sum(double value) const
 {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, world);
   return value;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void DragSolver::make_room(int local, int ghost)
 {
@@ -35,10 +31,7 @@ void DragSolver::make_room(int local, int ghost)
   inverse.resize(local);
 }
 
-/* ----------------------------------------------------------------------
-   squares: of the velocities of the contacts of this rank
-------------------------------------------------------------------------- */
-
+/* squares: of the velocities of the contacts of this rank */
 double DragSolver::speed_floor(double squares, double count) const
 {
   double sums[2] = {squares, count};
@@ -46,10 +39,7 @@ double DragSolver::speed_floor(double squares, double count) const
   return SLOWEST * SLOWEST * (sums[1] > 0.0 ? sums[0] / sums[1] : 0.0) + STANDSTILL * STANDSTILL;
 }
 
-/* ----------------------------------------------------------------------
-   descent = M^-1 residual; residual descent over all ranks
-------------------------------------------------------------------------- */
-
+/* descent = M^-1 residual; residual descent over all ranks */
 double DragSolver::precondition(double r_flow, double &z_flow)
 {
   double product = 0.0;
@@ -66,10 +56,7 @@ double DragSolver::precondition(double r_flow, double &z_flow)
   return sum(product) + r_flow * z_flow;
 }
 
-/* ----------------------------------------------------------------------
-   squared norm of what drives the flow: forces, and the drag of the affine flow alone
-------------------------------------------------------------------------- */
-
+/* squared norm of what drives the flow: forces, and the drag of the affine flow alone */
 double DragSolver::rhs_norm(const Field &force, const Load &load)
 {
   double power, flow, z_flow;
@@ -80,10 +67,7 @@ double DragSolver::rhs_norm(const Field &force, const Load &load)
   return precondition(load.free_rate ? load.moment : 0.0, z_flow);
 }
 
-/* ----------------------------------------------------------------------
-   residual = F - ahead K (u - start) - B u - b rate; returns that of the rate, where it is free
-------------------------------------------------------------------------- */
-
+/* residual = F - ahead K (u - start) - B u - b rate; returns that of the rate, where it is free */
 double DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
 {
   double power, flow, ahead = 0.0, without = 0.0;
@@ -101,10 +85,7 @@ double DragSolver::find_residual(const Field &force, Field &u, const Load &load,
   return load.free_rate ? load.moment - flow - settings.fluid * load.rate - ahead + without : 0.0;
 }
 
-/* ----------------------------------------------------------------------
-   conjugate gradients from the residual on; returns its squared norm
-------------------------------------------------------------------------- */
-
+/* conjugate gradients from the residual on; returns its squared norm */
 double DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, double enough, Result &result)
 {
   double z_flow;
@@ -141,8 +122,6 @@ double DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, doub
   return rho;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DragSolver::keep(State &state, const Field &force, const Field &u, const Load &load) const
 {
   state.force.assign(force.begin(), force.begin() + nlocal);
@@ -152,11 +131,8 @@ void DragSolver::keep(State &state, const Field &force, const Field &u, const Lo
   state.held = multipliers();
 }
 
-/* ----------------------------------------------------------------------
-   back to a part of a step of Newton's that lessens the residual, whose squared norm was rho: contacts that should come
-   to rest are thrown as far to the other side by the whole of it
-------------------------------------------------------------------------- */
-
+/* back to a part of a step of Newton's that lessens the residual, whose squared norm was rho: contacts that should come
+   to rest are thrown as far to the other side by the whole of it */
 void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
 {
   keep(after, force, u, load);
@@ -190,10 +166,7 @@ void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
   if (best != last) left(best);
 }
 
-/* ----------------------------------------------------------------------
-   force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too
-------------------------------------------------------------------------- */
-
+/* force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too */
 DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
 {
   Result result = {0, false, 0.0, true};
@@ -240,8 +213,6 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
   return result;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DragSolver::set_solution(Field &u, double rate)
 {
   exchange.send_to_ghosts(u);
@@ -249,8 +220,6 @@ void DragSolver::set_solution(Field &u, double rate)
   start_rate = rate;
   find_weights(u, rate);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DragSolver::memory_usage() const
 {

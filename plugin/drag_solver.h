@@ -14,7 +14,6 @@
 namespace LAMMPS_NS {
 
 /* What the solver needs of LAMMPS. */
-
 class GhostExchange {
  public:
   virtual void send_to_ghosts(Field &) = 0;
@@ -26,7 +25,6 @@ class GhostExchange {
 
 /* Sums over contacts, disks and vertices. Stress over contacts is the sum of T_a r_b with the tension T
    that acts on the first of two; conjugate to the strain is T_x r_y. */
-
 struct FlowSums {
   double elastic = 0.0, viscous = 0.0, xx = 0.0, yy = 0.0, energy = 0.0, dissipation = 0.0, speed = 0.0,
          contacts = 0.0;
@@ -44,7 +42,6 @@ struct FlowSums {
 
    Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
-
 class DragSolver {
  public:
   struct Settings {

@@ -15,7 +15,6 @@ namespace LAMMPS_NS {
 
 /* Drag of disks and of droplets: B = J^T W J + background, by the rows J of slips at contacts. Products, sums of
    stress, the weights of a power law and Cholesky factors as a preconditioner are the same for both. */
-
 template <class Row> class DragSystem : public DragSolver {
  public:
   double memory_usage() const override

@@ -28,8 +28,6 @@ static constexpr double OTHER_STEP = 2.0;    // or if the time ahead is that man
 static constexpr double SHIFT = 1e-8, LARGEST_SHIFT = 1e6, MORE_SHIFT = 1e3;    // of the diagonal, over its mean
 static constexpr double ROUNDING = 4e-15;    // of a force on a vertex, over line tension: positions are off by that
 
-/* ---------------------------------------------------------------------- */
-
 static FixPolygonArea *area_of_all(LAMMPS *lmp)
 {
   const auto found = lmp->modify->get_fix_by_style("^polygon/area$");
@@ -41,8 +39,6 @@ static FixPolygonArea *area_of_all(LAMMPS *lmp)
   return area;
 }
 
-/* ---------------------------------------------------------------------- */
-
 DropletDrag::DropletDrag(LAMMPS *lmp, GhostExchange &exchange, const Settings &settings, const DragLaw &law,
                          Compute &virial, Compute &energy) :
     DragSystem(lmp->world, exchange, settings, law), lmp(lmp),
@@ -50,8 +46,6 @@ DropletDrag::DropletDrag(LAMMPS *lmp, GhostExchange &exchange, const Settings &s
     virial(virial), energy(energy), stiffness(lmp, area)
 {
 }
-
-/* ---------------------------------------------------------------------- */
 
 void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
 {
@@ -78,32 +72,27 @@ void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
   stiffness.take(meetings);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DropletDrag::read_outlines()
 {
   const auto x = lmp->atom->x;
-  const PolygonSums &rings = area->rings();
+  const PolygonRings &rings = area->rings();
   turns.assign(nlocal, {-1, -1, 0.0, 0.0, 0.0, 0.0, 0.0});
   background.assign(nlocal, 0.0);
-  for (const auto &run : rings.runs())
-    for (int n = run.begin; n < run.end; n++) {
-      const PolygonSums::Vertex &v = rings.vertices()[n];
+  for (const auto &segment : rings.segments())
+    for (int n = segment.begin; n < segment.end; n++) {
+      const PolygonRings::Vertex &v = rings.vertices()[n];
       const double in_x = x[v.i][0] - x[v.prev][0], in_y = x[v.i][1] - x[v.prev][1];
       const double out_x = x[v.next][0] - x[v.i][0], out_y = x[v.next][1] - x[v.i][1];
       const double square = in_x * in_x + in_y * in_y + out_x * out_x + out_y * out_y;
       turns[v.i] = {v.prev, v.next, in_x, in_y, out_x, out_y, square > 0.0 ? 1.0 / square : 0.0};
-      background[v.i] = settings.background / rings.polygons()[run.polygon].size;
+      background[v.i] = settings.background / rings.polygons()[segment.polygon].size;
     }
   for (int i = 0; i < nlocal; i++)
     if (turns[i].prev < 0)
       lmp->error->one(FLERR, "{}: atom {} is no vertex of a droplet", WHO, lmp->atom->tag[i]);
 }
 
-/* ----------------------------------------------------------------------
-   angular velocity of the outline at each vertex
-------------------------------------------------------------------------- */
-
+/* angular velocity of the outline at each vertex */
 void DropletDrag::find_spins(Field &p, double rate)
 {
   if (law.beta == 0.0) return;
@@ -116,10 +105,7 @@ void DropletDrag::find_spins(Field &p, double rate)
   exchange.send_to_ghosts(p);
 }
 
-/* ----------------------------------------------------------------------
-   torques on the outlines as forces on their vertices; returns the torque on the affine flow
-------------------------------------------------------------------------- */
-
+/* torques on the outlines as forces on their vertices; returns the torque on the affine flow */
 double DropletDrag::turn_back(Field &out, FlowSums *sums)
 {
   if (law.beta == 0.0) return 0.0;
@@ -143,28 +129,20 @@ double DropletDrag::turn_back(Field &out, FlowSums *sums)
   return flow;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double DropletDrag::rounding() const
 {
   const double force = ROUNDING * stiffness.largest_tension();
   return force * force * lmp->atom->natoms / std::max(mean_diagonal, 1e-300);
 }
 
-/* ----------------------------------------------------------------------
-   of the forces, before they follow the velocities
-------------------------------------------------------------------------- */
-
+/* of the forces, before they follow the velocities */
 double DropletDrag::elastic_moment() const
 {
   virial.compute_vector();
   return -virial.vector[3] * lmp->domain->xprd * lmp->domain->yprd;
 }
 
-/* ----------------------------------------------------------------------
-   with what forces and energy have followed: K (u - start), over the time ahead
-------------------------------------------------------------------------- */
-
+/* with what forces and energy have followed: K (u - start), over the time ahead */
 FlowSums DropletDrag::add_up(const Field &u, double rate)
 {
   double power, power_all, power_drag, all, drag;
@@ -196,8 +174,6 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   return sums;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DropletDrag::find_preconditioner(bool free_rate)
 {
   int anew = stale || moved_between_ranks;
@@ -214,10 +190,7 @@ void DropletDrag::find_preconditioner(bool free_rate)
   inverse_flow = flow > 0.0 ? 1.0 / flow : 0.0;
 }
 
-/* ----------------------------------------------------------------------
-   K is not positive definite where droplets slip past each other: with more on the diagonal until the sum is
-------------------------------------------------------------------------- */
-
+/* K is not positive definite where droplets slip past each other: with more on the diagonal until the sum is */
 void DropletDrag::factorise()
 {
   factors_ahead = ahead;
@@ -238,10 +211,7 @@ void DropletDrag::factorise()
                   lmp->update->ntimestep);
 }
 
-/* ----------------------------------------------------------------------
-   spins of the sites are those of their outlines: parts of vertices of this rank, and of their neighbors
-------------------------------------------------------------------------- */
-
+/* spins of the sites are those of their outlines: parts of vertices of this rank, and of their neighbors */
 void DropletDrag::find_parts(std::size_t k, std::vector<Part> &parts) const
 {
   DragSystem::find_parts(k, parts);
@@ -256,10 +226,7 @@ void DropletDrag::find_parts(std::size_t k, std::vector<Part> &parts) const
   }
 }
 
-/* ----------------------------------------------------------------------
-   without background drag, contacts leave droplets free to drift as a whole
-------------------------------------------------------------------------- */
-
+/* without background drag, contacts leave droplets free to drift as a whole */
 void DropletDrag::project(Field &field) const
 {
   if (settings.background > 0.0) return;

@@ -20,7 +20,6 @@ namespace LAMMPS_NS {
    Drag leaves most motion of vertices free, and K is stiff along some of it and soft along other: the
    preconditioner is the Cholesky factor of B + ahead K, of what each rank owns, and serves as many steps
    as it makes conjugate gradients short. */
-
 class DropletDrag : public DragSystem<DropletRow> {
  public:
   DropletDrag(class LAMMPS *, GhostExchange &, const Settings &, const DragLaw &, class Compute &virial,

@@ -15,8 +15,6 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std::vector<DropletMeeting> &meetings)
 {
   meetings.clear();
@@ -26,13 +24,11 @@ bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std
     const bool corner = foot.t <= 0.0 || foot.t >= 1.0;
     const double length = corner ? 0.0 : sqrt(ex * ex + ey * ey), per_length = length > 0.0 ? 1.0 / length : 0.0;
     meetings.push_back({c.vertex, c.tail, c.head, foot.t, foot.dx / d, foot.dy / d, d, pair.stiffness(c),
-                        pair.push_on_vertex(c).magnitude, ex * per_length, ey * per_length, length});
+                        pair.contact_force(c).magnitude, ex * per_length, ey * per_length, length});
     if (d == 0.0) return false;
   }
   return true;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void DropletStiffness::take(const std::vector<DropletMeeting> &found)
 {
@@ -54,19 +50,17 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
                      tension * (1.0 - ey * ey / rsq), own_i, own_j, own_i && own_j ? 1.0 : 0.5});
   }
 
-  const PolygonSums &rings = area->rings();
+  const PolygonRings &rings = area->rings();
   vertices.clear();
-  for (const auto &run : rings.runs())
-    for (int n = run.begin; n < run.end; n++) {
-      const PolygonSums::Vertex &v = rings.vertices()[n];
+  for (const auto &segment : rings.segments())
+    for (int n = segment.begin; n < segment.end; n++) {
+      const PolygonRings::Vertex &v = rings.vertices()[n];
       double r[2];
-      rings.position(v, rings.polygons()[run.polygon], r);
-      vertices.push_back({v.i, v.prev, v.next, run.polygon, 0.5 * (x[v.next][1] - x[v.prev][1]),
+      rings.position(v, rings.polygons()[segment.polygon], r);
+      vertices.push_back({v.i, v.prev, v.next, segment.polygon, 0.5 * (x[v.next][1] - x[v.prev][1]),
                           0.5 * (x[v.prev][0] - x[v.next][0]), r[1]});
     }
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DropletStiffness::add_product(const Field &p, double strain, double factor, Field &out)
 {
@@ -74,12 +68,9 @@ double DropletStiffness::add_product(const Field &p, double strain, double facto
       add_areas(p, strain, factor, out);
 }
 
-/* ----------------------------------------------------------------------
-   Hessian of the distance d, weights c = (1, t - 1, -t) and w = (0, -1, 1) on vertex, tail and head:
+/* Hessian of the distance d, weights c = (1, t - 1, -t) and w = (0, -1, 1) on vertex, tail and head:
    grad d = c n; hess d = -(1/L) [w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T]; at a corner
-   (1 - n n^T)/d between two points
-------------------------------------------------------------------------- */
-
+   (1 - n n^T)/d between two points */
 double DropletStiffness::add_contacts(const Field &p, double strain, double factor, Field &out) const
 {
   double flow = 0.0;
@@ -121,8 +112,6 @@ double DropletStiffness::add_contacts(const Field &p, double strain, double fact
   return flow;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double DropletStiffness::add_tension(const Field &p, double strain, double factor, Field &out) const
 {
   double flow = 0.0;
@@ -142,13 +131,10 @@ double DropletStiffness::add_tension(const Field &p, double strain, double facto
   return flow;
 }
 
-/* ----------------------------------------------------------------------
-   ka grad a grad a^T + ka (a - a0) hess a; a shear does not change a
-------------------------------------------------------------------------- */
-
+/* ka grad a grad a^T + ka (a - a0) hess a; a shear does not change a */
 double DropletStiffness::add_areas(const Field &p, double strain, double factor, Field &out)
 {
-  const PolygonSums &rings = area->rings();
+  const PolygonRings &rings = area->rings();
   stretch.assign(rings.polygons().size(), 0.0);
   for (const Vertex &v : vertices) stretch[v.polygon] += v.slope_x * p[v.i].x + v.slope_y * p[v.i].y;
   rings.sum(stretch, 1);
@@ -166,8 +152,6 @@ double DropletStiffness::add_areas(const Field &p, double strain, double factor,
   return flow;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const
 {
   assemble_contacts(factor, matrix);
@@ -180,10 +164,7 @@ void DropletStiffness::assemble(double factor, BlockAssembly<2> &matrix) const
   assemble_areas(factor, matrix);
 }
 
-/* ----------------------------------------------------------------------
-   as in add_contacts
-------------------------------------------------------------------------- */
-
+/* as in add_contacts */
 void DropletStiffness::assemble_contacts(double factor, BlockAssembly<2> &matrix) const
 {
   for (const DropletMeeting &m : *meetings) {
@@ -204,8 +185,6 @@ void DropletStiffness::assemble_contacts(double factor, BlockAssembly<2> &matrix
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) const
 {
   std::vector<std::vector<const Vertex *>> rings(area->rings().polygons().size());
@@ -223,8 +202,6 @@ void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) c
       matrix.add(v.i, v.next, {0.0, half, -half, 0.0});
     }
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DropletStiffness::largest_tension() const
 {

@@ -12,7 +12,6 @@
 namespace LAMMPS_NS {
 
 /* A vertex and the point (1 - t) tail + t head of the edge that it meets. */
-
 struct DropletMeeting {
   int vertex, tail, head;
   double t, nx, ny, distance;    // unit vector from the edge to the vertex
@@ -25,7 +24,6 @@ bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<
 
 /* The Hessian K of the energy of droplets, as products with displacements: terms and formulas as in
    jamlab.mechanics.energy_terms. Displacements are those beside an affine shear, which comes apart. */
-
 class DropletStiffness {
  public:
   DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}

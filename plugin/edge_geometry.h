@@ -15,7 +15,6 @@ using Position = double[3];    // LAMMPS holds its rows one after the other
 
 /* Between 0 and 1. Where the foot falls cannot be predicted, and compilers make branches
    of min and max: 26 instead of 21 ns per vertex for all contacts of form outline. */
-
 inline double clamped(double t)
 {
 #ifdef __SSE2__
@@ -27,7 +26,6 @@ inline double clamped(double t)
 
 /* Closest point of an edge to a vertex: the vector from it to the vertex, its
    square, and the place t in [0, 1] from the tail to the head. */
-
 struct Foot {
   double dx, dy, rsq, t;
 };
@@ -43,7 +41,6 @@ inline Foot foot_on_edge(const double *vertex, const double *tail, const double 
 }
 
 /* The same for an edge whose length has been taken once for all that it meets. */
-
 struct EdgeFrame {
   double x, y, ex, ey, per_lsq;    // tail, from tail to head, 1 / length^2 (0 for a point)
 };
@@ -66,7 +63,6 @@ inline Foot foot_on_edge(double x, double y, const EdgeFrame &edge)
 /* The nearest of several edges to a point, if nearer than the root of `within`. Which is nearest cannot be
    predicted, so nothing branches on it; x and y stand side by side. Half of what is looked at touches nothing: only
    the distance is kept, and the foot sought anew on the edge that was found. */
-
 class NearestEdge {
  public:
 #ifdef __SSE2__

@@ -7,8 +7,6 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 EliminationOrder::EliminationOrder(const std::vector<int> &first, const std::vector<int> &others) :
     rows(first.size() - 1), elements(rows.size(), {{}, 0, -1}), of_degree(rows.size() + 1, -1), mark(rows.size(), -1)
 {
@@ -17,8 +15,6 @@ EliminationOrder::EliminationOrder(const std::vector<int> &first, const std::vec
     put(static_cast<int>(i), first[i + 1] - first[i]);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::vector<int> EliminationOrder::find()
 {
@@ -32,8 +28,6 @@ std::vector<int> EliminationOrder::find()
   return order;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void EliminationOrder::put(int i, int degree)
 {
   const int next = of_degree[degree];
@@ -45,8 +39,6 @@ void EliminationOrder::put(int i, int degree)
   least = std::min(least, degree);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void EliminationOrder::take(int i)
 {
   const Row &row = rows[i];
@@ -54,10 +46,7 @@ void EliminationOrder::take(int i)
   if (row.after >= 0) rows[row.after].before = row.before;
 }
 
-/* ----------------------------------------------------------------------
-   row p and its elements become one element
-------------------------------------------------------------------------- */
-
+/* row p and its elements become one element */
 void EliminationOrder::eliminate(int p)
 {
   take(p);
@@ -88,10 +77,7 @@ void EliminationOrder::eliminate(int p)
   for (const int i : joined) renew(i, p);
 }
 
-/* ----------------------------------------------------------------------
-   the neighbors of row i, which element p now has: elements that lie within p are no longer needed
-------------------------------------------------------------------------- */
-
+/* the neighbors of row i, which element p now has: elements that lie within p are no longer needed */
 void EliminationOrder::renew(int i, int p)
 {
   Row &row = rows[i];

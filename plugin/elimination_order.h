@@ -11,7 +11,6 @@ namespace LAMMPS_NS {
 /* Rows of a sparse symmetric matrix in an order of least fill. The row with the fewest neighbors goes first, whose
    neighbors then are neighbors of each other. Such a set of rows is kept as one element, never as pairs, and numbers of
    neighbors are bounds from above: Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl. 17, 886 (1996). */
-
 class EliminationOrder {
  public:
   // the neighbors of each row, sorted or not, in others[first[i]] to others[first[i + 1] - 1]

@@ -36,44 +36,31 @@ static constexpr double DROPLET_STILL = 1e-11;    // over tau: a velocity whose 
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
 static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
 
-/* ----------------------------------------------------------------------
-   lattice vectors from the box to the unwrapped place of an atom
-------------------------------------------------------------------------- */
-
+/* lattice vectors from the box to the unwrapped place of an atom */
 static std::array<int, 2> boxes(imageint image)
 {
   return {static_cast<int>(image & IMGMASK) - IMGMAX, static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX};
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixOverdamped::area() const
 {
   return domain->xprd * domain->yprd;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::time_unit() const
 {
   return droplet_law.tau > 0.0 ? droplet_law.tau : 1.0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixOverdamped::driven_rate() const
 {
   return drive == RATE ? wanted_rate : drive == OSCILLATE ? amplitude * omega * cos(omega * state.time) : state.rate;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::typical_rate() const
 {
   return drive == OSCILLATE ? amplitude * omega : fabs(state.rate);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::setup(int /*vflag*/)
 {
@@ -97,20 +84,14 @@ void FixOverdamped::setup(int /*vflag*/)
   set_time_step(up_to_end(std::min(state.step, longest_step())));
 }
 
-/* ----------------------------------------------------------------------
-   something else has moved the particles since, such as a minimisation
-------------------------------------------------------------------------- */
-
+/* something else has moved the particles since, such as a minimisation */
 void FixOverdamped::forget_velocities()
 {
-  for (Field *each : {&now, &before, &moved, &moved_before}) std::fill(each->begin(), each->end(), Vec3());
+  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement}) std::fill(each->begin(), each->end(), Vec3());
   state.step = state.last_step = state.step_before = 0.0;
 }
 
-/* ----------------------------------------------------------------------
-   particles and box to the end of the step
-------------------------------------------------------------------------- */
-
+/* particles and box to the end of the step */
 void FixOverdamped::initial_integrate(int /*vflag*/)
 {
   if (!droplets && !plan.made) {    // of `run ... pre no` after an interval, as if before this step
@@ -136,16 +117,13 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
   state.rate = driven_rate();
   lean(strain_step);
   double farthest = 0.0;
-  const Field &moves = droplets ? moved : plan.moved;
+  const Field &moves = droplets ? displacement : plan.displacement;
   for (int i = 0; i < atom->nlocal; i++) farthest = std::max(farthest, hypot(moves[i].x, moves[i].y));
   keep_neighbors(farthest, strain_step);
 }
 
-/* ----------------------------------------------------------------------
-   particles that come to touch must be in the neighbor list, whatever neigh_modify says: half the skin is for the
-   corrections of droplets, which come after
-------------------------------------------------------------------------- */
-
+/* particles that come to touch must be in the neighbor list, whatever neigh_modify says: half the skin is for the
+   corrections of droplets, which come after */
 void FixOverdamped::keep_neighbors(double farthest, double strain)
 {
   MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
@@ -154,14 +132,10 @@ void FixOverdamped::keep_neighbors(double farthest, double strain)
   if (approached > 0.5 * neighbor->skin) next_reneighbor = update->ntimestep;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::end_interval()
 {
   if (interval > 0.0) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixOverdamped::next_strain_step(double dt) const
 {
@@ -169,8 +143,6 @@ double FixOverdamped::next_strain_step(double dt) const
   if (drive == OSCILLATE) return amplitude * (sin(omega * (state.time + dt)) - sin(omega * state.time));
   return droplet_strain_step(dt);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::lean(double strain)
 {
@@ -183,10 +155,7 @@ void FixOverdamped::lean(double strain)
   }
 }
 
-/* ----------------------------------------------------------------------
-   image flags of LAMMPS begin anew after IMGMAX boxes: half way there, whole particles go back to the box
-------------------------------------------------------------------------- */
-
+/* image flags of LAMMPS begin anew after IMGMAX boxes: half way there, whole particles go back to the box */
 void FixOverdamped::move_back()
 {
   const tagint *const particle = droplets ? atom->molecule : atom->tag;
@@ -212,10 +181,7 @@ void FixOverdamped::move_back()
   }
 }
 
-/* ----------------------------------------------------------------------
-   the same lattice with another vector along y
-------------------------------------------------------------------------- */
-
+/* the same lattice with another vector along y */
 void FixOverdamped::pre_exchange()
 {
   move_back();
@@ -228,16 +194,14 @@ void FixOverdamped::pre_exchange()
   flip = 0;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::final_integrate()
 {
   const bool ended = interval > 0.0 && state.time == state.end;
   if (droplets) {
-    const Field predicted(now.begin(), now.begin() + atom->nlocal);
+    const Field predicted(velocity.begin(), velocity.begin() + atom->nlocal);
     const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
     const FlowSums last = sums;
-    solver->update_contacts(atom->nlocal, atom->nghost, ahead);
+    solver->update_contacts(atom->nlocal, atom->nghost, implicit_time);
     if (!correct_droplets(predicted, rate, find_velocities())) {
       step_back();
       return;
@@ -267,8 +231,6 @@ void FixOverdamped::final_integrate()
   timer->force_timeout();
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::post_run()
 {
   if (update->whichflag == 1) last_timestep = update->ntimestep;    // of a run, not of a minimisation
@@ -276,32 +238,27 @@ void FixOverdamped::post_run()
   stopped = false;
 }
 
-/* ----------------------------------------------------------------------
-   of this moment
-------------------------------------------------------------------------- */
-
-DragSolver::Result FixOverdamped::find_velocities(bool forces)
+/* of this moment */
+DragSolver::Result FixOverdamped::find_velocities(bool with_forces)
 {
   const int nlocal = atom->nlocal;
   if (droplets) {
-    pushes.assign(nlocal, Vec3());
-    for (int i = 0; forces && i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
+    forces.assign(nlocal, Vec3());
+    for (int i = 0; with_forces && i < nlocal; i++) forces[i] = {atom->f[i][0], atom->f[i][1], 0.0};
   } else {
-    disks->elastic_forces(pushes);
+    disks->elastic_forces(forces);
   }
 
   state.rate = driven_rate();
   DragSolver::Load load = {state.rate, 0.0, drive == STRESS};
   if (load.free_rate) load.moment = area() * wanted_stress - solver->elastic_moment();
-  const DragSolver::Result result = solver->solve(pushes, now, load);
+  const DragSolver::Result result = solver->solve(forces, velocity, load);
   last_iterations = result.iterations;
   state.iterations += result.iterations;
   state.rate = load.rate;
   if (settings.background == 0.0) remove_drift();
   return result;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
@@ -315,52 +272,42 @@ void FixOverdamped::refuse(const DragSolver::Result &result) const
              more_background());
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::string FixOverdamped::more_background() const
 {
   return fmt::format("the background drag is {:g}; give 1e-2 k tau, or, of that or more, ten times as much",
                      settings.background);
 }
 
-/* ----------------------------------------------------------------------
-   contact drag leaves all that touches free to drift as a whole; what touches nothing stays with the
-   affine flow
-------------------------------------------------------------------------- */
-
+/* contact drag leaves all that touches free to drift as a whole; what touches nothing stays with the
+   affine flow */
 void FixOverdamped::remove_drift()
 {
   double sums[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
     if (!solver->touched(i)) continue;
-    sums[0] += now[i].x;
-    sums[1] += now[i].y;
+    sums[0] += velocity[i].x;
+    sums[1] += velocity[i].y;
     sums[2] += 1.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
   for (int i = 0; i < atom->nlocal; i++) {
     if (!solver->touched(i)) continue;
-    now[i].x -= sums[0] / sums[2];
-    now[i].y -= sums[1] / sums[2];
+    velocity[i].x -= sums[0] / sums[2];
+    velocity[i].y -= sums[1] / sums[2];
   }
-  send_to_ghosts(now);
+  send_to_ghosts(velocity);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::add_up()
 {
-  sums = solver->add_up(now, state.rate);
+  sums = solver->add_up(velocity, state.rate);
   sums.viscous += settings.fluid * state.rate;
   sums.dissipation += settings.fluid * state.rate * state.rate;
   state.stress = (sums.elastic + sums.viscous) / area();
   state.dissipation = sums.dissipation / area();
 }
 
-/* ----------------------------------------------------------------------
-   step of droplets that keeps the error at the tolerance, which goes as the square of the step
-------------------------------------------------------------------------- */
-
+/* step of droplets that keeps the error at the tolerance, which goes as the square of the step */
 void FixOverdamped::adapt_step()
 {
   double off = droplet_error();
@@ -373,13 +320,11 @@ void FixOverdamped::adapt_step()
   state.step = std::max(state.last_step * std::clamp(factor, SHRINKAGE, GROWTH), least);
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::longest_step() const
 {
   double relaxation = solver->least_relaxation_time(), fastest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
-    fastest = std::max(fastest, now[i].x * now[i].x + now[i].y * now[i].y);
+    fastest = std::max(fastest, velocity[i].x * velocity[i].x + velocity[i].y * velocity[i].y);
   MPI_Allreduce(MPI_IN_PLACE, &relaxation, 1, MPI_DOUBLE, MPI_MIN, world);
   MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, world);
   fastest = sqrt(fastest);
@@ -401,18 +346,13 @@ double FixOverdamped::longest_step() const
   return least;
 }
 
-/* ----------------------------------------------------------------------
-   of a step: it, or half of it, ends where the interval does
-------------------------------------------------------------------------- */
-
+/* of a step: it, or half of it, ends where the interval does */
 double FixOverdamped::up_to_end(double step) const
 {
   const double left = state.end - state.time;
   if (interval > 0.0 && left > 0.0 && left < 2.0 * step) return left <= step ? left : 0.5 * left;
   return step;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::set_time_step(double dt)
 {

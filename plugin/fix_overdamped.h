@@ -78,11 +78,11 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool stopped = false;         // this run, at the end of an interval
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
   bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
-  Field now, before;        // velocities: of this step, and, of droplets, of the last one
-  Field moved, moved_before;    // droplets: beside the affine flow, in the last two steps
-  Field pushes;             // on every atom, but for the drag
+  Field velocity, last_velocity;        // velocities: of this step, and, of droplets, of the last one
+  Field displacement, last_displacement;    // droplets: beside the affine flow, in the last two steps
+  Field forces;             // on every atom, but for the drag
   Field *traveling = nullptr;
-  double ahead = 0.0;         // droplets: time over which a new velocity counts in the last step
+  double implicit_time = 0.0;         // droplets: time over which a new velocity counts in the last step
   int flip = 0;
 
   struct State {    // what a restart file keeps: numbers alone
@@ -109,7 +109,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   struct Plan {     // the next step of disks: part `time` of a whole one
     bool made = false;
     double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0, longest = 0.0;
-    Field moved, ahead;
+    Field displacement, extrapolated;
     std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;
 
@@ -126,7 +126,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void forget_velocities();
 
   void make_solver();
-  DragSolver::Result find_velocities(bool forces = true);
+  DragSolver::Result find_velocities(bool with_forces = true);
   void start_droplets();
   void start_disks();
   bool fit(const DragSolver::Result &, double least_speed) const;
@@ -140,7 +140,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void keep_neighbors(double farthest, double strain);
   void end_interval();
   double all_speeds() const;
-  double crowd() const;
+  double finite_size_factor() const;
   static Weights dense_weights(double part);
   static Weights ahead_weights(double part);
   void predict_droplets(double dt, double strain_step);

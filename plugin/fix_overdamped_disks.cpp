@@ -27,22 +27,19 @@ static constexpr double TO_NODE[3] = {0.0, 0.5, 0.75};    // of the velocity bef
 static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
 static constexpr double NOISE = 0.7;        // error over that of a longer step, from which on it is the solver's
-static constexpr double TRUST = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
+static constexpr double EXTRAPOLATION = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
                                             // no drag would grow from step to step
-static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
-static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
-static constexpr double FEW = 32.0;         // disks, each of which counts in a stress; one of more counts for less
-static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
+static constexpr double STEP_SHARE = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
+static constexpr double DISTURBED = 10.0;      // disks that move by as much as one contact does that drags wrongly
+static constexpr double SMALL_SYSTEM = 32.0;         // disks, each of which counts in a stress; one of more counts for less
+static constexpr double SHORTEST_SHARE = 0.05;       // part of the error of a whole step that the shortest one may make
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time below which none is tried
 static constexpr double FORCED = 1e-3;      // step over the relaxation time that is taken where pairs that rub allow none
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
 static constexpr int ROUNDS = 8;            // of the states of several pairs
 
-/* ----------------------------------------------------------------------
-   integral of the parabola through the three stages, up to a part of the step
-------------------------------------------------------------------------- */
-
+/* integral of the parabola through the three stages, up to a part of the step */
 FixOverdamped::Weights FixOverdamped::dense_weights(double part)
 {
   const double third = part * part * part / 3.0, square = part * part;
@@ -50,46 +47,35 @@ FixOverdamped::Weights FixOverdamped::dense_weights(double part)
           (third - 0.25 * square) / 0.1875};
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixOverdamped::Weights FixOverdamped::ahead_weights(double part)
 {
   return {(part - 0.5) * (part - 0.75) / 0.375, part * (part - 0.75) / -0.125, part * (part - 0.5) / 0.1875};
 }
 
-/* ----------------------------------------------------------------------
-   sum of velocities that an error is compared with
-------------------------------------------------------------------------- */
-
+/* sum of velocities that an error is compared with */
 double FixOverdamped::all_speeds() const
 {
   return sums.speed + atom->natoms * length_unit * (typical_rate() + STILL / (length_unit * longest_step()));
 }
 
-/* ----------------------------------------------------------------------
-   A stress is a mean over all disks: the more there are, the less a contact counts that drags wrongly for a while
-------------------------------------------------------------------------- */
-
-double FixOverdamped::crowd() const
+/* A stress is a mean over all disks: the more there are, the less a contact counts that drags wrongly for a while */
+double FixOverdamped::finite_size_factor() const
 {
-  return std::max(1.0, atom->natoms / FEW);
+  return std::max(1.0, atom->natoms / SMALL_SYSTEM);
 }
 
-/* ----------------------------------------------------------------------
-   velocities at the positions that LAMMPS has; which pairs touch, part or rub
-------------------------------------------------------------------------- */
-
+/* velocities at the positions that LAMMPS has; which pairs touch, part or rub */
 void FixOverdamped::start_disks()
 {
   if (neighbor->ago == 0) disks->neighbors_are_new();
   disks->update_contacts(atom->nlocal, atom->nghost, 0.0);
   disks->close_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
   disks->forget_settled(false);    // gaps of the last step have become wide
-  disks->zero_rattler_velocities(now);
-  const double least = tolerance * state.speed / SPREAD;
-  disks->set_min_speed((crowd() - 1.0) * STRICT * least);
+  disks->zero_rattler_velocities(velocity);
+  const double least = tolerance * state.speed / DISTURBED;
+  disks->set_min_speed((finite_size_factor() - 1.0) * STEP_SHARE * least);
   const auto parts = disks->parts_before();
-  if (parts.size() > 1 && disks->marginal_pairs_change() && (disks->rubs(now, state.rate) || !fit(find_velocities(), least))) {
+  if (parts.size() > 1 && disks->marginal_pairs_change() && (disks->rubs(velocity, state.rate) || !fit(find_velocities(), least))) {
     relax_ties(parts, least);
   } else {
     DiskDrag::Revision revision = DiskDrag::CHANGED;
@@ -97,9 +83,9 @@ void FixOverdamped::start_disks()
       const DragSolver::Result result = find_velocities();
       if (!result.converged) {
         if (!disks->close_rubbing()) refuse(result);
-        std::fill(now.begin(), now.end(), Vec3());
+        std::fill(velocity.begin(), velocity.end(), Vec3());
       }
-      revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
+      revision = result.converged ? disks->revise(velocity, state.rate, least) : DiskDrag::CHANGED;
     }
     if (revision == DiskDrag::CYCLES) relax_ties(parts, least);
   }
@@ -108,31 +94,24 @@ void FixOverdamped::start_disks()
   state.speed = sums.speed;
 }
 
-/* ---------------------------------------------------------------------- */
-
 bool FixOverdamped::fit(const DragSolver::Result &result, double least_speed) const
 {
-  return result.converged && disks->misfit(now, state.rate, least_speed) <= tolerance;
+  return result.converged && disks->misfit(velocity, state.rate, least_speed) <= tolerance;
 }
 
-/* ----------------------------------------------------------------------
-   of several pairs with a gap of zero, each of which decides on the others; a power law changes their drag
-------------------------------------------------------------------------- */
-
+/* of several pairs with a gap of zero, each of which decides on the others; a power law changes their drag */
 void FixOverdamped::relax_ties(const std::vector<double> &parts, double least_speed)
 {
   DragSolver::Result result = {};
   for (int round = 0; round < (disks->is_linear() ? 1 : ROUNDS); round++) {
-    const bool rests = disks->relax_marginal_pairs(parts, now, {driven_rate(), area() * wanted_stress, drive == STRESS});
+    const bool rests = disks->relax_marginal_pairs(parts, velocity, {driven_rate(), area() * wanted_stress, drive == STRESS});
     result = find_velocities();
     if (rests && fit(result, least_speed)) return;
-    if (!result.converged) std::fill(now.begin(), now.end(), Vec3());
+    if (!result.converged) std::fill(velocity.begin(), velocity.end(), Vec3());
   }
   if (!result.converged && !(result = find_velocities()).converged) refuse(result);
   state.unsettled += 1.0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixOverdamped::strain_after(double time, double step) const
 {
@@ -144,16 +123,13 @@ double FixOverdamped::strain_after(double time, double step) const
   return strain;
 }
 
-/* ----------------------------------------------------------------------
-   velocities of the second and third stage; returns how far the step is off, over its time
-------------------------------------------------------------------------- */
-
+/* velocities of the second and third stage; returns how far the step is off, over its time */
 double FixOverdamped::try_stages(double step)
 {
   const int nall = atom->nlocal + atom->nghost;
   const State start = state;
   const FlowSums at_start = sums;
-  Field moved(nall), u(now.begin(), now.begin() + nall);
+  Field displacement(nall), u(velocity.begin(), velocity.begin() + nall);
   const auto keep = [&](int s, double strain) {
     Stage &stage = stages[s];
     stage.velocities.resize(nall);
@@ -168,21 +144,21 @@ double FixOverdamped::try_stages(double step)
   for (int s = 1; s < 3 && converged; s++) {
     const Stage &last = stages[s - 1];
     for (int i = 0; i < nall; i++)
-      moved[i] = {step * TO_NODE[s] * last.velocities[i].x, step * TO_NODE[s] * last.velocities[i].y, 0.0};
+      displacement[i] = {step * TO_NODE[s] * last.velocities[i].x, step * TO_NODE[s] * last.velocities[i].y, 0.0};
     state.time = start.time + NODES[s] * step;
     const double strain = drive == STRESS ? step * TO_NODE[s] * last.rate : strain_after(NODES[s] * step, step);
-    disks->displace(moved, strain);
+    disks->displace(displacement, strain);
     if (s == 2)
       for (int i = 0; i < nall; i++) {    // from the line through the first two stages
         const Vec3 &v = stages[0].velocities[i];
-        u[i] = {u[i].x + TRUST * 0.5 * (u[i].x - v.x), u[i].y + TRUST * 0.5 * (u[i].y - v.y),
-                u[i].spin + TRUST * 0.5 * (u[i].spin - v.spin)};
+        u[i] = {u[i].x + EXTRAPOLATION * 0.5 * (u[i].x - v.x), u[i].y + EXTRAPOLATION * 0.5 * (u[i].y - v.y),
+                u[i].spin + EXTRAPOLATION * 0.5 * (u[i].spin - v.spin)};
       }
-    std::swap(u, now);
-    now.resize(std::max<std::size_t>(u.size(), nall));
+    std::swap(u, velocity);
+    velocity.resize(std::max<std::size_t>(u.size(), nall));
     converged = find_velocities().converged;
     add_up();
-    std::swap(u, now);
+    std::swap(u, velocity);
     keep(s, strain);
   }
   const double iterations = state.iterations;
@@ -202,13 +178,10 @@ double FixOverdamped::try_stages(double step)
   return off;
 }
 
-/* ----------------------------------------------------------------------
-   the next step: as long as its error allows, and contacts
-------------------------------------------------------------------------- */
-
+/* the next step: as long as its error allows, and contacts */
 void FixOverdamped::plan_disks()
 {
-  const double longest = longest_step(), allowed = STRICT * tolerance * all_speeds();
+  const double longest = longest_step(), allowed = STEP_SHARE * tolerance * all_speeds();
   double step = state.step > 0.0 ? state.step : FIRST * longest;
   plan.longest = longest;
   double next;
@@ -238,20 +211,20 @@ void FixOverdamped::plan_disks()
   }
   plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
   plan.step = step;
-  plan.time = up_to_changes(step, crowd() * allowed);
+  plan.time = up_to_changes(step, finite_size_factor() * allowed);
   plan.strain = strain_after(plan.time, step);
   const Weights w = dense_weights(plan.time / step), v = ahead_weights(plan.time / step);
   plan.work = stages[0].stress * plan.strain;    // of a constant stress no digit is lost
   plan.dissipated = 0.0;
-  plan.moved.assign(atom->nlocal, Vec3());
-  plan.ahead.assign(atom->nlocal, Vec3());
+  plan.displacement.assign(atom->nlocal, Vec3());
+  plan.extrapolated.assign(atom->nlocal, Vec3());
   for (int s = 0; s < 3; s++) {
     const Stage &stage = stages[s];
     plan.work += step * w[s] * (stage.stress - stages[0].stress) * stage.rate;
     plan.dissipated += step * w[s] * stage.dissipation;
     for (int i = 0; i < atom->nlocal; i++) {
       const Vec3 &u = stage.velocities[i];
-      Vec3 &m = plan.moved[i], &a = plan.ahead[i];
+      Vec3 &m = plan.displacement[i], &a = plan.extrapolated[i];
       m = {m.x + step * w[s] * u.x, m.y + step * w[s] * u.y, 0.0};
       a = {a.x + v[s] * u.x, a.y + v[s] * u.y, a.spin + v[s] * u.spin};
     }
@@ -260,15 +233,12 @@ void FixOverdamped::plan_disks()
   set_time_step(plan.time);
 }
 
-/* ----------------------------------------------------------------------
-   part of the step after which contacts that should have opened or closed have made an error as large as
-   the step may
-------------------------------------------------------------------------- */
-
+/* part of the step after which contacts that should have opened or closed have made an error as large as
+   the step may */
 double FixOverdamped::up_to_changes(double step, double allowed)
 {
   std::vector<DiskDrag::Change> changes;
-  const auto moved = [&](const DiskPair &p, double time, double &x, double &y, double &strain) {
+  const auto displacement = [&](const DiskPair &p, double time, double &x, double &y, double &strain) {
     const Weights w = dense_weights(time / step);
     x = y = 0.0;
     for (int s = 0; s < 3; s++) {
@@ -278,14 +248,14 @@ double FixOverdamped::up_to_changes(double step, double allowed)
     }
     strain = strain_after(time, step);
   };
-  disks->find_changes(now, state.rate, step, moved, changes);
+  disks->find_changes(velocity, state.rate, step, displacement, changes);
   gather(changes);
-  disks->find_exits(now, state.rate, stages[0].thetas, stages[2].thetas, NODES[2] * step, step, changes);
+  disks->find_exits(velocity, state.rate, stages[0].thetas, stages[2].thetas, NODES[2] * step, step, changes);
   const auto off = [&](double time) {
     double sum = 0.0;
     for (const auto &change : changes) {
       const double late = std::max(0.0, time - change.time);
-      sum += SPREAD * change.speed * late * (change.steepness > 0.0 ? std::min(1.0, 0.5 * change.steepness * late) : 1.0);
+      sum += DISTURBED * change.speed * late * (change.steepness > 0.0 ? std::min(1.0, 0.5 * change.steepness * late) : 1.0);
     }
     return sum;
   };
@@ -293,7 +263,7 @@ double FixOverdamped::up_to_changes(double step, double allowed)
   if (off(step) > allowed * step) {
     for (int n = 0; n < 60; n++) {
       const double middle = 0.5 * (low + high);
-      (off(middle) > allowed * std::max(middle, SLACK * step) ? high : low) = middle;
+      (off(middle) > allowed * std::max(middle, SHORTEST_SHARE * step) ? high : low) = middle;
     }
   }
   plan.changes.clear();
@@ -301,8 +271,6 @@ double FixOverdamped::up_to_changes(double step, double allowed)
     if (change.time < high) plan.changes.push_back(change);
   return high;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::gather(std::vector<DiskDrag::Change> &changes) const
 {
@@ -323,18 +291,16 @@ void FixOverdamped::gather(std::vector<DiskDrag::Change> &changes) const
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::move_disks()
 {
   const double ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Vec3 &m = plan.moved[i], &u = plan.ahead[i], &v = now[i];
+    const Vec3 &m = plan.displacement[i], &u = plan.extrapolated[i], &v = velocity[i];
     x[i][1] += m.y;
     x[i][0] += m.x + plan.strain * (x[i][1] - ylo);
-    now[i] = {v.x + TRUST * (u.x + plan.strain * u.y - v.x), v.y + TRUST * (u.y - v.y),
-              v.spin + TRUST * (u.spin - v.spin)};
+    velocity[i] = {v.x + EXTRAPOLATION * (u.x + plan.strain * u.y - v.x), v.y + EXTRAPOLATION * (u.y - v.y),
+              v.spin + EXTRAPOLATION * (u.spin - v.spin)};
   }
   for (const auto &change : plan.changes) disks->expect(change);
   state.work += plan.work;

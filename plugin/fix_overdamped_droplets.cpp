@@ -28,33 +28,24 @@ static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is g
 static constexpr double STRAIN = 0.02, BALANCE = 0.05, OVERALL = 0.2, STRICTEST = 0.1,
                         ROUNDING = 1e-13;    // see `balances`
 
-/* ----------------------------------------------------------------------
-   A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
-   which vertices without drag cannot stand, act from the first step on.
-------------------------------------------------------------------------- */
-
+/* A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
+   which vertices without drag cannot stand, act from the first step on. */
 void FixOverdamped::start_droplets()
 {
   if (state.step > 0.0 || drive == STRESS) {
-    solver->set_solution(now, state.rate);
+    solver->set_solution(velocity, state.rate);
     return;
   }
   if (const DragSolver::Result result = find_velocities(false); !result.converged) refuse(result);
 }
 
-/* ----------------------------------------------------------------------
-   part of the last step's displacement that this one repeats
-------------------------------------------------------------------------- */
-
+/* part of the last step's displacement that this one repeats */
 double FixOverdamped::repeated(double ratio)
 {
   return ratio * ratio / (1.0 + 2.0 * ratio);
 }
 
-/* ----------------------------------------------------------------------
-   strain of the next step where the stress is given; of the rate as of other velocities
-------------------------------------------------------------------------- */
-
+/* strain of the next step where the stress is given; of the rate as of other velocities */
 double FixOverdamped::droplet_strain_step(double dt) const
 {
   const double ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0;
@@ -62,52 +53,44 @@ double FixOverdamped::droplet_strain_step(double dt) const
   return repeated(ratio) * state.strain_step + dt * (1.0 + ratio) / (1.0 + 2.0 * ratio) * rate;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::predict_droplets(double dt, double strain_step)
 {
   const double ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0, again = repeated(ratio);
   const double per_time = state.last_step > 0.0 ? 1.0 / (state.last_step + state.step_before) : 0.0;
   const double leaned = state.strain_step, ylo = domain->boxlo[1];
-  ahead = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio);
+  implicit_time = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio);
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Vec3 v = now[i], m = moved[i], w = moved_before[i];
+    const Vec3 v = velocity[i], m = displacement[i], w = last_displacement[i];
     Vec3 u = {(m.x + w.x + leaned * w.y) * per_time, (m.y + w.y) * per_time, 0.0};    // as the box leans now
     if (per_time == 0.0) u = v;
-    const double dx = again * m.x + ahead * u.x, dy = again * m.y + ahead * u.y;
+    const double dx = again * m.x + implicit_time * u.x, dy = again * m.y + implicit_time * u.y;
     x[i][1] += dy;
     x[i][0] += dx + strain_step * (x[i][1] - ylo);
-    before[i] = v;
-    now[i] = {u.x + strain_step * u.y, u.y, 0.0};
-    moved_before[i] = m;
-    moved[i] = {dx + strain_step * dy, dy, 0.0};
+    last_velocity[i] = v;
+    velocity[i] = {u.x + strain_step * u.y, u.y, 0.0};
+    last_displacement[i] = m;
+    displacement[i] = {dx + strain_step * dy, dy, 0.0};
   }
   state.step_before = state.last_step;
 }
 
-/* ----------------------------------------------------------------------
-   sum over vertices of how far the last step is off, over its time: displacements differ from the mean
-   velocity of both ends by dt^2 u''/12, and those of backward differences from the exact ones by 2/9
-------------------------------------------------------------------------- */
-
+/* sum over vertices of how far the last step is off, over its time: displacements differ from the mean
+   velocity of both ends by dt^2 u''/12, and those of backward differences from the exact ones by 2/9 */
 double FixOverdamped::droplet_error() const
 {
   double off = 0.0;
   const double dt = state.last_step, leaned = state.strain_step;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Vec3 &u = now[i], &v = before[i], &m = moved[i];
+    const Vec3 &u = velocity[i], &v = last_velocity[i], &m = displacement[i];
     off += hypot(m.x / dt - 0.5 * (u.x + v.x + leaned * v.y), m.y / dt - 0.5 * (u.y + v.y));
   }
   return 8.0 / 3.0 * off;
 }
 
-/* ----------------------------------------------------------------------
-   whether a step loses little enough energy per area: a part of the tolerance of what goes into a box that leans by
+/* whether a step loses little enough energy per area: a part of the tolerance of what goes into a box that leans by
    STRAIN, by the lower power of both ends, since a burst in one of them is no measure; less, the more of what all
-   steps together may lose is lost. What the sum of all energies rounds off always passes
-------------------------------------------------------------------------- */
-
+   steps together may lose is lost. What the sum of all energies rounds off always passes */
 bool FixOverdamped::balances(double gap, double dissipation_before) const
 {
   const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit();
@@ -117,18 +100,13 @@ bool FixOverdamped::balances(double gap, double dissipation_before) const
   return fabs(gap) <= left * BALANCE * tolerance * time * power + ROUNDING * fabs(sums.energy) / area();
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::shortest_droplet_step() const
 {
   return SHORTEST * time_unit();
 }
 
-/* ----------------------------------------------------------------------
-   from where the prediction went to where the velocities lead; the box too, if its rate was free.
-   false: the step was too long
-------------------------------------------------------------------------- */
-
+/* from where the prediction went to where the velocities lead; the box too, if its rate was free.
+   false: the step was too long */
 bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_rate,
                                      const DragSolver::Result &result)
 {
@@ -138,16 +116,16 @@ bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_ra
     return false;
   }
   approached += 2.0 * farthest;
-  const double extra = ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];
+  const double extra = implicit_time * (state.rate - predicted_rate), ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const double dx = ahead * (now[i].x - predicted[i].x), dy = ahead * (now[i].y - predicted[i].y);
-    moved[i].x += dx;
-    moved[i].y += dy;
+    const double dx = implicit_time * (velocity[i].x - predicted[i].x), dy = implicit_time * (velocity[i].y - predicted[i].y);
+    displacement[i].x += dx;
+    displacement[i].y += dy;
     x[i][1] += dy;
     x[i][0] += dx;
     if (drive != STRESS) continue;
-    moved[i].x += extra * moved[i].y;
+    displacement[i].x += extra * displacement[i].y;
     x[i][0] += extra * (x[i][1] - ylo);
   }
   if (drive == STRESS) {
@@ -160,30 +138,25 @@ bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_ra
   return true;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::farthest_correction(const Field &predicted) const
 {
   double farthest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
-    farthest = std::max(farthest, hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y));
+    farthest = std::max(farthest, hypot(velocity[i].x - predicted[i].x, velocity[i].y - predicted[i].y));
   MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
-  return ahead * farthest;
+  return implicit_time * farthest;
 }
 
-/* ----------------------------------------------------------------------
-   to the start of the step, from which a shorter one begins without history
-------------------------------------------------------------------------- */
-
+/* to the start of the step, from which a shorter one begins without history */
 void FixOverdamped::step_back()
 {
   const double leaned = state.strain_step, ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    x[i][1] -= moved[i].y;
-    x[i][0] -= moved[i].x + leaned * (x[i][1] - ylo);
-    now[i] = before[i];
-    moved[i] = moved_before[i] = Vec3();
+    x[i][1] -= displacement[i].y;
+    x[i][0] -= displacement[i].x + leaned * (x[i][1] - ylo);
+    velocity[i] = last_velocity[i];
+    displacement[i] = last_displacement[i] = Vec3();
   }
   domain->xy -= leaned * domain->yprd;
   domain->set_global_box();

@@ -29,8 +29,6 @@ static constexpr char WHO[] = "Fix overdamped";
 // exponent 2.5 err as little as without, and steps that were 1e-7 long become 100 times longer
 static constexpr double LAYER = 0.01;
 
-/* ---------------------------------------------------------------------- */
-
 FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   read_arguments(narg, arg);
@@ -56,8 +54,6 @@ FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg,
   atom->add_callback(Atom::RESTART);
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixOverdamped::~FixOverdamped()
 {
   atom->delete_callback(id, Atom::GROW);
@@ -68,22 +64,16 @@ FixOverdamped::~FixOverdamped()
     if (const auto own = fmt::format("{}_{}", id, name); modify->get_compute_by_id(own)) modify->delete_compute(own);
 }
 
-/* ----------------------------------------------------------------------
-   computes that come later than the fix would not be asked before the first step
-------------------------------------------------------------------------- */
-
+/* computes that come later than the fix would not be asked before the first step */
 void FixOverdamped::post_constructor()
 {
   virial = modify->add_compute(fmt::format("{}_virial all pressure NULL virial", id));
   energy = modify->add_compute(fmt::format("{}_energy all pe", id));
 }
 
-/* ----------------------------------------------------------------------
-   fix ID all overdamped (rate value | oscillate amplitude omega | stress value)
+/* fix ID all overdamped (rate value | oscillate amplitude omega | stress value)
      [drag tau beta alpha] [tolerance value] [solver value] [iterations value] [background value]
-     [fluid value] [longest value] [stop value]
-------------------------------------------------------------------------- */
-
+     [fluid value] [longest value] [stop value] */
 void FixOverdamped::read_arguments(int narg, char **arg)
 {
   const auto is = [&](int k, const char *keyword, int values) {
@@ -141,8 +131,6 @@ void FixOverdamped::read_arguments(int narg, char **arg)
                settings.background, fluid, longest, interval);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::read_droplet_law(char **arg)
 {
   droplet_law_given = true;
@@ -156,8 +144,6 @@ void FixOverdamped::read_droplet_law(char **arg)
     error->all(FLERR, "{}: alpha {} of drag must lie between {} and 1 (linear)", WHO, arg[2], LEAST_ALPHA);
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::number(const char *keyword, const char *text) const
 {
   const double value = utils::numeric(FLERR, text, false, lmp);
@@ -165,14 +151,10 @@ double FixOverdamped::number(const char *keyword, const char *text) const
   return value;
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixOverdamped::setmask()
 {
   return INITIAL_INTEGRATE | PRE_EXCHANGE | FINAL_INTEGRATE | POST_RUN;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::init()
 {
@@ -183,8 +165,6 @@ void FixOverdamped::init()
   make_solver();
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::find_computes()
 {
   virial = modify->get_compute_by_id(fmt::format("{}_virial", id));
@@ -193,11 +173,8 @@ void FixOverdamped::find_computes()
     error->all(FLERR, "{}: compute {}_virial or {}_energy is gone, which belong to it: do not uncompute them", WHO, id, id);
 }
 
-/* ----------------------------------------------------------------------
-   Forces that are not those of the contacts would move particles without being in any stress, energy or
-   step: drag and stiffness are known of those of the model alone. So would fixes that move them or the box.
-------------------------------------------------------------------------- */
-
+/* Forces that are not those of the contacts would move particles without being in any stress, energy or
+   step: drag and stiffness are known of those of the model alone. So would fixes that move them or the box. */
 void FixOverdamped::check_forces() const
 {
   const bool disks = force->pair_match("disk/drag", 1);
@@ -224,8 +201,6 @@ void FixOverdamped::check_forces() const
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::make_solver()
 {
   GhostExchange &exchange = *this;
@@ -244,8 +219,6 @@ void FixOverdamped::make_solver()
   solver = std::move(drag);
   length_unit = style->mean_diameter();
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::check() const
 {
@@ -271,10 +244,7 @@ void FixOverdamped::check() const
     error->all(FLERR, "{}: no drag at all: tau = 0 of drag needs a background drag", WHO);
 }
 
-/* ----------------------------------------------------------------------
-   stresses over the area of the box; the columns of the manual
-------------------------------------------------------------------------- */
-
+/* stresses over the area of the box; the columns of the manual */
 double FixOverdamped::compute_vector(int n)
 {
   const double a = area();

@@ -26,12 +26,9 @@ using namespace FixConst;
 
 static constexpr char WHO[] = "Fix polygon/area";
 
-/* ----------------------------------------------------------------------
-   fix ID group polygon/area ka a0: each a number, d_name or v_name
-------------------------------------------------------------------------- */
-
+/* fix ID group polygon/area ka a0: each a number, d_name or v_name */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), sums(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"), energy(0.0),
+    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"), energy(0.0),
     eflag_caller(0), level(0), levels(0), parameters_of(-1), done(false)
 {
   if (narg != 5)
@@ -54,14 +51,10 @@ FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
   centroidstressflag = CENTROID_NOTAVAIL;
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixPolygonArea::setmask()
 {
   return PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
 }
-
-/* ---------------------------------------------------------------------- */
 
 FixPolygonArea::~FixPolygonArea()
 {
@@ -69,20 +62,16 @@ FixPolygonArea::~FixPolygonArea()
   if (bond && bond->rings == this) bond->rings = nullptr;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonArea::post_constructor()
 {
   FixPolygonOutline::shared(lmp, WHO);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonArea::init()
 {
   stiffness.init(igroup);
   rest_area.init(igroup);
-  sums.init(groupbit);
+  polygon_rings.init(groupbit);
   parameters_of = -1;
   done = false;
 
@@ -98,10 +87,7 @@ void FixPolygonArea::init()
   level = respa_level >= 0 ? std::min(respa_level, levels - 1) : levels - 1;    // fix_modify respa N stores N - 1
 }
 
-/* ----------------------------------------------------------------------
-   whether no fix before this one sees or changes the forces that it adds to
-------------------------------------------------------------------------- */
-
+/* whether no fix before this one sees or changes the forces that it adds to */
 bool FixPolygonArea::first_to_add()
 {
   for (Fix *fix : modify->get_fix_list()) {
@@ -110,8 +96,6 @@ bool FixPolygonArea::first_to_add()
   }
   return false;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::setup(int vflag)
 {
@@ -132,41 +116,29 @@ void FixPolygonArea::setup(int vflag)
   post_force(vflag);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonArea::min_setup(int vflag)
 {
   post_force(vflag);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::setup_pre_reverse(int eflag, int vflag)
 {
   pre_reverse(eflag, vflag);
 }
 
-/* ----------------------------------------------------------------------
-   what post_force is not told
-------------------------------------------------------------------------- */
-
+/* what post_force is not told */
 void FixPolygonArea::pre_reverse(int eflag, int /*vflag*/)
 {
   eflag_caller = eflag;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::min_pre_reverse(int eflag, int vflag)
 {
   pre_reverse(eflag, vflag);
 }
 
-/* ----------------------------------------------------------------------
-   f_i = -ka (a - a0) da/dx_i, da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
-   Every rank adds the force on its own vertices only: nothing to send back.
-------------------------------------------------------------------------- */
-
+/* f_i = -ka (a - a0) da/dx_i, da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
+   Every rank adds the force on its own vertices only: nothing to send back. */
 void FixPolygonArea::post_force(int vflag)
 {
   ev_init(eflag_caller, vflag);
@@ -174,45 +146,37 @@ void FixPolygonArea::post_force(int vflag)
   done = false;
 }
 
-/* ----------------------------------------------------------------------
-   for the bond style: where all its bonds are edges of these rings, their tension is added in the same pass.
-   Returns their energy, of the edges that start at vertices of this rank.
-------------------------------------------------------------------------- */
-
+/* for the bond style: where all its bonds are edges of these rings, their tension is added in the same pass.
+   Returns their energy, of the edges that start at vertices of this rank. */
 bool FixPolygonArea::add_tension_too(double gamma, double eta, double &energy_of_edges)
 {
-  sums.refresh(groupbit);
-  if (!sums.hold_all_bonds()) return false;
+  polygon_rings.refresh(groupbit);
+  if (!polygon_rings.hold_all_bonds()) return false;
   vflag_either = eflag_atom = 0;
   energy_of_edges += add_forces(gamma, eta);
   return done = true;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixPolygonArea::add_forces(double gamma, double eta)
 {
-  sums.refresh(groupbit);
+  polygon_rings.refresh(groupbit);
   find_parameters();
   energy = 0.0;
   double length = 0.0;
-  sums.areas_and_centers(shape, vflag_either, [&](const PolygonSums::Run &run) { length += push(run, gamma, eta); });
+  polygon_rings.areas_and_centers(shape, vflag_either, [&](const PolygonRings::RingSegment &segment) { length += add_area_force(segment, gamma, eta); });
   return gamma * length;
 }
 
-/* ----------------------------------------------------------------------
-   returns the sum of sqrt(l^2 + eta^2). An edge of zero length has no direction and pulls nowhere.
-------------------------------------------------------------------------- */
-
-double FixPolygonArea::push(const PolygonSums::Run &run, double gamma, double eta)
+/* returns the sum of sqrt(l^2 + eta^2). An edge of zero length has no direction and pulls nowhere. */
+double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, double gamma, double eta)
 {
-  const PolygonSums::Vertex *const vertices = &sums.vertices()[run.begin];
+  const PolygonRings::Vertex *const vertices = &polygon_rings.vertices()[segment.begin];
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
-  const double *const ex = sums.edges(run).x, *const ey = sums.edges(run).y;
-  const int size = run.end - run.begin;
-  const double excess = shape[3 * run.polygon] - a0[run.polygon];
-  const double half_pressure = -0.5 * ka[run.polygon] * excess;
-  const double per_vertex = -half_pressure * excess / sums.polygons()[run.polygon].size;
+  const double *const ex = polygon_rings.edges(segment).x, *const ey = polygon_rings.edges(segment).y;
+  const int size = segment.end - segment.begin;
+  const double excess = shape[3 * segment.polygon] - a0[segment.polygon];
+  const double half_pressure = -0.5 * ka[segment.polygon] * excess;
+  const double per_vertex = -half_pressure * excess / polygon_rings.polygons()[segment.polygon].size;
   energy += per_vertex * size;
 
   pulls.resize(std::max<std::size_t>(pulls.size(), size + 1));
@@ -228,69 +192,57 @@ double FixPolygonArea::push(const PolygonSums::Run &run, double gamma, double et
     const double fx = half_pressure * (ey[n] + ey[n + 1]), fy = -half_pressure * (ex[n] + ex[n + 1]);
     f[vertices[n].i][0] += fx + pull[n + 1] * ex[n + 1] - pull[n] * ex[n];
     f[vertices[n].i][1] += fy + pull[n + 1] * ey[n + 1] - pull[n] * ey[n];
-    if (vflag_either || eflag_atom) tally(run.polygon, vertices[n], per_vertex, fx, fy);
+    if (vflag_either || eflag_atom) tally(segment.polygon, vertices[n], per_vertex, fx, fy);
   }
   return length;
 }
 
-/* ---------------------------------------------------------------------- */
-
-void FixPolygonArea::tally(int k, const PolygonSums::Vertex &vertex, double share, double fx, double fy)
+void FixPolygonArea::tally(int k, const PolygonRings::Vertex &vertex, double share, double fx, double fy)
 {
-  const PolygonSums::Polygon &polygon = sums.polygons()[k];
+  const PolygonRings::Polygon &polygon = polygon_rings.polygons()[k];
   double r[2];
-  sums.position(vertex, polygon, r);
+  polygon_rings.position(vertex, polygon, r);
   const double rx = r[0] - shape[3 * k + 1] / polygon.size, ry = r[1] - shape[3 * k + 2] / polygon.size;
   double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
   if (vflag_either) v_tally(vertex.i, v);
   if (eflag_atom) eatom[vertex.i] += share;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonArea::post_force_respa(int vflag, int ilevel, int /*iloop*/)
 {
   if (ilevel == level) post_force(vflag);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::min_post_force(int vflag)
 {
   post_force(vflag);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonArea::find_parameters()
 {
-  const bool fresh = parameters_of != sums.refreshed();
+  const bool fresh = parameters_of != polygon_rings.refreshed();
   if (!fresh && !stiffness.changes() && !rest_area.changes()) return;
-  parameters_of = sums.refreshed();
+  parameters_of = polygon_rings.refreshed();
 
   const bool variables = stiffness.changes() || rest_area.changes();
   if (variables) modify->clearstep_compute();
-  stiffness.evaluate(sums, fresh, ka);
-  rest_area.evaluate(sums, fresh, a0);
+  stiffness.evaluate(polygon_rings, fresh, ka);
+  rest_area.evaluate(polygon_rings, fresh, a0);
   if (variables) modify->addstep_compute(update->ntimestep + 1);
   check_rest_areas();
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::check_rest_areas() const
 {
   for (std::size_t k = 0; k < a0.size(); k++) {
     if (a0[k] <= 0.0)
       error->one(FLERR, "Fix polygon/area: rest area of polygon {} is {}, must be positive; vertices that fix deposit "
-                 "or create_atoms made have it from an atom-style variable v_name", sums.polygons()[k].molecule, a0[k]);
+                 "or create_atoms made have it from an atom-style variable v_name", polygon_rings.polygons()[k].molecule, a0[k]);
     if (ka[k] < 0.0)
-      error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative", sums.polygons()[k].molecule,
+      error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative", polygon_rings.polygons()[k].molecule,
                  ka[k]);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixPolygonArea::compute_scalar()
 {
@@ -299,8 +251,6 @@ double FixPolygonArea::compute_scalar()
   return total;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void *FixPolygonArea::extract(const char *str, int &dim)
 {
   dim = 0;
@@ -308,9 +258,7 @@ void *FixPolygonArea::extract(const char *str, int &dim)
   return nullptr;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixPolygonArea::memory_usage()
 {
-  return (ka.capacity() + a0.capacity() + shape.capacity() + pulls.capacity()) * sizeof(double) + sums.memory_usage();
+  return (ka.capacity() + a0.capacity() + shape.capacity() + pulls.capacity()) * sizeof(double) + polygon_rings.memory_usage();
 }

@@ -6,7 +6,7 @@
 
 #include "fix.h"
 #include "polygon_parameter.h"
-#include "polygon_sums.h"
+#include "polygon_rings.h"
 
 #include <vector>
 
@@ -15,7 +15,6 @@ namespace LAMMPS_NS {
 /* Area elasticity of the closed rings of a group, second term of Boromand et al. eq 7:
    E = sum_m (ka_m/2) (a_m - a0_m)^2. Energy and virial of a polygon are shared by its
    vertices; the virial is taken about its center. */
-
 class FixPolygonArea : public Fix {
  public:
   FixPolygonArea(class LAMMPS *, int, char **);
@@ -37,12 +36,12 @@ class FixPolygonArea : public Fix {
   bool add_tension_too(double gamma, double eta, double &energy_of_edges);
 
   // at the last evaluation of forces
-  const PolygonSums &rings() const { return sums; }
+  const PolygonRings &rings() const { return polygon_rings; }
   double stiffness_of(int polygon) const { return ka[polygon]; }
   double excess_of(int polygon) const { return shape[3 * polygon] - a0[polygon]; }
 
  private:
-  PolygonSums sums;
+  PolygonRings polygon_rings;
   PolygonParameter stiffness, rest_area;
   std::vector<double> ka, a0, shape;    // of each polygon; shape: area and center
   double energy;                        // of this rank's share
@@ -53,9 +52,9 @@ class FixPolygonArea : public Fix {
 
   void find_parameters();
   double add_forces(double gamma, double eta);
-  double push(const PolygonSums::Run &, double gamma, double eta);
+  double add_area_force(const PolygonRings::RingSegment &, double gamma, double eta);
   bool first_to_add();
-  void tally(int polygon, const PolygonSums::Vertex &, double share, double fx, double fy);
+  void tally(int polygon, const PolygonRings::Vertex &, double share, double fx, double fy);
   void check_rest_areas() const;
 };
 

@@ -22,10 +22,7 @@ static bigint all_rebuilds = 0;    // of all instances: users may unfix one
 static constexpr int PER_ATOM = 7;     // of a link, on its way to another rank
 static constexpr int PER_GHOST = 5;
 
-/* ----------------------------------------------------------------------
-   fix ID all POLYGON/OUTLINE: made by the other styles, not by users
-------------------------------------------------------------------------- */
-
+/* fix ID all POLYGON/OUTLINE: made by the other styles, not by users */
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), unread(true), rebuilds(0), refreshed(0),
     refreshed_for(-1, -1)
@@ -41,17 +38,12 @@ FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
   atom->add_callback(Atom::GROW);
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixPolygonOutline::~FixPolygonOutline()
 {
   if (modify->get_fix_by_id(id)) atom->delete_callback(id, Atom::GROW);
 }
 
-/* ----------------------------------------------------------------------
-   the one instance, made if there is none
-------------------------------------------------------------------------- */
-
+/* the one instance, made if there is none */
 FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
 {
   if (auto *const made = dynamic_cast<FixPolygonOutline *>(lmp->modify->get_fix_by_id(ID))) return made;
@@ -66,25 +58,18 @@ FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
   return dynamic_cast<FixPolygonOutline *>(lmp->modify->add_fix(fmt::format("{} all POLYGON/OUTLINE", ID)));
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixPolygonOutline::setmask()
 {
   return POST_NEIGHBOR | MIN_POST_NEIGHBOR;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonOutline::init()
 {
   unread = true;
 }
 
-/* ----------------------------------------------------------------------
-   neighbor lists are new: so are the ghosts. The styles ask for a refresh when
-   they need it, also those that compute without these calls (rerun, gcmc).
-------------------------------------------------------------------------- */
-
+/* neighbor lists are new: so are the ghosts. The styles ask for a refresh when
+   they need it, also those that compute without these calls (rerun, gcmc). */
 void FixPolygonOutline::setup_post_neighbor()
 {
   rebuilds = ++all_rebuilds;
@@ -99,8 +84,6 @@ void FixPolygonOutline::min_post_neighbor()
 {
   rebuilds = ++all_rebuilds;
 }
-
-/* ---------------------------------------------------------------------- */
 
 bigint FixPolygonOutline::refresh()
 {
@@ -131,17 +114,12 @@ bigint FixPolygonOutline::refresh()
   return ++refreshed;
 }
 
-/* ---------------------------------------------------------------------- */
-
 bigint FixPolygonOutline::neighbor_calls() const
 {
   return neighbor->ncalls;
 }
 
-/* ----------------------------------------------------------------------
-   changes, where atom i is bonded to others than before
-------------------------------------------------------------------------- */
-
+/* changes, where atom i is bonded to others than before */
 int FixPolygonOutline::bonds_of(int i) const
 {
   unsigned sum = 0;
@@ -150,10 +128,7 @@ int FixPolygonOutline::bonds_of(int i) const
   return static_cast<int>(sum);
 }
 
-/* ----------------------------------------------------------------------
-   in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or have other bonds
-------------------------------------------------------------------------- */
-
+/* in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or have other bonds */
 bool FixPolygonOutline::outlines_changed() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
@@ -165,8 +140,6 @@ bool FixPolygonOutline::outlines_changed() const
   return false;
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixPolygonOutline::same_copy(int i, tagint tag) const
 {
   if (!tag) return -1;
@@ -175,10 +148,7 @@ int FixPolygonOutline::same_copy(int i, tagint tag) const
   return j;
 }
 
-/* ----------------------------------------------------------------------
-   every molecule goes to one rank, which makes outlines of it and answers
-------------------------------------------------------------------------- */
-
+/* every molecule goes to one rank, which makes outlines of it and answers */
 void FixPolygonOutline::read_bonds()
 {
   struct Record {
@@ -246,8 +216,6 @@ void FixPolygonOutline::read_bonds()
   unread = false;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonOutline::warn_of_crossings() const
 {
   int crossed = 0;
@@ -264,28 +232,20 @@ void FixPolygonOutline::warn_of_crossings() const
                    "guess; see the fourth column of compute polygon", crossed, lowest);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonOutline::grow_arrays(int nmax)
 {
   links.resize(nmax, {0, 0, UNKNOWN, 0, 0, 0});
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixPolygonOutline::copy_arrays(int i, int j, int /*delflag*/)
 {
   links[j] = links[i];
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonOutline::set_arrays(int i)
 {
   links[i] = {0, 0, UNKNOWN, 0, 0, 0};
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixPolygonOutline::pack_exchange(int i, double *buf)
 {
@@ -300,8 +260,6 @@ int FixPolygonOutline::pack_exchange(int i, double *buf)
   return PER_ATOM;
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixPolygonOutline::unpack_exchange(int i, double *buf)
 {
   links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]),
@@ -309,10 +267,7 @@ int FixPolygonOutline::unpack_exchange(int i, double *buf)
   return PER_ATOM;
 }
 
-/* ----------------------------------------------------------------------
-   a ghost lies pbc lattice vectors from the atom that it is a copy of
-------------------------------------------------------------------------- */
-
+/* a ghost lies pbc lattice vectors from the atom that it is a copy of */
 int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
 {
   for (int k = 0; k < n; k++, buf += PER_GHOST) {
@@ -326,8 +281,6 @@ int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pb
   return PER_GHOST * n;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
 {
   for (int i = first; i < first + n; i++, buf += PER_GHOST) {
@@ -335,8 +288,6 @@ void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
     images[i] = {static_cast<int>(buf[3]), static_cast<int>(buf[4])};
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixPolygonOutline::memory_usage()
 {

@@ -22,7 +22,6 @@ namespace LAMMPS_NS {
    which copy an atom or ghost belongs: two atoms of one molecule that need the same
    lattice translation to their unwrapped place are of one copy. So a polygon may be
    wider than half the box, and it meets its own images as it meets other polygons. */
-
 class FixPolygonOutline : public Fix {
  public:
   FixPolygonOutline(class LAMMPS *, int, char **);

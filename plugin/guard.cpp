@@ -42,7 +42,6 @@ static constexpr char BUILT_MPI[] = "";
 
 /* Updates of one version may lay out its classes otherwise: Pair has grown in update 4 of
    22 Jul 2025. Only the tag "stable_22Jul2025_update4" tells, where LAMMPS was built from git. */
-
 static std::string update_of_lammps()
 {
   const std::string tag = LAMMPS::git_descriptor(), word = "_update";
@@ -53,7 +52,6 @@ static std::string update_of_lammps()
 
 /* Family of MPI that runs: handles are numbers in one and pointers in the other, so code compiled
    for one crashes in the other. Empty where it cannot be told. */
-
 static std::string mpi_of_lammps()
 {
   if (!lammps_config_has_mpi_support()) return NO_MPI;
@@ -77,7 +75,6 @@ static std::string sizes(size_t big, size_t tag, size_t image)
 }
 
 /* Why this LAMMPS cannot use the plugin; empty if it can. */
-
 static std::string misfit(void *lmp)
 {
   const int found = lammps_version(lmp);
@@ -100,7 +97,6 @@ static std::string misfit(void *lmp)
 }
 
 /* The library of the styles, in the folder of this one. */
-
 static std::string styles_file()
 {
   Dl_info here;

@@ -10,7 +10,6 @@ namespace LAMMPS_NS {
 
 /* Lattice vectors from the box to the unwrapped place of an atom, by the image flags of LAMMPS along
    x and y. Flags begin anew after 2 IMGMAX boxes: so do these, and only differences of them count. */
-
 struct ImageOffset {
   int a = 0, b = 0;
 

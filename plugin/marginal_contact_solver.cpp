@@ -16,8 +16,6 @@ static constexpr double GROWTH = 2.0;     // of a step
 static constexpr double RESTS = 1e-7;     // parting over the fastest velocity of a pair
 static constexpr int STEPS = 1000;        // at most
 
-/* ---------------------------------------------------------------------- */
-
 MarginalContactSolver::Found MarginalContactSolver::find(const std::vector<double> &thetas) const
 {
   const std::size_t n = 2 * m, columns = n + 1 + n;
@@ -43,12 +41,9 @@ MarginalContactSolver::Found MarginalContactSolver::find(const std::vector<doubl
   return found;
 }
 
-/* ----------------------------------------------------------------------
-   Euler's implicit step of some thetas, linearised: a short one follows the path, and a long one is Newton's. false:
+/* Euler's implicit step of some thetas, linearised: a short one follows the path, and a long one is Newton's. false:
    too long for the partings that it expects, or, by a determinant that is not positive, to leave a state that does
-   not last.
-------------------------------------------------------------------------- */
-
+   not last. */
 bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, double time, double allowed,
                                std::vector<double> &thetas, Found &now) const
 {
@@ -75,8 +70,6 @@ bool MarginalContactSolver::take_step(const std::vector<std::size_t> &free, doub
   now = later;
   return true;
 }
-
-/* ---------------------------------------------------------------------- */
 
 bool MarginalContactSolver::relax(std::vector<double> &thetas) const
 {

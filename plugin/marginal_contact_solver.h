@@ -13,7 +13,6 @@ namespace LAMMPS_NS {
    and slips s of m pairs answer linearly to two forces on each beside a part `base` of the drag,
    (v, s) = still + answers (theta - base) (w v, beta w s). Drag that sets in over a thin layer of the gap follows
    d theta/d time = -v between 0 and 1, and comes to rest where those at 0 part, those at 1 meet and others rub. */
-
 struct MarginalContactSolver {
   std::size_t m;
   double base;

@@ -23,10 +23,7 @@ static constexpr double EXACT = 1e-8;           // ANSWER, where a disk may have
 static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
 static constexpr double SAME = 1e-6;            // of the reach, between the two halves of a contact
 
-/* ----------------------------------------------------------------------
-   of several images of one pair that whose gap is closest to zero; with newton off, both its halves
-------------------------------------------------------------------------- */
-
+/* of several images of one pair that whose gap is closest to zero; with newton off, both its halves */
 void DiskDrag::find_pairs()
 {
   pairs_of.assign(marginal.size(), {});
@@ -53,8 +50,6 @@ void DiskDrag::find_pairs()
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::expect(const Change &change)
 {
   for (MarginalContact &m : marginal)
@@ -67,8 +62,6 @@ void DiskDrag::expect(const Change &change)
   const int before = change.state == OPEN ? CLOSED : OPEN;
   marginal.push_back({change.first, change.second, change.state, BASE, BASE, 0.0, 1 << before, false});
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::vector<DiskDrag::MarginalSlip> DiskDrag::marginal_slips(const Field &u, double rate) const
 {
@@ -93,8 +86,6 @@ std::vector<DiskDrag::MarginalSlip> DiskDrag::marginal_slips(const Field &u, dou
   MPI_Allreduce(MPI_IN_PLACE, slips.data(), static_cast<int>(3 * slips.size()), MPI_DOUBLE, MPI_SUM, world);
   return slips;
 }
-
-/* ---------------------------------------------------------------------- */
 
 DiskDrag::Revision DiskDrag::revise(const Field &u, double rate, double least_speed)
 {
@@ -127,8 +118,6 @@ DiskDrag::Revision DiskDrag::revise(const Field &u, double rate, double least_sp
   return found;
 }
 
-/* ---------------------------------------------------------------------- */
-
 bool DiskDrag::close_rubbing()
 {
   if (rubbing == 0) return false;
@@ -141,24 +130,17 @@ bool DiskDrag::close_rubbing()
   return true;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::set_state(MarginalContact &m, int state)
 {
   m = {m.first, m.second, state, BASE, BASE, 0.0, m.tried, false};
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DiskDrag::speed_of(const MarginalSlip &s) const
 {
   return sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
 }
 
-/* ----------------------------------------------------------------------
-   velocity of the gap against the state; what only takes back a gap that is not quite zero does not count
-------------------------------------------------------------------------- */
-
+/* velocity of the gap against the state; what only takes back a gap that is not quite zero does not count */
 double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
 {
   if (m.state == RUBBING) return fabs(s.approach);
@@ -166,11 +148,8 @@ double DiskDrag::against(const MarginalContact &m, const MarginalSlip &s) const
   return m.state == CLOSED ? s.approach + std::min(0.0, back) : -s.approach - std::max(0.0, back);
 }
 
-/* ----------------------------------------------------------------------
-   that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta is from
-   0 to 1
-------------------------------------------------------------------------- */
-
+/* that over the velocity of the contact and the least that counts; of a rubbing pair, how far its theta is from
+   0 to 1 */
 double DiskDrag::misfit(const MarginalContact &m, const MarginalSlip &s, double least_speed) const
 {
   const double speed = speed_of(s), whole = speed + least_speed;
@@ -178,8 +157,6 @@ double DiskDrag::misfit(const MarginalContact &m, const MarginalSlip &s, double 
   if (m.state == RUBBING && !m.free) return std::max({0.0, -m.theta, m.theta - 1.0}) * speed / whole;
   return std::max(0.0, against(m, s)) / whole;
 }
-
-/* ---------------------------------------------------------------------- */
 
 double DiskDrag::misfit(const Field &u, double rate, double least_speed) const
 {
@@ -189,8 +166,6 @@ double DiskDrag::misfit(const Field &u, double rate, double least_speed) const
   return worst;
 }
 
-/* ---------------------------------------------------------------------- */
-
 bool DiskDrag::rubs(const Field &u, double rate) const
 {
   if (rubbing == 0) return false;
@@ -199,8 +174,6 @@ bool DiskDrag::rubs(const Field &u, double rate) const
     if (marginal[e].state == RUBBING && speed_of(slips[e]) > min_speed) return true;
   return false;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void DiskDrag::forget_settled(bool all)
 {
@@ -219,16 +192,12 @@ void DiskDrag::forget_settled(bool all)
   find_contacts();
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::vector<double> DiskDrag::thetas() const
 {
   std::vector<double> found;
   for (const MarginalContact &m : marginal) found.push_back(m.theta);
   return found;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double> &first,
                           const std::vector<double> &later, double time, double end, std::vector<Change> &found) const
@@ -245,11 +214,8 @@ void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double>
   }
 }
 
-/* ----------------------------------------------------------------------
-   Add forces on a marginal pair, against its parting and its slip, to the field without ghosts' sums. Returns their part
-   in A stress, of this rank
-------------------------------------------------------------------------- */
-
+/* Add forces on a marginal pair, against its parting and its slip, to the field without ghosts' sums. Returns their part
+   in A stress, of this rank */
 double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &force) const
 {
   double moment = 0.0;
@@ -260,11 +226,8 @@ double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &
   return moment;
 }
 
-/* ----------------------------------------------------------------------
-   Forces along the slip of rubbing pairs so that their approach is none: the velocities answer to them
-   linearly. true: the forces have changed.
-------------------------------------------------------------------------- */
-
+/* Forces along the slip of rubbing pairs so that their approach is none: the velocities answer to them
+   linearly. true: the forces have changed. */
 bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &result)
 {
   if (rubbing == 0) return false;
@@ -334,8 +297,6 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
   return true;
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::vector<double> DiskDrag::multipliers() const
 {
   std::vector<double> found;
@@ -343,17 +304,12 @@ std::vector<double> DiskDrag::multipliers() const
   return found;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DiskDrag::set_multipliers(const std::vector<double> &forces)
 {
   for (std::size_t e = 0; e < marginal.size(); e++) marginal[e].held = forces[e];
 }
 
-/* ----------------------------------------------------------------------
-   velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, where the rate is free
-------------------------------------------------------------------------- */
-
+/* velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, where the rate is free */
 double DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy, const Load &load, Field &force,
                            Field &answer, double &rate, Result &result)
 {
@@ -374,10 +330,7 @@ double DiskDrag::answer_to(std::size_t e, double back, double rub, double accura
   return moment;
 }
 
-/* ----------------------------------------------------------------------
-   of the drag of rubbing pairs, of which the matrix holds a part
-------------------------------------------------------------------------- */
-
+/* of the drag of rubbing pairs, of which the matrix holds a part */
 std::vector<double> DiskDrag::whole_weights() const
 {
   std::vector<double> whole(marginal.size(), 0.0);
@@ -387,10 +340,7 @@ std::vector<double> DiskDrag::whole_weights() const
   return whole;
 }
 
-/* ----------------------------------------------------------------------
-   part of the drag of the pair, as it slips, that acts on it
-------------------------------------------------------------------------- */
-
+/* part of the drag of the pair, as it slips, that acts on it */
 void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::vector<MarginalSlip> &slips)
 {
   const std::vector<double> whole = whole_weights();
@@ -400,14 +350,10 @@ void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::ve
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 bool DiskDrag::marginal_pairs_change() const
 {
   return std::any_of(marginal.begin(), marginal.end(), [](const MarginalContact &m) { return m.tried != 0; });
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::vector<double> DiskDrag::parts_before() const
 {
@@ -418,10 +364,7 @@ std::vector<double> DiskDrag::parts_before() const
   return parts;
 }
 
-/* ----------------------------------------------------------------------
-   with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on each
-------------------------------------------------------------------------- */
-
+/* with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on each */
 bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &driven)
 {
   const std::size_t m = marginal.size(), n = 2 * m;

@@ -46,7 +46,6 @@ std::vector<Bonded> bonded_atoms(const std::vector<OutlineAtom> &atoms, const st
 }
 
 /* from an end of a chain, or from the lowest ID of a ring, to the end or around */
-
 std::vector<int> walk(const std::vector<Bonded> &bonded, int start)
 {
   std::vector<int> path = {start};
@@ -73,8 +72,6 @@ double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> 
 
 }    // namespace
 
-/* ---------------------------------------------------------------------- */
-
 int LAMMPS_NS::edge_crossings(const std::vector<double> &r)
 {
   const std::size_t size = r.size() / 2;
@@ -86,8 +83,6 @@ int LAMMPS_NS::edge_crossings(const std::vector<double> &r)
     }
   return crossings;
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::vector<OutlineLink> LAMMPS_NS::outline_links(const std::vector<OutlineAtom> &atoms,
                                                   const std::vector<OutlineBond> &bonds)

@@ -11,7 +11,6 @@
 namespace LAMMPS_NS {
 
 /* What the bonds of one molecule make of its atoms. */
-
 enum OutlineKind {
   UNKNOWN,    // not yet looked at: the atom came during a run
   LONE,       // no bond within the molecule
@@ -42,7 +41,6 @@ struct OutlineBond {
    their IDs. Bonds to atoms of other molecules do not count, nor does one that
    both of its atoms list. Counter-clockwise is decided by the area of the ring:
    the order of the IDs is free. */
-
 std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds);
 
 // pairs of edges of the closed polygon x0 y0 x1 y1 ... that pass through each other

@@ -58,7 +58,6 @@ Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaw
 }
 
 /* what the rank that has found the worst knows of it; the head of an edge may be owned far away */
-
 struct Report {
   tagint ends[2], molecule;
   int type, kind;
@@ -100,8 +99,6 @@ void refuse_bonds(LAMMPS *lmp, const Report &report)
 
 }    // namespace
 
-/* ---------------------------------------------------------------------- */
-
 void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, const NeighList *list,
                                const ContactLaws &laws)
 {
@@ -141,10 +138,7 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
              report.ends[0], report.ends[1], length);
 }
 
-/* ----------------------------------------------------------------------
-   factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends
-------------------------------------------------------------------------- */
-
+/* factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends */
 void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
 {
   const double *const factors = lmp->force->special_lj;

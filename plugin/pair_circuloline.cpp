@@ -23,10 +23,8 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
 
-/* ---------------------------------------------------------------------- */
-
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
-    Pair(lmp), in_use(), outline(nullptr), facings(NUMBER_OF_CONTACT_FORMS, PolygonFacings(lmp)), facings_for(-1, -1),
+    Pair(lmp), in_use(), outline(nullptr), candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), candidates_for(-1, -1),
     user_cutoff(0.0), raised_cutoff(-1.0)
 {
   single_enable = 0;    // a contact is more than two atoms
@@ -39,8 +37,6 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) :
   delta = 0.0;
   form = OUTLINE;
 }
-
-/* ---------------------------------------------------------------------- */
 
 PairCirculoline::~PairCirculoline()
 {
@@ -56,36 +52,31 @@ PairCirculoline::~PairCirculoline()
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairCirculoline::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  renew_facings();
+  renew_candidates();
 
   // LAMMPS clears what ghosts collect, and returns it, only if a newton flag is on
 
   const bool own = !force->newton;
   if (own) ghosts.assign(atom->nlocal + atom->nghost, {0.0, 0.0, 0.0, {0.0, 0.0, 0.0}});
   if (evflag)
-    own ? push<true, true>() : push<false, true>();
+    own ? apply_contacts<true, true>() : apply_contacts<false, true>();
   else
-    own ? push<true, false>() : push<false, false>();
+    own ? apply_contacts<true, false>() : apply_contacts<false, false>();
   if (own) return_from_ghosts();
 }
 
-/* ----------------------------------------------------------------------
-   push each vertex away from the edge that it touches
-------------------------------------------------------------------------- */
-
-template <bool OWN, bool TALLY> void PairCirculoline::push()
+/* push each vertex away from the edge that it touches */
+template <bool OWN, bool TALLY> void PairCirculoline::apply_contacts()
 {
   const auto f = reinterpret_cast<Position *>(atom->nlocal ? atom->f[0] : nullptr);
   Returned *const returned = ghosts.data();
   const bool parts = vflag_either || eflag_atom || !eflag_global;    // other than the energy of all contacts
   visit_contacts([=](const Contact &contact) {
-    const Push push = push_on_vertex(contact);
+    const ContactForce push = contact_force(contact);
     const double hx = contact.foot.t * push.fx, hy = contact.foot.t * push.fy;
     const int atoms[3] = {contact.vertex, contact.tail, contact.head};
     const double fx[3] = {push.fx, hx - push.fx, -hx}, fy[3] = {push.fy, hy - push.fy, -hy};
@@ -102,8 +93,6 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
   });
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <class Act> void PairCirculoline::visit_contacts(Act act)
 {
   if (atom->nlocal == 0) return;
@@ -111,18 +100,16 @@ template <class Act> void PairCirculoline::visit_contacts(Act act)
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
     if (!in_use[k]) continue;
-    for (const auto &block : facings[k].blocks()) {
-      facings[k].measure_edges(block);
-      const std::size_t room = facings[k].most_contacts(block) + 1;    // one is written beyond the last
+    for (const auto &block : candidates[k].blocks()) {
+      candidates[k].measure_edges(block);
+      const std::size_t room = candidates[k].most_contacts(block) + 1;    // one is written beyond the last
       if (found.size() < room) found.resize(room);
       const auto form = static_cast<ContactForm>(k);
-      const Contact *const last = &found[LAMMPS_NS::find_contacts(form, facings[k], block, x, pair_laws, found.data())];
+      const Contact *const last = &found[LAMMPS_NS::find_contacts(form, candidates[k], block, x, pair_laws, found.data())];
       for (const Contact *contact = found.data(); contact < last; contact++) act(*contact);
     }
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 const std::vector<Contact> &PairCirculoline::find_contacts()
 {
@@ -131,12 +118,9 @@ const std::vector<Contact> &PairCirculoline::find_contacts()
   return all_found;
 }
 
-/* ----------------------------------------------------------------------
-   half of the energy and virial belongs to the vertex, half to the edge, whose
-   ends share it as they share the force
-------------------------------------------------------------------------- */
-
-void PairCirculoline::tally(const Contact &contact, const Push &push, bool own)
+/* half of the energy and virial belongs to the vertex, half to the edge, whose
+   ends share it as they share the force */
+void PairCirculoline::tally(const Contact &contact, const ContactForce &push, bool own)
 {
   const Foot &foot = contact.foot;
   const double v[3] = {foot.dx * push.fx, foot.dy * push.fy, foot.dx * push.fy};
@@ -166,8 +150,6 @@ void PairCirculoline::tally(const Contact &contact, const Push &push, bool own)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairCirculoline::return_from_ghosts()
 {
   comm->reverse_comm(this);
@@ -184,11 +166,8 @@ void PairCirculoline::return_from_ghosts()
   }
 }
 
-/* ----------------------------------------------------------------------
-   E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no force
-------------------------------------------------------------------------- */
-
-PairCirculoline::Push PairCirculoline::push_on_vertex(const Contact &contact) const
+/* E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no force */
+PairCirculoline::ContactForce PairCirculoline::contact_force(const Contact &contact) const
 {
   const PairLaw &law = pair_laws[contact.law];
   const Foot &foot = contact.foot;
@@ -198,45 +177,36 @@ PairCirculoline::Push PairCirculoline::push_on_vertex(const Contact &contact) co
   return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, per_d * foot.dx, per_d * foot.dy};
 }
 
-/* ----------------------------------------------------------------------
-   for computes, which any style may ask at any point of a step. Ghosts lag where fix deform or a flow has moved
-   atoms since the forces. Candidates are known by local and ghost index, which neighbor lists and commands change.
-------------------------------------------------------------------------- */
-
+/* for computes, which any style may ask at any point of a step. Ghosts lag where fix deform or a flow has moved
+   atoms since the forces. Candidates are known by local and ghost index, which neighbor lists and commands change. */
 const std::vector<Contact> &PairCirculoline::present_contacts()
 {
   const int nall = atom->nlocal + atom->nghost;
   const auto lists = FixPolygonOutline::shared(lmp, WHO)->lists();
-  if ((lists == facings_for || lists.first == 0) && (static_cast<int>(tags.size()) != nall || !std::equal(tags.begin(), tags.end(), atom->tag)))
+  if ((lists == candidates_for || lists.first == 0) && (static_cast<int>(tags.size()) != nall || !std::equal(tags.begin(), tags.end(), atom->tag)))
     error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
   comm->forward_comm();
-  renew_facings();
+  renew_candidates();
   return find_contacts();
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::renew_facings()
+void PairCirculoline::renew_candidates()
 {
   outline = FixPolygonOutline::shared(lmp, WHO);    // users may unfix it
-  if (facings_for == outline->lists()) return;
-  find_facings();
-  facings_for = outline->lists();
+  if (candidates_for == outline->lists()) return;
+  find_candidates();
+  candidates_for = outline->lists();
   tags.assign(atom->tag, atom->tag + atom->nlocal + atom->nghost);
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::find_facings()
+void PairCirculoline::find_candidates()
 {
   outline->refresh();
   check_outlines(lmp, *outline, list, laws);
   check_special_bonds(lmp, laws);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
-    if (in_use[k]) facings[k].build(outline, list, laws, static_cast<ContactForm>(k));
+    if (in_use[k]) candidates[k].build(outline, list, laws, static_cast<ContactForm>(k));
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::init_style()
 {
@@ -253,11 +223,8 @@ void PairCirculoline::init_style()
   neighbor->add_request(this, NeighConst::REQ_FULL);
 }
 
-/* ----------------------------------------------------------------------
-   computes that would take the neighbors of a vertex for its contacts without a
-   word; LAMMPS itself refuses those that call single()
-------------------------------------------------------------------------- */
-
+/* computes that would take the neighbors of a vertex for its contacts without a
+   word; LAMMPS itself refuses those that call single() */
 void PairCirculoline::refuse_computes() const
 {
   for (const char *style : {"^pair/local", "/tally$"})
@@ -273,10 +240,7 @@ void PairCirculoline::refuse_computes() const
     }
 }
 
-/* ----------------------------------------------------------------------
-   ghosts reach as far as comm_modify says where this style no longer needs more
-------------------------------------------------------------------------- */
-
+/* ghosts reach as far as comm_modify says where this style no longer needs more */
 void PairCirculoline::lower_ghost_cutoff()
 {
   if (comm->cutghostuser == raised_cutoff) comm->cutghostuser = user_cutoff;
@@ -284,11 +248,8 @@ void PairCirculoline::lower_ghost_cutoff()
   user_cutoff = comm->cutghostuser;
 }
 
-/* ----------------------------------------------------------------------
-   neighbors are what may touch; ghosts must hold also the far end of an edge that
-   touches. fix adapt calls this again during a run.
-------------------------------------------------------------------------- */
-
+/* neighbors are what may touch; ghosts must hold also the far end of an edge that
+   touches. fix adapt calls this again during a run. */
 double PairCirculoline::init_one(int i, int j)
 {
   const bool unknown = !setflag[i][j] && !(setflag[i][i] && setflag[j][j]);
@@ -315,10 +276,7 @@ double PairCirculoline::init_one(int i, int j)
   return cutoff;
 }
 
-/* ----------------------------------------------------------------------
-   a contact of two types that no pair_coeff names
-------------------------------------------------------------------------- */
-
+/* a contact of two types that no pair_coeff names */
 void PairCirculoline::mix(int i, int j)
 {
   if (!setflag[i][i] || !setflag[j][j])
@@ -331,11 +289,8 @@ void PairCirculoline::mix(int i, int j)
   laws.form[i][j] = laws.form[i][i];
 }
 
-/* ----------------------------------------------------------------------
-   outlines touch where their rims do: the arithmetic mean, whatever pair_modify
-   says, but for a value that fix adapt has put in its place
-------------------------------------------------------------------------- */
-
+/* outlines touch where their rims do: the arithmetic mean, whatever pair_modify
+   says, but for a value that fix adapt has put in its place */
 void PairCirculoline::mix_widths(int i, int j)
 {
   Given &pair = given(i, j);
@@ -346,15 +301,11 @@ void PairCirculoline::mix_widths(int i, int j)
   laws.width[i][j] = pair.mixed = 0.5 * (laws.width[i][i] + laws.width[j][j]);
 }
 
-/* ---------------------------------------------------------------------- */
-
 int PairCirculoline::pack_reverse_comm(int n, int first, double *buf)
 {
   std::memcpy(buf, &ghosts[first], n * sizeof(Returned));
   return n * RETURNED;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 {
@@ -368,8 +319,6 @@ void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void *PairCirculoline::extract(const char *str, int &dim)
 {
   dim = 0;
@@ -380,11 +329,9 @@ void *PairCirculoline::extract(const char *str, int &dim)
   return nullptr;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double PairCirculoline::memory_usage()
 {
   double bytes = Pair::memory_usage() + ghosts.capacity() * sizeof(Returned);
-  for (const auto &of_form : facings) bytes += of_form.memory_usage();
+  for (const auto &of_form : candidates) bytes += of_form.memory_usage();
   return bytes;
 }

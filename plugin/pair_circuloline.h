@@ -7,7 +7,7 @@
 #include "atom.h"
 #include "contact_forms.h"
 #include "pair.h"
-#include "polygon_facings.h"
+#include "contact_candidates.h"
 
 #include <string>
 #include <utility>
@@ -22,7 +22,6 @@ namespace LAMMPS_NS {
    evaluated by the rank that owns its vertex, disk or edge, and its energy and
    virial shared by its three atoms; forces on ghosts go back by reverse
    communication whatever the newton setting. */
-
 class PairCirculoline : public Pair {
  public:
   PairCirculoline(class LAMMPS *);
@@ -43,10 +42,10 @@ class PairCirculoline : public Pair {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
-  struct Push {    // of one contact: force on the vertex, the edge takes the opposite
+  struct ContactForce {    // of one contact: force on the vertex, the edge takes the opposite
     double gap, energy, magnitude, fx, fy;
   };
-  Push push_on_vertex(const Contact &) const;
+  ContactForce contact_force(const Contact &) const;
   double stiffness(const Contact &contact) const    // second derivative of its energy by the distance
   {
     const PairLaw &law = pair_laws[contact.law];
@@ -72,7 +71,7 @@ class PairCirculoline : public Pair {
   bool in_use[NUMBER_OF_CONTACT_FORMS];
 
   class FixPolygonOutline *outline;
-  std::vector<PolygonFacings> facings;    // one for each contact form
+  std::vector<ContactCandidates> candidates;    // one for each contact form
   std::vector<Contact> found, all_found;    // room for contacts, of one block and of all
   struct Returned {                       // to the owner of a ghost, where LAMMPS does not
     double fx, fy, energy, virial[3];
@@ -81,7 +80,7 @@ class PairCirculoline : public Pair {
   std::vector<Returned> ghosts;
 
   std::vector<tagint> tags;                  // of atoms and ghosts when facings were found
-  std::pair<bigint, bigint> facings_for;     // lists of neighbors
+  std::pair<bigint, bigint> candidates_for;     // lists of neighbors
   double user_cutoff, raised_cutoff;         // of ghosts: as comm_modify says, and as these contacts need it
 
   void allocate();
@@ -90,13 +89,13 @@ class PairCirculoline : public Pair {
   template <class Value> void read_everywhere(FILE *, Value *, int count);
   void mix(int, int);
   void mix_widths(int, int);
-  void find_facings();
-  void renew_facings();
+  void find_candidates();
+  void renew_candidates();
   void lower_ghost_cutoff();
   void refuse_computes() const;
   template <class Act> void visit_contacts(Act);
-  template <bool OWN, bool TALLY> void push();
-  void tally(const Contact &, const Push &, bool own);
+  template <bool OWN, bool TALLY> void apply_contacts();
+  void tally(const Contact &, const ContactForce &, bool own);
   void return_from_ghosts();
 };
 

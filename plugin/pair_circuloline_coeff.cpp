@@ -19,8 +19,6 @@ using namespace LAMMPS_NS;
 
 static constexpr char STYLE[] = "Pair style circuloline";
 
-/* ---------------------------------------------------------------------- */
-
 static ContactForm contact_form(LAMMPS *lmp, const char *name)
 {
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
@@ -28,8 +26,6 @@ static ContactForm contact_form(LAMMPS *lmp, const char *name)
   lmp->error->all(FLERR, "{}: unknown contact form {}, use one of {}", STYLE, name, contact_form_names(", "));
   return OUTLINE;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::allocate()
 {
@@ -52,11 +48,8 @@ void PairCirculoline::allocate()
   read_roles();
 }
 
-/* ----------------------------------------------------------------------
-   pair_style circuloline delta longest_edge keyword value ...
-     contact form, walls types, disks types
-------------------------------------------------------------------------- */
-
+/* pair_style circuloline delta longest_edge keyword value ...
+     contact form, walls types, disks types */
 void PairCirculoline::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
@@ -89,10 +82,7 @@ void PairCirculoline::settings(int narg, char **arg)
       if (setflag[i][j]) set(i, j, laws.eps[i][j], given(i, j).width, given(i, j).form);
 }
 
-/* ----------------------------------------------------------------------
-   types as LAMMPS writes them, several with commas: 2 or 2*4 or 2,5*
-------------------------------------------------------------------------- */
-
+/* types as LAMMPS writes them, several with commas: 2 or 2*4 or 2,5* */
 void PairCirculoline::read_roles()
 {
   laws.role.assign(atom->ntypes + 1, VERTEX);
@@ -106,11 +96,8 @@ void PairCirculoline::read_roles()
   }
 }
 
-/* ----------------------------------------------------------------------
-   pair_coeff i j eps [delta [contact form]]. Of a disk, delta is the diameter. Without
-   it, a type has that of pair_style, and two types the mean of both.
-------------------------------------------------------------------------- */
-
+/* pair_coeff i j eps [delta [contact form]]. Of a disk, delta is the diameter. Without
+   it, a type has that of pair_style, and two types the mean of both. */
 void PairCirculoline::coeff(int narg, char **arg)
 {
   if (narg < 3 || narg > 5) error->all(FLERR, "{} needs: pair_coeff i j eps [delta [contact form]]", STYLE);
@@ -133,8 +120,6 @@ void PairCirculoline::coeff(int narg, char **arg)
     }
   if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", STYLE, arg[0], arg[1]);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::set(int i, int j, double eps, double width, int of_pair)
 {

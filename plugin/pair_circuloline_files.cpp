@@ -14,8 +14,6 @@ using namespace LAMMPS_NS;
 
 static constexpr double LAYOUT = -3.0;    // stands where the first versions have delta, which is positive
 
-/* ---------------------------------------------------------------------- */
-
 template <class Value> static void write(FILE *fp, const Value &value)
 {
   fwrite(&value, sizeof(Value), 1, fp);
@@ -26,8 +24,6 @@ template <class Value> void PairCirculoline::read_everywhere(FILE *fp, Value *va
   if (comm->me == 0) utils::sfread(FLERR, values, sizeof(Value), count, fp, nullptr, error);
   MPI_Bcast(values, static_cast<int>(count * sizeof(Value)), MPI_BYTE, 0, world);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::write_restart(FILE *fp)
 {
@@ -40,8 +36,6 @@ void PairCirculoline::write_restart(FILE *fp)
       write(fp, given(i, j));
     }
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::read_restart(FILE *fp)
 {
@@ -59,10 +53,7 @@ void PairCirculoline::read_restart(FILE *fp)
     }
 }
 
-/* ----------------------------------------------------------------------
-   these alone are kept of a style in pair_style hybrid
-------------------------------------------------------------------------- */
-
+/* these alone are kept of a style in pair_style hybrid */
 void PairCirculoline::write_restart_settings(FILE *fp)
 {
   write(fp, LAYOUT);
@@ -76,8 +67,6 @@ void PairCirculoline::write_restart_settings(FILE *fp)
     fwrite(types.data(), 1, size, fp);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::read_restart_settings(FILE *fp)
 {
@@ -98,15 +87,11 @@ void PairCirculoline::read_restart_settings(FILE *fp)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairCirculoline::write_data(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
     fprintf(fp, "%d %.17g %.17g %s\n", i, laws.eps[i][i], laws.width[i][i], CONTACT_FORMS[laws.form[i][i]]);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::write_data_all(FILE *fp)
 {

@@ -26,16 +26,12 @@ static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double ROUNDING = 1e-12;    // of a mean of two diameters
 static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
 
-/* ---------------------------------------------------------------------- */
-
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
 {
   writedata = 1;
   comm_forward = comm_reverse = 1;
   cite_contact_drag(lmp);
 }
-
-/* ---------------------------------------------------------------------- */
 
 PairDiskDrag::~PairDiskDrag()
 {
@@ -45,8 +41,6 @@ PairDiskDrag::~PairDiskDrag()
   memory->destroy(strength);
   memory->destroy(reach);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::compute(int eflag, int vflag)
 {
@@ -93,8 +87,6 @@ void PairDiskDrag::compute(int eflag, int vflag)
   if (counting) count_contacts();
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::count_contacts()
 {
   degree.assign(atom->nmax, 0.0);
@@ -106,22 +98,16 @@ void PairDiskDrag::count_contacts()
   if (force->newton_pair) comm->reverse_comm(this);
 }
 
-/* ---------------------------------------------------------------------- */
-
 int PairDiskDrag::pack_reverse_comm(int n, int first, double *buf)
 {
   std::copy_n(degree.begin() + first, n, buf);
   return n;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::unpack_reverse_comm(int n, int *list, double *buf)
 {
   for (int k = 0; k < n; k++) degree[list[k]] += buf[k];
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::find_sizes()
 {
@@ -135,10 +121,7 @@ void PairDiskDrag::find_sizes()
   own.resize(atom->nlocal + atom->nghost);
 }
 
-/* ----------------------------------------------------------------------
-   neighbor lists reach as far as the s of two types
-------------------------------------------------------------------------- */
-
+/* neighbor lists reach as far as the s of two types */
 void PairDiskDrag::check_reach() const
 {
   std::vector<double> largest(atom->ntypes + 1, 0.0);
@@ -153,22 +136,16 @@ void PairDiskDrag::check_reach() const
     }
 }
 
-/* ---------------------------------------------------------------------- */
-
 int PairDiskDrag::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int * /*pbc*/)
 {
   for (int k = 0; k < n; k++) buf[k] = own[list[k]];
   return n;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::unpack_forward_comm(int n, int first, double *buf)
 {
   std::copy_n(buf, n, own.begin() + first);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double PairDiskDrag::stiffness(int itype, int jtype, double s) const
 {
@@ -176,16 +153,12 @@ double PairDiskDrag::stiffness(int itype, int jtype, double s) const
   return power != 0.0 ? K * pow(s, power) : K;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::remember(int i, int j, double x, double y, double s, double K)
 {
   const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
   const double di = diameter(i, atom->type[i]), dj = diameter(j, atom->type[j]);
   found.push_back({i, j, x, y, s, K, 0.5 * di, 0.5 * dj, share});
 }
-
-/* ---------------------------------------------------------------------- */
 
 double PairDiskDrag::mean_diameter()
 {
@@ -195,8 +168,6 @@ double PairDiskDrag::mean_diameter()
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
   return atom->natoms > 0 ? total / static_cast<double>(atom->natoms) : 1.0;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::allocate()
 {
@@ -209,10 +180,7 @@ void PairDiskDrag::allocate()
   for (int i = 0; i < np1; i++) std::fill_n(setflag[i], np1, 0);
 }
 
-/* ----------------------------------------------------------------------
-   pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value]
-------------------------------------------------------------------------- */
-
+/* pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value] */
 void PairDiskDrag::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
@@ -255,10 +223,7 @@ void PairDiskDrag::settings(int narg, char **arg)
     error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent, LARGEST_EXPONENT);
 }
 
-/* ----------------------------------------------------------------------
-   pair_coeff i j K s, as of harmonic/cut where the exponent is 2
-------------------------------------------------------------------------- */
-
+/* pair_coeff i j K s, as of harmonic/cut where the exponent is 2 */
 void PairDiskDrag::coeff(int narg, char **arg)
 {
   if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^exponent", WHO);
@@ -282,8 +247,6 @@ void PairDiskDrag::coeff(int narg, char **arg)
   if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", WHO, arg[0], arg[1]);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::init_style()
 {
   if (domain->dimension != 2) error->all(FLERR, "{}: disks need dimension 2", WHO);
@@ -291,10 +254,7 @@ void PairDiskDrag::init_style()
   neighbor->add_request(this);
 }
 
-/* ----------------------------------------------------------------------
-   nothing is mixed: the radius of a type is half its own s
-------------------------------------------------------------------------- */
-
+/* nothing is mixed: the radius of a type is half its own s */
 double PairDiskDrag::init_one(int i, int j)
 {
   if (!setflag[i][j] || !setflag[i][i] || !setflag[j][j])
@@ -303,8 +263,6 @@ double PairDiskDrag::init_one(int i, int j)
   reach[j][i] = reach[i][j];
   return reach[i][j];
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::write_restart(FILE *fp)
 {
@@ -316,8 +274,6 @@ void PairDiskDrag::write_restart(FILE *fp)
       fwrite(&reach[i][j], sizeof(double), 1, fp);
     }
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::read_restart(FILE *fp)
 {
@@ -336,8 +292,6 @@ void PairDiskDrag::read_restart(FILE *fp)
     }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
   const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent, power};
@@ -346,8 +300,6 @@ void PairDiskDrag::write_restart_settings(FILE *fp)
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(sizes.data(), 1, size, fp);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
@@ -369,22 +321,16 @@ void PairDiskDrag::read_restart_settings(FILE *fp)
   read(sizes.data(), size);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void PairDiskDrag::write_data(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++) fprintf(fp, "%d %.17g %.17g\n", i, strength[i][i], reach[i][i]);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) fprintf(fp, "%d %d %.17g %.17g\n", i, j, strength[i][j], reach[i][j]);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor, double &fforce)
 {
@@ -397,8 +343,6 @@ double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, doub
   return push.energy;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void *PairDiskDrag::extract(const char *str, int &dim)
 {
   dim = 2;
@@ -407,10 +351,7 @@ void *PairDiskDrag::extract(const char *str, int &dim)
   return nullptr;
 }
 
-/* ----------------------------------------------------------------------
-   fix pair: the number of disks that each one touches
-------------------------------------------------------------------------- */
-
+/* fix pair: the number of disks that each one touches */
 void *PairDiskDrag::extract_peratom(const char *str, int &columns)
 {
   if (strcmp(str, "degree") != 0) return nullptr;
@@ -419,8 +360,6 @@ void *PairDiskDrag::extract_peratom(const char *str, int &columns)
   if (degree.empty()) degree.assign(std::max(atom->nmax, 1), 0.0);
   return degree.data();
 }
-
-/* ---------------------------------------------------------------------- */
 
 double PairDiskDrag::memory_usage()
 {

@@ -17,7 +17,6 @@ namespace LAMMPS_NS {
    K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of s = 1, times
    s^power, where types are classes of size and their s is how far two of them may reach.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
-
 class PairDiskDrag : public Pair {
  public:
   PairDiskDrag(class LAMMPS *);

@@ -15,8 +15,6 @@ using namespace LAMMPS_NS;
 
 static constexpr double ROUNDING = 1.0e-12;    // of a mean over ranks, relative
 
-/* ---------------------------------------------------------------------- */
-
 void PolygonParameter::read(const char *argument)
 {
   name = argument;
@@ -27,8 +25,6 @@ void PolygonParameter::read(const char *argument)
   else
     name = name.substr(2);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void PolygonParameter::init(int group)
 {
@@ -47,11 +43,9 @@ void PolygonParameter::init(int group)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonParameter::evaluate(const PolygonSums &sums, bool checked, std::vector<double> &values)
+void PolygonParameter::evaluate(const PolygonRings &rings, bool checked, std::vector<double> &values)
 {
-  const auto &polygons = sums.polygons();
+  const auto &polygons = rings.polygons();
   if (source == NUMBER || source == EQUAL) {
     values.assign(polygons.size(), source == NUMBER ? number : input->variable->compute_equal(index));
     return;
@@ -63,27 +57,24 @@ void PolygonParameter::evaluate(const PolygonSums &sums, bool checked, std::vect
     of_atom = per_atom.data();
   }
   values.resize(polygons.size());
-  for (const auto &run : sums.runs()) values[run.polygon] = of_atom[sums.vertices()[run.begin].i];
-  if (checked) check(sums, of_atom, values);
+  for (const auto &segment : rings.segments()) values[segment.polygon] = of_atom[rings.vertices()[segment.begin].i];
+  if (checked) check(rings, of_atom, values);
 }
 
-/* ----------------------------------------------------------------------
-   the same on all vertices, also on those of other ranks
-------------------------------------------------------------------------- */
-
-void PolygonParameter::check(const PolygonSums &sums, const double *of_atom, const std::vector<double> &values) const
+/* the same on all vertices, also on those of other ranks */
+void PolygonParameter::check(const PolygonRings &rings, const double *of_atom, const std::vector<double> &values) const
 {
-  const auto &polygons = sums.polygons();
+  const auto &polygons = rings.polygons();
   std::vector<double> mean(polygons.size(), 0.0);
-  for (const auto &run : sums.runs())
-    for (int n = run.begin; n < run.end; n++) {
-      const int i = sums.vertices()[n].i;
-      if (of_atom[i] != values[run.polygon])
+  for (const auto &segment : rings.segments())
+    for (int n = segment.begin; n < segment.end; n++) {
+      const int i = rings.vertices()[n].i;
+      if (of_atom[i] != values[segment.polygon])
         error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} and {}", who, what, name,
-                   polygons[run.polygon].molecule, values[run.polygon], of_atom[i]);
-      mean[run.polygon] += of_atom[i] / polygons[run.polygon].size;
+                   polygons[segment.polygon].molecule, values[segment.polygon], of_atom[i]);
+      mean[segment.polygon] += of_atom[i] / polygons[segment.polygon].size;
     }
-  sums.sum(mean, 1);
+  rings.sum(mean, 1);
   for (std::size_t k = 0; k < polygons.size(); k++)
     if (std::fabs(mean[k] - values[k]) > ROUNDING * std::fabs(values[k]))
       error->one(FLERR, "{}: {} {} differs between the vertices of polygon {}: {} here, {} on average", who, what, name,

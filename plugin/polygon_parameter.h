@@ -5,7 +5,7 @@
 #define JAMLAB_POLYGON_PARAMETER_H
 
 #include "pointers.h"
-#include "polygon_sums.h"
+#include "polygon_rings.h"
 
 #include <string>
 #include <vector>
@@ -15,14 +15,13 @@ namespace LAMMPS_NS {
 /* One number for each polygon of a fix, as its argument says: a number, d_name (a
    per-atom property) or v_name (an equal- or atom-style variable). All vertices of a
    polygon must agree. */
-
 class PolygonParameter : protected Pointers {
  public:
   PolygonParameter(class LAMMPS *lmp, const char *who, const char *what) : Pointers(lmp), who(who), what(what) {}
 
   void read(const char *argument);
   void init(int igroup);                                               // finds the variable or property
-  void evaluate(const PolygonSums &, bool check, std::vector<double> &);    // collective if check
+  void evaluate(const PolygonRings &, bool check, std::vector<double> &);    // collective if check
   bool changes() const { return source == EQUAL || source == ATOM; }    // from step to step
   double *constant() { return source == NUMBER ? &number : nullptr; }
 
@@ -34,7 +33,7 @@ class PolygonParameter : protected Pointers {
   int index = -1, igroup = 0;
   std::vector<double> per_atom;
 
-  void check(const PolygonSums &, const double *, const std::vector<double> &) const;
+  void check(const PolygonRings &, const double *, const std::vector<double> &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -14,7 +14,6 @@ namespace LAMMPS_NS {
 
 /* Records sent from every rank to every other. received[r] holds what rank r has
    sent, in its order; so an answer to each record finds its way back. */
-
 template <class Record>
 std::vector<std::vector<Record>> exchange_records(const std::vector<std::vector<Record>> &sent, MPI_Comm world)
 {

@@ -25,7 +25,6 @@ class Respa {
 namespace LAMMPS_NS {
 
 /* At setup, forces of one level of respa on its way into atom->f, and back. */
-
 inline void take_respa_forces(LAMMPS *lmp, int level)
 {
   reinterpret_cast<Respa *>(lmp->update->integrate)->copy_flevel_f(level);

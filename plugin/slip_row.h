@@ -37,7 +37,6 @@ inline double field_dot(const Field &a, const Field &b, int n)
      approach = n . sum c u,   slide = t . sum c u - sum r spin,   t = (-n_y, n_x)
 
    so a row of J in the drag matrix B = J^T W J + background, where W holds a weight for each of both. */
-
 struct DiskRow {    // disk j past disk i, n from i to j; 40 bytes, since every product streams through all rows
   static constexpr int SITES = 2, D = 3;    // D: degrees of freedom of a disk
   int i, j;
@@ -59,7 +58,6 @@ struct DropletRow {    // a vertex past the point (1 - t) tail + t head of an ed
 };
 
 /* What approach and slide depend on at one site: as a part of the row, by degrees of freedom. */
-
 template <int D> struct RowPart {
   int site;
   std::array<double, D> approach, slide;

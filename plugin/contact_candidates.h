@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_POLYGON_FACINGS_H
-#define JAMLAB_POLYGON_FACINGS_H
+#ifndef JAMLAB_CONTACT_CANDIDATES_H
+#define JAMLAB_CONTACT_CANDIDATES_H
 
 #include "contact_law.h"
 #include "edge_geometry.h"
@@ -17,15 +17,14 @@ namespace LAMMPS_NS {
 
    A wall is an outline like that of a polygon. A disk is a point; to another disk
    it is an edge without length. */
-
-class PolygonFacings : protected Pointers {
+class ContactCandidates : protected Pointers {
  public:
-  PolygonFacings(class LAMMPS *lmp) : Pointers(lmp) {}
+  ContactCandidates(class LAMMPS *lmp) : Pointers(lmp) {}
 
   struct Edge {
     int tail, head;
   };
-  struct Facing {      // what is near a point; form segment: near an edge
+  struct CandidateRow {      // what is near a point; form segment: near an edge
     int i, j;          // the point; the other end of its edge (itself if none)
     int law;           // number in PairLaws, of all that is near
     int begin, end;    // range in near()
@@ -44,11 +43,11 @@ class PolygonFacings : protected Pointers {
   // lengths and directions of the edges of a block at present positions, before its contacts are sought
   void measure_edges(const Block &);
 
-  const Facing *facings() const { return facing_list.data(); }
+  const CandidateRow *rows() const { return row_list.data(); }
   const int *near() const { return near_list.data(); }    // numbers of edges
   std::size_t most_contacts(const Block &block) const
   {
-    return facing_list[block.end - 1].end - facing_list[block.begin].begin;
+    return row_list[block.end - 1].end - row_list[block.begin].begin;
   }
   const Edge *edges(const Block &block) const { return &edge_list[block.edge_begin]; }
   const EdgeFrame *frames() const { return frame_list.data(); }    // of the block that was measured last
@@ -81,14 +80,14 @@ class PolygonFacings : protected Pointers {
 
   const FixPolygonOutline *outline = nullptr;
   std::vector<Reach> reaches;
-  std::vector<Facing> facing_list;
+  std::vector<CandidateRow> row_list;
   std::vector<int> near_list;
   std::vector<Block> block_list;
   std::vector<Edge> edge_list;
   std::vector<EdgeFrame> frame_list;
   std::vector<int> edge_from;           // number of the edge that starts at each atom, -1 if this block has none
   std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
-  std::vector<Candidate> candidates;    // of one point
+  std::vector<Candidate> of_point;    // of one point
 
   void find_reaches(const ContactLaws &);
   void find_edges(const ContactLaws &);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_POLYGON_SUMS_H
-#define JAMLAB_POLYGON_SUMS_H
+#ifndef JAMLAB_POLYGON_RINGS_H
+#define JAMLAB_POLYGON_RINGS_H
 
 #include "image_offset.h"
 #include "lmptype.h"
@@ -15,16 +15,15 @@ namespace LAMMPS_NS {
 /* The closed rings of a group, as far as this rank owns their vertices, and sums
    over whole polygons wherever the periodic boundary or the sub-domains cut them:
    ranks that share a polygon tell each other their part, no others take part. */
-
-class PolygonSums : protected Pointers {
+class PolygonRings : protected Pointers {
  public:
-  PolygonSums(class LAMMPS *lmp, const char *caller) : Pointers(lmp), who(caller) {}
+  PolygonRings(class LAMMPS *lmp, const char *caller) : Pointers(lmp), who(caller) {}
 
   struct Vertex {
     int i, prev, next;    // local or ghost indices
     ImageOffset image;    // from that of the first vertex of its polygon
   };
-  struct Run {    // owned vertices that follow each other on a polygon
+  struct RingSegment {    // owned vertices that follow each other on a polygon
     int polygon, begin, end;
   };
   struct Polygon {
@@ -42,7 +41,7 @@ class PolygonSums : protected Pointers {
   bool hold_all_bonds() const { return all_bonds; }    // no atom outside the group has bonds, on any rank
 
   const std::vector<Polygon> &polygons() const { return polygon_list; }
-  const std::vector<Run> &runs() const { return run_list; }
+  const std::vector<RingSegment> &segments() const { return segment_list; }
   const std::vector<Vertex> &vertices() const { return vertex_list; }
 
   // collective: values[width * polygon + k] of every rank becomes the sum over the ranks that share the polygon
@@ -53,20 +52,20 @@ class PolygonSums : protected Pointers {
   template <class Act> void areas_and_centers(std::vector<double> &values, bool centers, Act act)
   {
     values.assign(3 * polygon_list.size(), 0.0);
-    for (const Run &run : run_list) {
-      measure(run, centers, &values[3 * run.polygon]);
-      if (whole(run)) act(run);
+    for (const RingSegment &segment : segment_list) {
+      measure(segment, centers, &values[3 * segment.polygon]);
+      if (whole(segment)) act(segment);
     }
     sum(values, 3);
-    for (const Run &run : run_list)
-      if (!whole(run)) act(run);
+    for (const RingSegment &segment : segment_list)
+      if (!whole(segment)) act(segment);
   }
 
   // when act(run) is called: vectors along the polygon, the first to the first vertex of the run, the last from its last
   struct Edges {
     const double *x, *y;    // one more than the run has vertices
   };
-  Edges edges(const Run &run) const { return {&edge_x[first_edge(run)], &edge_y[first_edge(run)]}; }
+  Edges edges(const RingSegment &segment) const { return {&edge_x[first_edge(segment)], &edge_y[first_edge(segment)]}; }
 
   // from the origin of its polygon, unwrapped
   void position(const Vertex &, const Polygon &, double *) const;
@@ -85,14 +84,14 @@ class PolygonSums : protected Pointers {
   bigint outline_refresh = -1;
   bool all_bonds = false;
   std::vector<Polygon> polygon_list;
-  std::vector<Run> run_list;
+  std::vector<RingSegment> segment_list;
   std::vector<Vertex> vertex_list;
   std::vector<Partner> partners;    // in the order of their ranks
   std::vector<double> edge_x, edge_y, place_x, place_y;
 
-  std::size_t first_edge(const Run &run) const { return run.begin + (&run - run_list.data()); }
-  bool whole(const Run &run) const { return run.end - run.begin == polygon_list[run.polygon].size; }
-  void measure(const Run &, bool centers, double *);
+  std::size_t first_edge(const RingSegment &segment) const { return segment.begin + (&segment - segment_list.data()); }
+  bool whole(const RingSegment &segment) const { return segment.end - segment.begin == polygon_list[segment.polygon].size; }
+  void measure(const RingSegment &, bool centers, double *);
   bool takes_part(int i, int groupbit) const;
   void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
   void find_partners();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-#include "polygon_sums.h"
+#include "polygon_rings.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -17,9 +17,7 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonSums::init(int groupbit)
+void PolygonRings::init(int groupbit)
 {
   outline = FixPolygonOutline::shared(lmp, who);
   outline->read_bonds();
@@ -40,20 +38,14 @@ void PolygonSums::init(int groupbit)
   refuse_cut_polygons();
 }
 
-/* ----------------------------------------------------------------------
-   vertices of closed rings; atoms without bonds have no area and are left alone
-------------------------------------------------------------------------- */
-
-bool PolygonSums::takes_part(int i, int groupbit) const
+/* vertices of closed rings; atoms without bonds have no area and are left alone */
+bool PolygonRings::takes_part(int i, int groupbit) const
 {
   return (atom->mask[i] & groupbit) && outline->link(i).kind == RING;
 }
 
-/* ----------------------------------------------------------------------
-   by all ranks: the message of one rank that stops is lost now and then
-------------------------------------------------------------------------- */
-
-void PolygonSums::refuse_other_bonds(int groupbit) const
+/* by all ranks: the message of one rank that stops is lost now and then */
+void PolygonRings::refuse_other_bonds(int groupbit) const
 {
   tagint lowest = MAXTAGINT, found[2] = {0, 0};    // molecule and kind
   for (int i = 0; i < atom->nlocal; i++) {
@@ -74,9 +66,7 @@ void PolygonSums::refuse_other_bonds(int groupbit) const
              found[1] == CHAIN ? "make an open chain" : "branch or make more than one ring");
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonSums::refresh(int groupbit)
+void PolygonRings::refresh(int groupbit)
 {
   outline = FixPolygonOutline::shared(lmp, who);    // users may unfix it
   const bigint now = outline->refresh();
@@ -85,7 +75,7 @@ void PolygonSums::refresh(int groupbit)
   refuse_other_bonds(groupbit);
 
   polygon_list.clear();
-  run_list.clear();
+  segment_list.clear();
   vertex_list.clear();
   std::unordered_map<tagint, int> number;
   std::vector<char> seen(atom->nlocal, 0);
@@ -100,7 +90,7 @@ void PolygonSums::refresh(int groupbit)
   }
   MPI_Allreduce(MPI_IN_PLACE, &others, 1, MPI_INT, MPI_MAX, world);
   all_bonds = !others;
-  edge_x.resize(vertex_list.size() + run_list.size());
+  edge_x.resize(vertex_list.size() + segment_list.size());
   edge_y.resize(edge_x.size());
   place_x.resize(vertex_list.size());
   place_y.resize(vertex_list.size());
@@ -109,11 +99,8 @@ void PolygonSums::refresh(int groupbit)
   find_origins();
 }
 
-/* ----------------------------------------------------------------------
-   from an owned vertex on along its ring, as far as this rank owns it
-------------------------------------------------------------------------- */
-
-void PolygonSums::walk(int start, int polygon, int groupbit, std::vector<char> &seen)
+/* from an owned vertex on along its ring, as far as this rank owns it */
+void PolygonRings::walk(int start, int polygon, int groupbit, std::vector<char> &seen)
 {
   const int begin = static_cast<int>(vertex_list.size());
   for (int i = start; i >= 0 && i < atom->nlocal && !seen[i] && takes_part(i, groupbit);) {
@@ -127,16 +114,13 @@ void PolygonSums::walk(int start, int polygon, int groupbit, std::vector<char> &
     i = atom->map(outline->link(i).next);
   }
   const int end = static_cast<int>(vertex_list.size());
-  run_list.push_back({polygon, begin, end});
+  segment_list.push_back({polygon, begin, end});
   polygon_list[polygon].owned += end - begin;
 }
 
-/* ----------------------------------------------------------------------
-   which other ranks own vertices of the polygons of this one: one rank hears all
-   that is said of a molecule and tells the others
-------------------------------------------------------------------------- */
-
-void PolygonSums::find_partners()
+/* which other ranks own vertices of the polygons of this one: one rank hears all
+   that is said of a molecule and tells the others */
+void PolygonRings::find_partners()
 {
   partners.clear();
   const int nprocs = comm->nprocs;
@@ -173,9 +157,7 @@ void PolygonSums::find_partners()
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonSums::refuse_cut_polygons() const
+void PolygonRings::refuse_cut_polygons() const
 {
   std::vector<double> in_group;
   for (const auto &polygon : polygon_list) in_group.push_back(polygon.owned);
@@ -186,42 +168,35 @@ void PolygonSums::refuse_cut_polygons() const
                  in_group[k], polygon_list[k].size, polygon_list[k].molecule);
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonSums::find_origins()
+void PolygonRings::find_origins()
 {
   std::vector<double> origin(4 * polygon_list.size(), 0.0);    // x and y in the box, image
-  for (const auto &run : run_list)
-    for (int n = run.begin; n < run.end; n++) {
+  for (const auto &segment : segment_list)
+    for (int n = segment.begin; n < segment.end; n++) {
       const Vertex &vertex = vertex_list[n];
       if (!outline->link(vertex.i).first) continue;
       const double own[4] = {atom->x[vertex.i][0], atom->x[vertex.i][1], static_cast<double>(vertex.image.a),
                              static_cast<double>(vertex.image.b)};
-      std::copy_n(own, 4, &origin[4 * run.polygon]);
+      std::copy_n(own, 4, &origin[4 * segment.polygon]);
     }
   sum(origin, 4);
   for (std::size_t k = 0; k < polygon_list.size(); k++) std::copy_n(&origin[4 * k], 2, polygon_list[k].origin);
-  for (const auto &run : run_list) {
-    const double *const own = &origin[4 * run.polygon];
+  for (const auto &segment : segment_list) {
+    const double *const own = &origin[4 * segment.polygon];
     const ImageOffset first(static_cast<int>(own[2]), static_cast<int>(own[3]));
-    for (int n = run.begin; n < run.end; n++) vertex_list[n].image = vertex_list[n].image - first;
+    for (int n = segment.begin; n < segment.end; n++) vertex_list[n].image = vertex_list[n].image - first;
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonSums::position(const Vertex &vertex, const Polygon &polygon, double *r) const
+void PolygonRings::position(const Vertex &vertex, const Polygon &polygon, double *r) const
 {
   const double *x = atom->x[vertex.i];
   r[0] = x[0] + vertex.image.a * domain->xprd + vertex.image.b * domain->xy - polygon.origin[0];
   r[1] = x[1] + vertex.image.b * domain->yprd - polygon.origin[1];
 }
 
-/* ----------------------------------------------------------------------
-   parts are added in the order of ranks, so that all ranks get the same digits
-------------------------------------------------------------------------- */
-
-void PolygonSums::sum(std::vector<double> &values, int width) const
+/* parts are added in the order of ranks, so that all ranks get the same digits */
+void PolygonRings::sum(std::vector<double> &values, int width) const
 {
   if (partners.empty()) return;
   static constexpr int TAG = 4711;
@@ -262,20 +237,17 @@ void PolygonSums::sum(std::vector<double> &values, int width) const
   add_own(comm->nprocs);
 }
 
-/* ----------------------------------------------------------------------
-   a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same closed
-   sum; one near the polygon keeps its digits.
-------------------------------------------------------------------------- */
-
-void PolygonSums::measure(const Run &run, bool centers, double *value)
+/* a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same closed
+   sum; one near the polygon keeps its digits. */
+void PolygonRings::measure(const RingSegment &segment, bool centers, double *value)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const double xprd = domain->xprd, yprd = domain->yprd, xy = domain->xy;
-  const double *const origin = polygon_list[run.polygon].origin;
-  const Vertex *const vertex = &vertex_list[run.begin];
-  const int size = run.end - run.begin;
+  const double *const origin = polygon_list[segment.polygon].origin;
+  const Vertex *const vertex = &vertex_list[segment.begin];
+  const int size = segment.end - segment.begin;
   double *const px = place_x.data(), *const py = place_y.data();
-  double *const ex = &edge_x[first_edge(run)], *const ey = &edge_y[first_edge(run)];
+  double *const ex = &edge_x[first_edge(segment)], *const ey = &edge_y[first_edge(segment)];
 
   for (int n = 0; n < size; n++) {
     const double *here = x[vertex[n].i];
@@ -304,9 +276,7 @@ void PolygonSums::measure(const Run &run, bool centers, double *value)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-std::vector<tagint> PolygonSums::molecules() const
+std::vector<tagint> PolygonRings::molecules() const
 {
   std::vector<std::vector<tagint>> own(comm->nprocs);
   for (const auto &polygon : polygon_list)
@@ -318,10 +288,8 @@ std::vector<tagint> PolygonSums::molecules() const
   return all;
 }
 
-/* ---------------------------------------------------------------------- */
-
-double PolygonSums::memory_usage() const
+double PolygonRings::memory_usage() const
 {
-  return polygon_list.capacity() * sizeof(Polygon) + run_list.capacity() * sizeof(Run) +
+  return polygon_list.capacity() * sizeof(Polygon) + segment_list.capacity() * sizeof(RingSegment) +
       vertex_list.capacity() * sizeof(Vertex) + 2 * (edge_x.capacity() + place_x.capacity()) * sizeof(double);
 }

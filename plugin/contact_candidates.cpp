@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-#include "polygon_facings.h"
+#include "contact_candidates.h"
 
 #include "atom.h"
 #include "neigh_list.h"
@@ -14,17 +14,14 @@ using namespace LAMMPS_NS;
 
 static constexpr int BLOCK = 512;    // facings: some 40 kB with their edges and contacts
 
-/* ----------------------------------------------------------------------
-   what can come within the width of a contact before the next build. Ends move by
+/* what can come within the width of a contact before the next build. Ends move by
    less than half the skin, so nothing farther than width + skin now can touch
-   until then.
-------------------------------------------------------------------------- */
-
-void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, const ContactLaws &laws,
+   until then. */
+void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *list, const ContactLaws &laws,
                            ContactForm form)
 {
   outline = fix;
-  facing_list.clear();
+  row_list.clear();
   near_list.clear();
   edge_list.clear();
   block_list.clear();
@@ -37,23 +34,21 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
     const bool disk = laws.disk(atom->type[i]);
     const int head = disk ? i : outline->next(i);
     const Neighbors neighbors = {list->firstneigh[i], list->numneigh[i]};
-    candidates.clear();
+    of_point.clear();
     if (form != SEGMENT)
       find_near_point(i, neighbors, laws, form);
     else if (head >= 0)
       find_near_edge(i, head, neighbors, laws);
-    if (!candidates.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
-    if (static_cast<int>(facing_list.size()) >= (block_list.empty() ? 0 : block_list.back().end) + BLOCK) end_block();
+    if (!of_point.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
+    if (static_cast<int>(row_list.size()) >= (block_list.empty() ? 0 : block_list.back().end) + BLOCK) end_block();
   }
   end_block();
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::end_block()
+void ContactCandidates::end_block()
 {
   const Block last = block_list.empty() ? Block{0, 0, 0, 0} : block_list.back();
-  const int end = static_cast<int>(facing_list.size());
+  const int end = static_cast<int>(row_list.size());
   if (end == last.end) return;
   const Block block = {last.end, end, last.edge_end, static_cast<int>(edge_list.size())};
   for (int n = block.edge_begin; n < block.edge_end; n++) edge_from[edge_list[n].tail] = -1;
@@ -61,9 +56,7 @@ void PolygonFacings::end_block()
   block_list.push_back(block);
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::find_reaches(const ContactLaws &laws)
+void ContactCandidates::find_reaches(const ContactLaws &laws)
 {
   const int row = atom->ntypes + 1;
   const double skin = neighbor->skin;
@@ -76,9 +69,7 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
     }
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::find_edges(const ContactLaws &laws)
+void ContactCandidates::find_edges(const ContactLaws &laws)
 {
   const int nall = atom->nlocal + atom->nghost;
   all_frames.resize(nall);
@@ -90,12 +81,9 @@ void PolygonFacings::find_edges(const ContactLaws &laws)
   }
 }
 
-/* ----------------------------------------------------------------------
-   edges near vertex or disk i. The neighbor list holds at least one end of each.
-   A disk has the contact with a vertex or an edge; of two disks, the earlier one.
-------------------------------------------------------------------------- */
-
-void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLaws &laws, ContactForm form)
+/* edges near vertex or disk i. The neighbor list holds at least one end of each.
+   A disk has the contact with a vertex or an edge; of two disks, the earlier one. */
+void ContactCandidates::find_near_point(int i, Neighbors neighbors, const ContactLaws &laws, ContactForm form)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const int *const type = atom->type, *const forms = laws.form[type[i]];
@@ -127,12 +115,9 @@ void PolygonFacings::find_near_point(int i, Neighbors neighbors, const ContactLa
   }
 }
 
-/* ----------------------------------------------------------------------
-   edges near the edge from i to its head, form segment: every pair once. The
-   neighbor list of i holds their tails.
-------------------------------------------------------------------------- */
-
-void PolygonFacings::find_near_edge(int i, int head, Neighbors neighbors, const ContactLaws &laws)
+/* edges near the edge from i to its head, form segment: every pair once. The
+   neighbor list of i holds their tails. */
+void ContactCandidates::find_near_edge(int i, int head, Neighbors neighbors, const ContactLaws &laws)
 {
   const double *const *const x = atom->x;
   const int itype = atom->type[i];
@@ -148,83 +133,65 @@ void PolygonFacings::find_near_edge(int i, int head, Neighbors neighbors, const 
   }
 }
 
-/* ----------------------------------------------------------------------
-   the same outline, not its periodic image: no contact with itself
-------------------------------------------------------------------------- */
-
-bool PolygonFacings::one_outline(int i, int j, const ContactLaws &laws) const
+/* the same outline, not its periodic image: no contact with itself */
+bool ContactCandidates::one_outline(int i, int j, const ContactLaws &laws) const
 {
   return atom->molecule[i] == atom->molecule[j] && outline->image(i) == outline->image(j) &&
       !laws.disk(atom->type[i]) && !laws.disk(atom->type[j]);
 }
 
-/* ----------------------------------------------------------------------
-   what is at `listed`, an atom as in neighbor lists: its upper bits are those of special_bonds
-------------------------------------------------------------------------- */
-
-void PolygonFacings::add(int i, int listed, Edge edge)
+/* what is at `listed`, an atom as in neighbor lists: its upper bits are those of special_bonds */
+void ContactCandidates::add(int i, int listed, Edge edge)
 {
   const int tail = edge.tail, law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], listed >> SBBITS & 3);
-  candidates.push_back({atom->molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
+  of_point.push_back({atom->molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
 }
 
-/* ----------------------------------------------------------------------
-   in an order that does not depend on where atoms are stored: sums have the same
-   digits. One facing for each outline near a point, or for each edge.
-------------------------------------------------------------------------- */
-
-void PolygonFacings::keep(int i, int j, bool by_outline)
+/* in an order that does not depend on where atoms are stored: sums have the same
+   digits. One facing for each outline near a point, or for each edge. */
+void ContactCandidates::keep(int i, int j, bool by_outline)
 {
-  std::sort(candidates.begin(), candidates.end());
-  for (std::size_t n = 0; n < candidates.size(); n++) {
-    const Candidate &candidate = candidates[n];
-    if (n > 0 && candidate.edge.tail == candidates[n - 1].edge.tail) continue;    // found from both ends
+  std::sort(of_point.begin(), of_point.end());
+  for (std::size_t n = 0; n < of_point.size(); n++) {
+    const Candidate &candidate = of_point[n];
+    if (n > 0 && candidate.edge.tail == of_point[n - 1].edge.tail) continue;    // found from both ends
     int &number = edge_from[candidate.edge.tail];
     if (number < 0) {
       number = static_cast<int>(edge_list.size()) - (block_list.empty() ? 0 : block_list.back().edge_end);
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
-    const bool same = n > 0 && facing_list.back().law == candidate.law && (!by_outline || candidate.same_outline(candidates[n - 1]));
-    if (!same) facing_list.push_back({i, j, candidate.law, size, size});
+    const bool same = n > 0 && row_list.back().law == candidate.law && (!by_outline || candidate.same_outline(of_point[n - 1]));
+    if (!same) row_list.push_back({i, j, candidate.law, size, size});
     near_list.push_back(number);
-    facing_list.back().end++;
+    row_list.back().end++;
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
-bool PolygonFacings::Candidate::operator<(const Candidate &o) const
+bool ContactCandidates::Candidate::operator<(const Candidate &o) const
 {
   if (molecule != o.molecule) return molecule < o.molecule;
   if (!(image == o.image)) return image < o.image;
   return tag < o.tag;
 }
 
-/* ----------------------------------------------------------------------
-   one order for a pair of edges or disks, the same whichever of their images meet
-------------------------------------------------------------------------- */
-
-bool PolygonFacings::earlier(int i, int j) const
+/* one order for a pair of edges or disks, the same whichever of their images meet */
+bool ContactCandidates::earlier(int i, int j) const
 {
   if (atom->tag[i] != atom->tag[j]) return atom->tag[i] < atom->tag[j];
   return ImageOffset() < outline->image(j) - outline->image(i);
 }
 
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::measure_edges(const Block &block)
+void ContactCandidates::measure_edges(const Block &block)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   EdgeFrame *frame = frame_list.data();
   for (int n = block.edge_begin; n < block.edge_end; n++) *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
 }
 
-/* ---------------------------------------------------------------------- */
-
-double PolygonFacings::memory_usage() const
+double ContactCandidates::memory_usage() const
 {
-  return facing_list.capacity() * sizeof(Facing) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
+  return row_list.capacity() * sizeof(CandidateRow) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
       edge_list.capacity() * sizeof(Edge) + frame_list.capacity() * sizeof(EdgeFrame) +
-      all_frames.capacity() * sizeof(EdgeFrame) + candidates.capacity() * sizeof(Candidate);
+      all_frames.capacity() * sizeof(EdgeFrame) + of_point.capacity() * sizeof(Candidate);
 }

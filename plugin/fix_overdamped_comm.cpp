@@ -14,8 +14,6 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
@@ -33,8 +31,6 @@ void FixOverdamped::write_restart(FILE *fp)
   fwrite(list.data(), sizeof(double), list.size(), fp);
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::restart(char *buf)
 {
   const double *list = reinterpret_cast<const double *>(buf);
@@ -51,26 +47,19 @@ void FixOverdamped::restart(char *buf)
                         list[3], list[4], list[5], static_cast<int>(list[6]), list[7] != 0.0});
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::send_to_ghosts(Field &motions)
 {
   traveling = &motions;
   comm->forward_comm(this, 3);
 }
 
-/* ----------------------------------------------------------------------
-   where newton is off, both owners see a contact of disks, and each counts it for its own disk
-------------------------------------------------------------------------- */
-
+/* where newton is off, both owners see a contact of disks, and each counts it for its own disk */
 void FixOverdamped::add_from_ghosts(Field &motions)
 {
   if (!droplets && !force->newton_pair) return;
   traveling = &motions;
   comm->reverse_comm(this, 3);
 }
-
-/* ---------------------------------------------------------------------- */
 
 static int put(double *buf, const Vec3 &motion)
 {
@@ -80,30 +69,22 @@ static int put(double *buf, const Vec3 &motion)
   return 3;
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixOverdamped::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
 {
   for (int k = 0; k < n; k++) buf += put(buf, (*traveling)[indices[k]]);
   return 3 * n;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::unpack_forward_comm(int n, int first, double *buf)
 {
   for (int i = first; i < first + n; i++, buf += 3) (*traveling)[i] = {buf[0], buf[1], buf[2]};
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixOverdamped::pack_reverse_comm(int n, int first, double *buf)
 {
   for (int i = first; i < first + n; i++) buf += put(buf, (*traveling)[i]);
   return 3 * n;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 {
@@ -115,50 +96,38 @@ void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixOverdamped::grow_arrays(int nmax)
 {
-  for (Field *each : {&now, &before, &moved, &moved_before}) each->resize(nmax);
+  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement}) each->resize(nmax);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
 {
-  for (Field *each : {&now, &before, &moved, &moved_before}) (*each)[j] = (*each)[i];
+  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement}) (*each)[j] = (*each)[i];
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::set_arrays(int i)
 {
-  now[i] = before[i] = moved[i] = moved_before[i] = Vec3();
+  velocity[i] = last_velocity[i] = displacement[i] = last_displacement[i] = Vec3();
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixOverdamped::pack_exchange(int i, double *buf)
 {
-  put(buf, now[i]);
-  put(buf + 3, before[i]);
-  put(buf + 6, moved[i]);
-  put(buf + 9, moved_before[i]);
+  put(buf, velocity[i]);
+  put(buf + 3, last_velocity[i]);
+  put(buf + 6, displacement[i]);
+  put(buf + 9, last_displacement[i]);
   return PER_ATOM;
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixOverdamped::unpack_exchange(int i, double *buf)
 {
-  now[i] = {buf[0], buf[1], buf[2]};
-  before[i] = {buf[3], buf[4], buf[5]};
-  moved[i] = {buf[6], buf[7], buf[8]};
-  moved_before[i] = {buf[9], buf[10], buf[11]};
+  velocity[i] = {buf[0], buf[1], buf[2]};
+  last_velocity[i] = {buf[3], buf[4], buf[5]};
+  displacement[i] = {buf[6], buf[7], buf[8]};
+  last_displacement[i] = {buf[9], buf[10], buf[11]};
   return PER_ATOM;
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixOverdamped::pack_restart(int i, double *buf)
 {
@@ -166,8 +135,6 @@ int FixOverdamped::pack_restart(int i, double *buf)
   pack_exchange(i, buf + 1);
   return PER_ATOM + 1;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::unpack_restart(int i, int nth)
 {
@@ -177,23 +144,17 @@ void FixOverdamped::unpack_restart(int i, int nth)
   unpack_exchange(i, extra + m + 1);
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixOverdamped::size_restart(int /*i*/)
 {
   return PER_ATOM + 1;
 }
-
-/* ---------------------------------------------------------------------- */
 
 int FixOverdamped::maxsize_restart()
 {
   return PER_ATOM + 1;
 }
 
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::memory_usage()
 {
-  return (4 * now.capacity() + pushes.capacity()) * sizeof(Vec3) + (solver ? solver->memory_usage() : 0.0);
+  return (4 * velocity.capacity() + forces.capacity()) * sizeof(Vec3) + (solver ? solver->memory_usage() : 0.0);
 }
