@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import zip_longest
 
 import numpy as np
@@ -25,9 +26,10 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
+from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, first_order_method, force_tolerance
-from jamlab.protocols.saddles import relax_off_saddles
+from jamlab.protocols.saddles import leave_saddles, relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
@@ -227,6 +229,10 @@ def _sweep(
                     step_error = max(step_error, missed)
                 state = session.packing()
                 reached = measure(state)
+                if abs(reached - target) <= tolerance and found.converged and error is None:
+                    found = _settle(session, found, minimum, force, settings)
+                    state = session.packing()
+                    reached = measure(state)
                 if abs(reached - target) <= tolerance or not found.converged:
                     break
                 if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > numbers.least_slope:
@@ -258,15 +264,26 @@ def _sweep(
 def _reach(
     session: Session, packing: Packing, minimum: Packing, phi: float, force: float, settings: SolverSettings
 ) -> Relaxed:
-    """Relax a packing at phi; where that ends in no minimum, go there from the last one by 2 steps, then 4, and so on.
+    """Relax a packing at phi, maybe to a saddle; where that ends in no balance of forces, go there from `minimum`."""
+    session.load(at_phi(packing, phi))
+    found = minimizer(packing.ensemble)(session, force, settings=settings)
+    return found if found.converged else _reach_by_steps(session, minimum, phi, force, settings)
+
+
+def _settle(session: Session, found: Relaxed, minimum: Packing, force: float, settings: SolverSettings) -> Relaxed:
+    """The minimum beside a state that a session was relaxed to; where there is none, go there from `minimum`."""
+    relax_state = minimizer(minimum.ensemble)
+    phi = session.packing().phi
+    found = leave_saddles(session, found, partial(relax_state, session, force, near=True, settings=settings), settings)
+    return found if found.converged else _reach_by_steps(session, minimum, phi, force, settings)
+
+
+def _reach_by_steps(session: Session, minimum: Packing, phi: float, force: float, settings: SolverSettings) -> Relaxed:
+    """Go to phi from a minimum by 2 steps, then 4, and so on, until one way ends in a minimum.
 
     Vertices run together, or outlines cross, where droplets are squeezed by too much at once.
     """
-    session.load(at_phi(packing, phi))
-    found = relax_off_saddles(session, force, settings=settings)
     for halving in range(settings.sweep.halvings):
-        if found.converged:
-            break
         state = minimum
         for following in np.linspace(minimum.phi, phi, 2 ** (halving + 1) + 1)[1:]:
             session.load(at_phi(state, following))
@@ -274,6 +291,8 @@ def _reach(
             if not found.converged:
                 break
             state = session.packing()
+        if found.converged:
+            break
     return found
 
 
