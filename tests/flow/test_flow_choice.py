@@ -11,7 +11,6 @@ from jamlab.estimates.flow_errors import (
     BACKGROUND,
     SIZE,
     Flow,
-    relative_amplitude,
     shipped_errors,
 )
 from jamlab.estimates.options import Why
@@ -19,7 +18,6 @@ from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies import least_model as measurement
 
 FILM = jamlab.ContactDamping(alpha=0.5)
-AT = Flow("oscillation", 1.0, 1.0, 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -75,12 +73,6 @@ def test_small_strains_need_the_linear_spectrum_and_a_run_agrees(packing):
     true = complex(run.storage, run.loss)
     assert abs(choice.modulus - true) <= choice.error * abs(true)
     assert options(choice)["static modulus"] > 0.05 < choice.other_drag and not choice.outside
-
-
-def test_infinitely_slow_shear_needs_no_drag_law(packing):
-    choice = jamlab.choose_flow(packing, omega=1e-8)
-    assert np.isnan(choice.other_drag) and choice.kept == (0, 0)
-    assert choice.modulus.real == pytest.approx(jamlab.complex_modulus(packing, [1.0]).g0)
 
 
 def test_where_nothing_was_measured_the_answer_is_a_run(packing):
@@ -163,24 +155,6 @@ def test_steady_flow_runs_as_its_errors_were_measured(packing):
     curve = film.run(packing)
     assert curve.background == measurement._FLOW["background"] == BACKGROUND
     assert curve.strain + curve.discard == pytest.approx(film.strain)
-
-
-def test_other_damping_of_sliding_has_wider_promises(packing):
-    """Between a tenth and ten times that of approach, with the checks of that end, or of both ends."""
-    table = shipped_errors()
-    given = {"omega": 1.0, "amplitude": 1e-3, "tolerance": 0.5}
-    for beta in (0.1, 10.0, 3.0):
-        choice = jamlab.choose_flow(packing, jamlab.ContactDamping(beta), **given)
-        assert choice.kept == table.kept("oscillation", beta)
-    at_one = jamlab.choose_flow(packing, **given)
-    assert at_one.kept == table.kept("oscillation", 1.0) and 1 < table.sliding_factor("oscillation", 3.0) < 3
-    alone = table.promise(Flow("oscillation", 1.0, 1.0, relative_amplitude(packing, 1e-3)))
-    assert choice.error == pytest.approx(table.sliding_factor("oscillation", 3.0) * alone)
-
-
-def test_a_strain_of_one_overlap(packing):
-    overlap = jamlab.evaluate(packing).pressure / packing.params["k"]
-    assert relative_amplitude(packing, overlap) == pytest.approx(1.0, rel=1e-6)
 
 
 def test_equivalent_damping_at_a_strain(packing):

@@ -10,7 +10,7 @@ import jamlab
 from jamlab.flow import flow_curve, overdamped_session
 from jamlab.flow.flow_cost import require_time
 from jamlab.flow.flow_curve import steady_point
-from jamlab.flow.overdamped_session import FlowState, Length, OverdampedSession
+from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 
@@ -172,14 +172,6 @@ def test_flow_whose_steps_are_not_known_before_is_given_up_on_the_way(disks, mon
         jamlab.creep(disks, 1e-4, 1e12)  # rests; it might as well have flowed to its largest strain
     assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300  # steps that rows make short are no crawl
     assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced  # long steps
-
-
-@pytest.mark.parametrize(
-    ("strain", "rate", "left"), [(0.9, 0.1, 1.0), (-0.9, -0.1, 1.0), (2.0, 0.1, 0.0), (0.0, 0.0, 9.0)]
-)
-def test_what_is_left_of_a_flow_ends_at_its_largest_strain(strain, rate, left):
-    state = FlowState(**dict.fromkeys(FlowState._fields, 0.0) | {"time": 1.0, "strain": strain, "rate": rate})
-    assert Length(10.0, "", 1.0).left(state) == pytest.approx(left)
 
 
 def test_a_solver_that_fails_says_where(disks):

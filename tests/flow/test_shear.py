@@ -99,16 +99,6 @@ def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
         assert path.read_bytes() == before
 
 
-def test_what_it_has_reached_stands_in_its_repr(run, disks):
-    assert "peak" in repr(run) and "steady, stress" in repr(run) and len(repr(run)) < 250
-    short = jamlab.shear(disks, 0.01, 0.05, rows=5)
-    assert "no overshoot, no steady state yet" in repr(short) and short.peak is None
-    with pytest.raises(jamlab.InputError, match="0 rows lie beyond strain 1, 17 are needed"):
-        short.steady()
-    with pytest.raises(jamlab.InputError, match="name = 'tempo'"):
-        run.steady("tempo")
-
-
 def test_stokes_drag_adds_the_stress_of_the_fluid(disks):
     thin, thick = (jamlab.shear(disks, 0.01, 0.1, jamlab.StokesDrag(eta_f=eta), rows=4) for eta in (0.0, 3.0))
     assert thick.stress - thin.stress == pytest.approx(0.03)
@@ -189,20 +179,6 @@ def test_drops_of_a_stress():
     assert found.strain.tolist() == [1.0, 6.0] and found.size.tolist() == [1.5, 0.5]
     assert len(stress_drops(strain, strain).size) == 0
     assert stress_drops(strain, -strain).size.tolist() == [7.0]
-
-
-@pytest.mark.parametrize(
-    "given", [{"damping": jamlab.StokesDrag()}, {"rows": 3}, {"tolerance": 1e-3}, {"background": 0.0}]
-)
-def test_rate_0_refuses_what_only_flow_in_time_uses(disks, given):
-    (name,) = given
-    with pytest.raises(jamlab.InputError, match=f"^{name} = .*rate = 0 is shear without time.*leave {name} out"):
-        jamlab.shear(disks, 0, 2e-3, step=1e-3, **given)
-
-
-def test_a_rate_refuses_the_step_of_quasistatic_shear(disks):
-    with pytest.raises(jamlab.InputError, match=r"step = 0\.001: rate = 0\.1 is shear in time; leave step out"):
-        jamlab.shear(disks, 0.1, 0.01, step=1e-3)
 
 
 @pytest.mark.parametrize("least", [1e-300, 1e-20, 9e-13])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given
-from random_packings import disks, packings, polygons
+from random_packings import packings, polygons
 
 import jamlab
 from jamlab.geometry.contact_network import (
@@ -71,14 +71,6 @@ def test_rattlers_are_pruned_one_after_the_other():
     assert not rattlers.any() and bearing.all()
 
 
-def test_two_contacts_hold_no_particle():
-    """A fifth particle beside a tetrahedron of contacts: by two of them it rattles, by three it bears."""
-    four = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
-    for fifth, loose in (([[2, 4], [3, 4]], True), ([[1, 4], [2, 4], [3, 4]], False)):
-        rattlers, bearing = find_rattlers(np.array(four + fifth), np.ones(5, dtype=bool))
-        assert rattlers.tolist() == [False] * 4 + [loose] and bearing.sum() == (6 if loose else 9)
-
-
 @pytest.mark.parametrize("name", ["sp_jammed", "dp_onset", "dp_dense"])
 def test_network_renumbers_what_a_new_search_finds(request, name):
     """Contacts of the particles that bear load, bit for bit: Newton steps depend on the order of sums."""
@@ -137,13 +129,3 @@ def test_gap_of_droplets_is_the_distance_of_their_outlines_less_delta(packing):
     ]
     distance = shapely.distance(outlines[i], np.array(images, dtype=object))
     np.testing.assert_allclose(network.forces.gap, distance - packing.params["delta"], atol=1e-9)
-
-
-@given(disks())
-def test_disks_push_each_other_apart_in_proportion_to_their_overlap(packing):
-    network = contacts(packing)
-    found = network.forces
-    assert (found.gap < 0).all()
-    assert (np.einsum("ij,ij->i", found.on_j, network.r) >= 0).all()
-    stiffness = packing.params.get("k") or packing.params["eps"] / packing.diameters[network.pairs].mean(axis=1) ** 2
-    np.testing.assert_allclose(found.size, -stiffness * found.gap, rtol=1e-9)

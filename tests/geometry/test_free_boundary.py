@@ -10,11 +10,8 @@ from tiled_packings import tiled
 
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.edge_rings import edge_rings
-from jamlab.geometry.power_cells import cuts_overlap, disk_cells, disk_chords
-from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.geometry.voids.polygon_boundary import trace_disks, trace_polygons
+from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.voids import voids
-from jamlab.packing.packing import Packing
 
 TURN = 2 * np.pi
 
@@ -68,33 +65,6 @@ def test_free_pieces_are_a_rim_away_from_all_polygons_and_nothing_else_is(packin
         points = np.concatenate([line, arc[edges.turn > 0]])
         visible = points[distances(packing, points) > w * (1 - 1e-12)]
         assert all(on_a_piece(pieces, point) for point in visible)
-
-
-@given(disks(most=8))
-def test_free_arcs_and_cuts_that_overlap_are_those_of_a_loop(packing):
-    near, radius = touching_disks(packing), 0.5 * packing.diameters
-    cells = disk_cells(packing)
-    i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
-    r = np.concatenate([near.r, -near.r])
-    for disk in range(packing.n):
-        if cells.area[disk] == 0:
-            continue
-        angles = np.linspace(0, TURN, 97)[:-1] + 0.01
-        rim = radius[disk] * np.column_stack([np.cos(angles), np.sin(angles)])
-        others = i == disk
-        depth = [np.min(np.hypot(*(r[others] - p).T) - radius[j[others]], initial=np.inf) for p in rim]
-        own = cells.arc_i == disk
-        past = np.mod(angles[:, None] - cells.arc_start[own], TURN) < cells.arc_angle[own]
-        certain = np.abs(depth) > 1e-9
-        np.testing.assert_array_equal(past.any(axis=1)[certain], (np.array(depth) > 0)[certain])
-    inside = np.hypot(*r.T) + radius[i] <= radius[j]
-    shared = [
-        np.hypot(*(radius[d] * np.array([np.cos(a), np.sin(a)]) - r[i == d]).T) < radius[j[i == d]] * (1 - 1e-6)
-        for d in range(packing.n)
-        for a in np.linspace(0, TURN, 400)
-    ]
-    if inside.any() or max(hidden.sum() for hidden in shared) > 1:
-        assert cuts_overlap(disk_chords(packing))
 
 
 @given(disks() | polygons())
@@ -157,22 +127,6 @@ def test_collinear_vertices_change_nothing(parts):
     found = [voids(droplets([ring + 0.1, *balls], 0.2, [[26.0, 0.0], [3.0, 1.9]])) for ring in (plank, cut)]
     np.testing.assert_allclose(np.sort(found[0].area), np.sort(found[1].area), atol=1e-12)
     np.testing.assert_array_equal(np.sort(found[0].sides), np.sort(found[1].sides))
-
-
-def test_repeated_vertices_change_nothing():
-    rings = [np.add(bumpy(11, k), [k, 0.3]) for k in range(3)]
-    twice = [np.repeat(ring, 1 + (np.arange(11) % 3 == 0), axis=0) for ring in rings]
-    one, two = (voids(droplets(some, 0.2, [[3.0, 0.0], [0.4, 1.0]])) for some in (rings, twice))
-    np.testing.assert_allclose(one.area, two.area, atol=1e-14)
-    np.testing.assert_array_equal(one.sides, two.sides)
-
-
-def test_disks_that_touch_exactly_close_their_voids():
-    packing = Packing("sp", np.eye(2), np.array([[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]),
-                      {"eps": 1.0}, "eps", np.full(4, 0.5))  # fmt: skip
-    found = voids(packing)
-    np.testing.assert_array_equal(found.sides, [4, 4, 4, 4])
-    assert len(trace_disks(packing).pieces.particle) == 16
 
 
 def test_edges_over_too_many_images_are_refused():

@@ -54,22 +54,6 @@ def test_triangular_lattice(rows, columns):
     assert order.mean_local == pytest.approx(1) and order.overall == pytest.approx(1)
 
 
-@pytest.mark.parametrize("k", [1, 2, 3, 4, 5])
-def test_triangular_lattice_has_no_other_symmetry(k):
-    """Six waves cancel, but for k = 6, 12, ..."""
-    p = lattice(4, 5, TRIANGULAR)
-    assert np.abs(orientational_order(p, k).local).max() < 1e-12
-    assert orientational_order(p, 6 * k).mean_local == pytest.approx(1)
-
-
-def test_two_grains_cancel_in_the_mean():
-    """Each point ordered, all together not: |psi| of every point is 1 where the phases of psi differ."""
-    p = lattice(4, 4, TRIANGULAR)
-    local = orientational_order(p).local * np.repeat([1, -1], 8)
-    order = jamlab.OrientationalOrder(local, np.full(16, 6))
-    assert order.mean_local == pytest.approx(1) and order.overall == pytest.approx(0, abs=1e-12)
-
-
 @pytest.mark.parametrize("m", [3, 6, 8])
 def test_square_lattice_has_diagonals(m):
     """A square has no single triangulation: any of its diagonals may be a bond, with wave -1 for k = 4.
@@ -95,15 +79,6 @@ def test_square_lattice_has_one_triangulation():
             assert orientational_order(p.with_state(positions=p.positions + shift)).neighbors.mean() == 6
 
 
-@pytest.mark.parametrize("stretch", [0.98, 1.02])
-def test_stretched_square_lattice_has_diagonals_still(stretch):
-    """Sheared a little it has one triangulation: six neighbours, two along the shorter diagonal, psi_4 -> 1/3."""
-    cell = np.array([[1.0, 0.0], [stretch - 1, 1.0]])
-    order = orientational_order(lattice(5, 4, cell), 4)
-    assert order.neighbors.tolist() == [6] * 20
-    assert np.ptp(order.local.real) < 1e-12 and abs(order.local[0]) == pytest.approx(1 / 3, abs=0.02)
-
-
 @pytest.mark.parametrize("k", [4, 6])
 def test_rotation_turns_the_phase(k):
     """Box rows (b1, -b0) span the same lattice; turned until b1 lies along x: psi_k gains exp(-i k turn)."""
@@ -120,34 +95,6 @@ def test_rotation_turns_the_phase(k):
     assert new.overall == pytest.approx(old.overall, abs=1e-12)
 
 
-def test_translation_scale_images_and_names_do_not_matter():
-    """Nor does another box of the same lattice."""
-    p = random_points(seed=1)
-    wanted = orientational_order(p)
-    rng = np.random.default_rng(2)
-    order = rng.permutation(p.n)
-    images = p.positions + rng.integers(-3, 4, (p.n, 2)) @ p.box
-    tilted = np.array([p.box[0], p.box[1] + 3 * p.box[0]])
-    for q in (
-        packed(p.positions + np.array([13.7, -4.1]), p.box),
-        packed(3.0 * p.positions, 3.0 * p.box),
-        packed(images, p.box),
-        packed(p.positions, tilted),
-    ):
-        got = orientational_order(q)
-        assert np.array_equal(got.neighbors, wanted.neighbors)
-        assert got.local == pytest.approx(wanted.local, abs=1e-10)
-    renamed = orientational_order(packed(p.positions[order], p.box))
-    assert renamed.local == pytest.approx(wanted.local[order], abs=1e-10)
-
-
-def test_mirror_conjugates():
-    """x -> -x turns angle into pi - angle."""
-    p = random_points(seed=3)
-    mirrored = packed(p.positions * [-1, 1], np.array([[p.box[0, 0], 0], [-p.box[1, 0], p.box[1, 1]]]))
-    assert orientational_order(mirrored).local == pytest.approx(orientational_order(p).local.conj(), abs=1e-11)
-
-
 @pytest.mark.parametrize("k", [2, 6])
 @pytest.mark.parametrize(("n", "seed", "tilt"), [(5, 0, 0.0), (12, 1, -0.7), (60, 2, 0.3), (60, 3, 0.0)])
 def test_against_a_patch_of_twenty_five_cells(n, seed, tilt, k):
@@ -157,26 +104,6 @@ def test_against_a_patch_of_twenty_five_cells(n, seed, tilt, k):
     order = orientational_order(p, k)
     assert np.array_equal(order.neighbors, count)
     assert order.local == pytest.approx(psi, abs=1e-12)
-
-
-def test_random_points_have_no_order():
-    """Phases of points that do not know each other: the mean of n |mean psi|^2 does not depend on n.
-
-    Of four times as many points it is the same within four standard errors; with order it would be four times as much.
-    """
-    square = [[n * orientational_order(random_points(n, s)).overall ** 2 for s in range(60)] for n in (25, 100)]
-    scaled = np.array(square)
-    mean, error = scaled.mean(axis=1), scaled.std(axis=1, ddof=1) / np.sqrt(scaled.shape[1])
-    spread = 4 * np.hypot(*error)
-    assert abs(mean[1] - mean[0]) < spread < mean[0]
-    assert 0.2 < orientational_order(random_points(400, 0)).mean_local < 0.5
-
-
-def test_jammed_packing_is_no_crystal(sp_jammed):
-    """Two sizes; six neighbours on average, all the same."""
-    order = orientational_order(sp_jammed)
-    assert order.neighbors.mean() == 6
-    assert order.overall < 0.5 < 0.99 > order.mean_local
 
 
 def test_droplets_count_by_their_centroids(dp_dense):

@@ -85,11 +85,6 @@ def test_shifted_rectangles_share_their_common_side_and_what_lies_around_its_end
     assert found.length == pytest.approx([0.6 + np.sqrt(0.25**2 - gap**2) + 0.25 - gap], rel=1e-3)  # arcs are polygons
 
 
-def test_squares_beyond_delta_have_no_contact():
-    packing = droplets([rectangle(1, 1, [1, 1]), rectangle(1, 1, [2.26, 1])], 0.25)
-    assert len(jamlab.contact_lengths(packing).length) == 0
-
-
 def test_contact_across_the_boundary_and_with_two_images():
     """A bar that nearly spans the box touches the other from both sides: two contacts, seen however it is wrapped."""
     rings = [rectangle(2, 1, [1, 1]), rectangle(1.9, 1, [3.05, 1])]
@@ -101,23 +96,11 @@ def test_contact_across_the_boundary_and_with_two_images():
         assert found.length == pytest.approx([1 + 2 * (0.12 - 0.05)] * 2, rel=1e-12)
 
 
-def test_pairs_are_those_of_the_contact_network(dp_dense):
-    found = jamlab.contact_lengths(dp_dense)
-    one, other = ({tuple(pair) for pair in some.pairs.tolist()} for some in (found, jamlab.contacts(dp_dense)))
-    assert one == other
-    assert np.all(found.length > 0) and np.all(found.length < dp_dense.perimeters.max() / 2)
-
-
 def test_edges_and_areas_by_hand():
     packing = droplets([rectangle(1, 2, [1, 1]), rectangle(0.5, 1, [5, 5], steps=2)], rest_area=2.0)
     assert jamlab.edge_lengths(packing).min() == pytest.approx(0.25)
     assert jamlab.edge_lengths(packing).sum() == pytest.approx(9.0)
     assert jamlab.area_ratios(packing) == pytest.approx([1.0, 0.25])
-
-
-def test_mean_area_ratio_of_disks_is_rho_over_phi(sp_jammed):
-    weights = sp_jammed.diameters**2 / np.sum(sp_jammed.diameters**2)
-    assert jamlab.area_ratios(sp_jammed) @ weights == pytest.approx(jamlab.packing_fraction(sp_jammed) / sp_jammed.phi)
 
 
 def test_stress_from_centroids_is_that_of_all_terms(dp_dense):

@@ -122,17 +122,6 @@ def test_squares_that_fill_the_cell_share_it_equally():
     np.testing.assert_allclose(shared_areas(polygons(rings, 0.3, box)), 1.21, rtol=1e-12)
 
 
-def test_shares_do_not_depend_on_origin_image_order_or_lattice_vectors():
-    packing = dense_packing(3)
-    rng = np.random.default_rng(4)
-    shares = shared_areas(packing)
-    rings = np.split(packing.positions, packing.offsets[1:-1])
-    order = rng.permutation(packing.n)
-    moved = [ring + rng.integers(-2, 3, 2) @ packing.box + [0.3, 0.7] for ring in rings]
-    other = polygons([moved[k] for k in order], 0.25, packing.box + np.outer([0, 3], packing.box[0]))
-    np.testing.assert_allclose(shared_areas(other), shares[order], rtol=1e-10)
-
-
 @pytest.mark.parametrize(("gap", "w"), [(0.19, 0.1), (0.16, 0.1), (0.3, 0.2)])
 @pytest.mark.parametrize("repeat", [1, 2])
 def test_lattice_of_squares(gap, w, repeat):
@@ -167,19 +156,6 @@ def test_droplet_in_a_ring_of_polygons_is_an_island():
     np.testing.assert_allclose(found.area[inner], np.pi * 0.8**2 - island, rtol=0.02)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_voids_do_not_depend_on_origin_image_order_or_lattice_vectors(random_polygons, seed):
-    packing, rng = random_polygons(0.2, seed=seed), np.random.default_rng(seed)
-    rings = np.split(packing.positions, packing.offsets[1:-1])
-    order = rng.permutation(packing.n)
-    moved = [ring + rng.integers(-2, 3, 2) @ packing.box + [0.3, 0.7] for ring in rings]
-    rolled = [np.roll(moved[k], 3, axis=0) for k in order]
-    box = packing.box + np.outer([0, rng.integers(-2, 3)], packing.box[0])
-    found, other = voids(packing), voids(polygons(rolled, packing.params["delta"], box))
-    for name in ("sides", "area", "perimeter", "islands", "percolating"):
-        np.testing.assert_allclose(np.sort(getattr(other, name)), np.sort(getattr(found, name)), rtol=1e-8, atol=1e-12)
-
-
 def test_compressed_droplets(dp_onset, dp_dense):
     for packing in (dp_onset, dp_dense):
         found = voids(packing)
@@ -202,34 +178,6 @@ def test_outlines_that_cross_or_hold_another_are_refused():
     np.testing.assert_allclose(packing_fraction(packing), (16 + 16 * 0.05 + np.pi * 0.0025) / 400, rtol=1e-2)
 
 
-IMAGES = np.array([(a, b) for a in range(-3, 4) for b in range(-2, 3)])
-
-
-def images(packing):
-    """The polygons without rim, with all their copies around the cell that reach into it."""
-    rings = [shapely.linearrings(ring) for ring in np.split(packing.positions, packing.offsets[1:-1])]
-    outlines = shapely.polygons(rings)
-    moved = [shapely.transform(outlines, lambda x, move=move: x + move) for move in IMAGES @ packing.box]
-    copies = np.concatenate(moved)
-    return copies[shapely.distance(copies, cell(packing)) < packing.params["delta"]]
-
-
-def cell(packing):
-    return shapely.Polygon([[0, 0], packing.box[0], packing.box.sum(axis=0), packing.box[1]])
-
-
-def covered(packing, steps):
-    """Area that outlines with their rims cover in the cell; shapely draws a quarter of an arc in so many steps."""
-    grown = shapely.buffer(images(packing), 0.5 * packing.params["delta"], quad_segs=steps)
-    return shapely.intersection(shapely.union_all(grown), cell(packing)).area
-
-
-@given(random_packings.polygons())
-def test_rho_is_the_area_of_the_union_of_outlines(packing):
-    """Chords of arcs lose area as 1/steps^2: two drawings extrapolate, to a tenth of what they differ by."""
-    coarse, fine = covered(packing, 8), covered(packing, 16)
-    drawn, error = (4 * fine - coarse) / 3, 0.1 * (fine - coarse) + 1e-9
-    assert jamlab.packing_fraction(packing) * packing.area == pytest.approx(drawn, abs=error)
 
 
 def resting_on_its_own_image():

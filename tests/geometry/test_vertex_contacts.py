@@ -152,13 +152,6 @@ def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
             look(packing)
 
 
-def test_long_edges_that_only_touch_or_lie_apart_are_none_that_cross():
-    for gap in (0.0, 0.1, 0.3):
-        rings = _rectangle(4.0, 1.0, [4.0, 3.0]), _rectangle(3.0, 1.0, [4.0, 4.0 + gap])
-        packing = droplets(rings, 0.25, 9 * np.eye(2), "segment")
-        assert len(jamlab.contacts(packing).pairs) == (gap < 0.25)
-
-
 def test_bars_that_cross_a_few_widths_from_their_corners_are_refused():
     """Of corners within delta of the other bar there is none."""
     bar = (SQUARE - 0.5) * [1.0, 0.3]

@@ -10,7 +10,6 @@ from scipy import ndimage
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.voids.void_rays import find_components
 from jamlab.geometry.voids.void_statistics import size_distribution, void_statistics
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, voids
 
@@ -97,12 +96,6 @@ def test_free_disks_float_in_one_void(n):
     assert np.isnan(found.centroid).all()
 
 
-def test_row_of_touching_disks_leaves_a_strip():
-    found = voids(disks([0.3, 0.9], 1.0, [[1.0, 0.0], [0.0, 3.0]]))
-    assert [a.tolist() for a in (found.sides, found.islands, found.percolating)] == [[1], [0], [1]]
-    np.testing.assert_allclose([found.area[0], found.perimeter[0]], [3 - np.pi / 4, np.pi], rtol=1e-13)
-
-
 @pytest.mark.parametrize("tilt", [0.0, 0.3, 1.0, -2.0])
 @pytest.mark.parametrize("d", [1.0, 1.1])
 def test_two_rows_divide_the_torus_in_two_strips(tilt, d):
@@ -142,22 +135,6 @@ def test_clusters_with_voids_inside_float_in_a_void():
     np.testing.assert_array_equal(found.islands[order], [0, 0, 2])
     np.testing.assert_array_equal(found.percolating[order], [0, 0, 2])
     check_sum(packing, found)
-
-
-@pytest.mark.parametrize("offset", [0.0, 1e-16, 1e-12, 1e-8])
-def test_coincident_disks_count_once(offset):
-    box = np.eye(2)
-    found = voids(disks([[0.3, 0.9], [0.3 + offset, 0.9]], 1.1, box))
-    single = voids(disks([0.3, 0.9], 1.1, box))
-    assert len(found.area) == 1
-    np.testing.assert_allclose(found.area, single.area, atol=1e-7)
-    assert offset > 1e-10 or found.sides[0] == 4
-
-
-def test_disk_that_touches_another_from_inside():
-    packing = disks([[3.0, 3.0], [3.5, 3.0]], [2.0, 1.0])
-    found = voids(packing)
-    np.testing.assert_allclose([found.area[0], found.perimeter[0]], [400 - np.pi, 2 * np.pi], rtol=1e-13)
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 8])
@@ -213,39 +190,6 @@ def test_voids_against_a_raster(n, phi):
     np.testing.assert_allclose(np.sort(found.area), areas, rtol=1e-3, atol=10 * pixel)
 
 
-def table(found):
-    """Voids in an order of their own: by area."""
-    order = np.lexsort((found.perimeter, np.round(found.area, 9)))
-    keys = (found.sides, found.percolating, found.islands, found.area, found.perimeter)
-    return np.column_stack(keys)[order]
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_voids_do_not_depend_on_origin_image_order_or_lattice_vectors(seed):
-    packing, rng = random_disks(seed), np.random.default_rng(seed)
-    expected = table(voids(packing))
-    order = rng.permutation(packing.n)
-    for other in (
-        packing.with_state(positions=packing.positions + rng.normal(size=2)),
-        packing.with_state(positions=packing.positions + rng.integers(-3, 4, (packing.n, 2)) @ packing.box),
-        packing.with_state(positions=packing.positions[order], diameters=packing.diameters[order]),
-        packing.with_state(box=packing.box + np.outer([0, 1], [rng.integers(-4, 5), 0])),
-        packing.with_state(positions=packing.positions * 3, diameters=packing.diameters * 3, box=packing.box * 3),
-    ):
-        scale = packing.area / other.area
-        got = table(voids(other)) * [1, 1, 1, scale, np.sqrt(scale)]
-        np.testing.assert_allclose(got, expected, atol=1e-9)
-
-
-@pytest.mark.parametrize("angle", [0.3, 1.0, 2.5])
-def test_rotation(angle):
-    cluster = np.random.default_rng(2).random((60, 2)) * 6
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    one, other = (voids(disks(x + 10, 1.0, 30 * np.eye(2))) for x in (cluster, cluster @ turn))
-    assert len(one.area) > 2
-    np.testing.assert_allclose(table(other), table(one), atol=1e-10)
-
-
 def test_probabilities_add_up_and_open_voids_are_counted_apart():
     crystal = voids(disks([0.2, 0.1], 1.02, HEXAGONAL))
     lattice = voids(disks([0.3, 0.9], 1.02, np.eye(2)))
@@ -280,70 +224,3 @@ def test_isostatic_network_has_its_faces(sp_jammed):
     assert found.sides.sum() == 2 * network.count and not found.islands.any()
 
 
-COPIES = 6  # divisible by 2 and 3: tells the windings of a few links apart
-
-
-@st.composite
-def graphs(draw):
-    """n, tail, head, shift; links may run to a node's own images and stand twice."""
-    n = draw(st.integers(1, 6))
-    node, step = st.integers(0, n - 1), st.integers(-2, 2)
-    links = draw(st.lists(st.tuples(node, node, step, step), max_size=9))
-    rows = np.array(links, dtype=np.int64).reshape(-1, 4)
-    return n, rows[:, 0], rows[:, 1], rows[:, 2:]
-
-
-def joined(count, pairs):
-    """Representative of each of so many nodes, by joining sets."""
-    parent = list(range(count))
-
-    def root(a):
-        while parent[a] != a:
-            a = parent[a]
-        return a
-
-    for a, b in pairs:
-        parent[root(a)] = root(b)
-    return [root(a) for a in range(count)]
-
-
-def laid_out(n, tail, head, shift):
-    """Pairs of nodes on COPIES x COPIES cells, with periodic ends."""
-    for a, b, (u, v) in zip(tail.tolist(), head.tolist(), shift.tolist(), strict=True):
-        for x, y in np.ndindex(COPIES, COPIES):
-            there = (x + u) % COPIES * COPIES + (y + v) % COPIES
-            yield a * COPIES**2 + x * COPIES + y, b * COPIES**2 + there
-
-
-def reached(windings):
-    """How many cells of COPIES x COPIES the windings lead to."""
-    cells, new = {(0, 0)}, [(0, 0)]
-    while new:
-        x, y = new.pop()
-        for u, v in windings.tolist():
-            cell = (x + u) % COPIES, (y + v) % COPIES
-            if cell not in cells:
-                cells.add(cell)
-                new.append(cell)
-    return len(cells)
-
-
-@given(graphs())
-def test_components_images_and_windings(graph):
-    n, tail, head, shift = graph
-    found = find_components(n, tail, head, shift)
-    alone = joined(n, zip(tail.tolist(), head.tolist(), strict=True))
-    assert found.count == len(set(alone)) == len(set(found.label.tolist()))
-    assert len(set(zip(alone, found.label.tolist(), strict=True))) == found.count
-    assert np.array_equal(found.winding, found.image[tail] + shift - found.image[head])
-    copies = joined(n * COPIES**2, laid_out(n, tail, head, shift))
-    for label in range(found.count):
-        nodes = np.flatnonzero(found.label == label)
-        pieces = len({copies[a * COPIES**2 + k] for a in nodes for k in range(COPIES**2)})
-        windings = found.winding[found.label[tail] == label]
-        assert pieces == COPIES**2 // reached(windings)
-        # images lead along links: every node lies, in its own cell moved so, in the piece of the first
-        first = copies[nodes[0] * COPIES**2]
-        for a in nodes:
-            x, y = (found.image[a] - found.image[nodes[0]]) % COPIES
-            assert copies[a * COPIES**2 + x * COPIES + y] == first

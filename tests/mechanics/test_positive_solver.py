@@ -52,15 +52,6 @@ def test_what_is_not_finite_is_refused(solver, value):
         solver.factorise(matrix)
 
 
-def test_unsorted_columns_are_the_same_matrix(solver):
-    matrix = next(matrices())
-    rows = [np.arange(a, b)[::-1] for a, b in zip(matrix.indptr[:-1], matrix.indptr[1:], strict=True)]
-    order = np.concatenate(rows)
-    turned = sparse.csc_array((matrix.data[order], matrix.indices[order], matrix.indptr), shape=matrix.shape)
-    solver.factorise(turned)
-    assert solver.solve(np.ones(150)) == pytest.approx(np.linalg.solve(matrix.toarray(), np.ones(150)), rel=1e-12)
-
-
 def test_blocks_sum_as_in_plain_loops():
     """Groups of different width, a site twice in one term, terms between the same sites, sites without any term."""
     rng = np.random.default_rng(5)

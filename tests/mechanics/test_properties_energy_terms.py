@@ -1,6 +1,5 @@
 """Energy terms of random disks and random simple polygons: derivatives, symmetries, plain loops beside them."""
 
-import dataclasses
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.stiffness import forces, stress
+from jamlab.mechanics.stiffness import forces
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
 STEP = 1e-5
@@ -68,39 +67,3 @@ def test_terms_are_those_of_plain_physics(strategy, data):
     wanted = reference.evaluate(packing)
     assert total(packing) == pytest.approx(wanted.energy, rel=1e-11, abs=1e-13)
     np.testing.assert_allclose(forces(packing), wanted.forces, rtol=0, atol=1e-9 * (1 + np.abs(wanted.forces).max()))
-
-
-@every_model
-@given(data=st.data())
-def test_energy_does_not_see_where_the_cell_is_cut(strategy, data):
-    """Translation, particles moved by lattice vectors, a box with other rows of the same lattice."""
-    packing = data.draw(strategy)
-    rng = np.random.default_rng(data.draw(random_packings.seeds))
-    before, push = total(packing), forces(packing)
-    images = rng.integers(-2, 3, (packing.n, 2)) @ packing.box
-    elsewhere = moved(packing, rng.uniform(-1, 1, 2) + images[packing.particle])
-    box = packing.box + np.array([[0.0, 0.0], [data.draw(st.sampled_from([-2, -1, 1])) * packing.box[0, 0], 0.0]])
-    for other in (elsewhere, dataclasses.replace(packing, box=box)):
-        scale = 1 + np.abs(push).max()
-        assert total(other) == pytest.approx(before, rel=1e-9, abs=1e-11)
-        np.testing.assert_allclose(forces(other), push, rtol=0, atol=1e-8 * scale)
-        np.testing.assert_allclose(stress(other), stress(packing), rtol=0, atol=1e-8 * scale)
-
-
-@every_model
-@given(data=st.data())
-def test_energy_does_not_see_the_order_of_particles(strategy, data):
-    packing = data.draw(strategy)
-    order = np.random.default_rng(data.draw(random_packings.seeds)).permutation(packing.n)
-    if packing.model == "sp":
-        sites = order
-        other = dataclasses.replace(packing, positions=packing.positions[order], diameters=packing.diameters[order])
-    else:
-        rings = np.split(np.arange(len(packing.positions)), packing.offsets[1:-1])
-        sites = np.concatenate([rings[m] for m in order])
-        offsets = np.cumsum([0, *(len(rings[m]) for m in order)])
-        law = packing.params | {"a0": packing.params["a0"][order]}
-        other = dataclasses.replace(packing, positions=packing.positions[sites], offsets=offsets, params=law)
-    assert total(other) == pytest.approx(total(packing), rel=1e-12, abs=1e-14)
-    push = forces(packing)[sites]
-    np.testing.assert_allclose(forces(other), push, rtol=0, atol=1e-11 * (1 + np.abs(push).max()))

@@ -62,13 +62,6 @@ def test_a_floppy_mode_takes_no_part_in_the_response(size):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_a_floppy_mode_that_hides_a_ten_thousandth_of_the_energy_is_pushed(size):
-    matrix, _, load = _pushed(size, 1e-4)
-    with pytest.raises(UnstableError):
-        static_response(matrix, load[:, None])
-
-
-@pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
 def test_a_floppy_mode_that_is_pushed_leaves_no_response(size, scale):
     values = _stiff(size)
@@ -209,23 +202,6 @@ def tensors(draw, rotations=True):
     if not rotations:
         root = root + root.transpose(0, 2, 1)
     return np.einsum("aij,akl->ijkl", root, root)
-
-
-@given(tensors(), angles)
-def test_half_a_turn_changes_nothing(c, angle):
-    np.testing.assert_allclose(*(modulus_along(c, np.array([a])) for a in (angle, angle + np.pi)), rtol=1e-9, atol=1e-9)
-
-
-@given(tensors(rotations=False), angles)
-def test_a_quarter_turn_changes_nothing_where_rotation_costs_nothing(c, angle):
-    along, across = (modulus_along(c, np.array([a])) for a in (angle, angle + np.pi / 2))
-    np.testing.assert_allclose(along, across, rtol=1e-9, atol=1e-9)
-
-
-@given(tensors())
-def test_modulus_is_the_curvature_along_one_simple_shear(c):
-    """Shear along x is E = e_x e_y^T, along y -e_y e_x^T."""
-    np.testing.assert_allclose(modulus_along(c, np.array([0.0, np.pi / 2])), [c[0, 1, 0, 1], c[1, 0, 1, 0]], rtol=1e-12)
 
 
 @given(tensors(), angles)

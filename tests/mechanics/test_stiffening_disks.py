@@ -173,24 +173,6 @@ def test_campaign_makes_packings_of_the_exponent_and_names_tasks_by_it_unless_it
     assert make_states(task.parameters).packings[0].params == {"k": 1.0, "exponent": 2.5}
 
 
-def test_moduli_are_the_same_in_other_units():
-    packing = jamlab.pack(16, 1e-2, 1, exponent=2.5)
-    small = {name: 1e-3 * getattr(packing, name) for name in ("box", "positions", "diameters")}
-    other = packing.with_state(**small, params={**packing.params, "k": 1e-5})
-    for method in ("linear-response", "finite-strain"):
-        wanted = 1e-5 * jamlab.shear_modulus(packing, method)
-        assert jamlab.shear_modulus(other, method) == pytest.approx(wanted, rel=1e-6)
-    assert jamlab.relaxed(other).converged
-
-
-@pytest.mark.slow
-def test_scenes_of_hertzian_disks_are_made_where_disks_are_chosen():
-    made = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5}, model="sp", exponent=2.5)
-    assert made.packing.params["exponent"] == 2.5 and made.packing.converged
-    with pytest.raises(jamlab.InputError, match="model='sp'"):
-        jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5}, exponent=2.5)
-
-
 def test_decks_reach_a_pressure_of_hertzian_disks(tmp_path):
     run("in.sp.pressure", tmp_path, n=32, exponent=2.5, pressure=1e-3)
     packing = jamlab.read(str(tmp_path / "sp.pressure.data"))

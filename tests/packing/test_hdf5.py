@@ -64,12 +64,6 @@ def test_numbers_at_the_edge_of_float64_keep_their_bits(tmp_path):
     assert_same(read(str(tmp_path / "edge.h5")), packing)
 
 
-@pytest.mark.parametrize("onset", [None, 0.8413])
-def test_onset_belongs_to_the_frame(tmp_path, onset):
-    write(tmp_path / "run.h5", [disks(onset=onset), disks(onset=0.5)])
-    assert [p.onset for p in read_all(tmp_path / "run.h5")] == [onset, 0.5]
-
-
 @pytest.mark.parametrize("k", [2.0, 2])
 def test_units_and_params_keep_their_kinds(tmp_path, k):
     write(tmp_path / "run.h5", [disks(units="k", params={"k": k})])
@@ -96,12 +90,6 @@ def test_observables_scalar_and_vector(tmp_path):
     assert_same_bits(back, {name: np.asarray(values, dtype=np.float64) for name, values in results.items()})
     write(tmp_path / "bare.h5", sweep(disks))
     assert read_observables(tmp_path / "bare.h5") == {}
-
-
-def test_the_same_packings_give_the_same_bytes(tmp_path):
-    for name in ("a.h5", "b.h5"):
-        write(tmp_path / name, sweep(polygons), {"g": [1, 2, 3]})
-    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
 def test_layout_is_h5md(tmp_path):
@@ -213,15 +201,6 @@ def test_frame_out_of_range(tmp_path, frame):
         read(tmp_path / "run.h5", frame=frame)
     with pytest.raises(InputError):
         read(tmp_path / "run.h5", frame=0.5)
-
-
-def test_stored_nan_is_refused_with_file_and_frame(tmp_path):
-    write(tmp_path / "run.h5", [disks(), disks(1)])
-    with edited(tmp_path / "run.h5") as file:
-        file["particles/all/position/value"][1, 3, 0] = np.nan
-    with pytest.raises(InputError):
-        read(tmp_path / "run.h5")
-    assert_same(read(tmp_path / "run.h5", frame=0), disks())
 
 
 @pytest.mark.parametrize("name", ["a.txt", "a.png", "a.data"])

@@ -130,15 +130,6 @@ def test_offsets_that_lead_nowhere(tmp_path, offsets):
         read(tmp_path / "run.h5")
 
 
-def test_observables_of_another_kind(path):
-    value = "observables/g/value"
-    for edit in (as_type(value, "S"), declare(value, 10**12), replace("observables", 3)):
-        with edited(path) as file:
-            edit(file)
-        with pytest.raises(StorageError):
-            read_observables(path)
-
-
 def test_a_file_without_checksum_is_read_and_analyze_says_so(path):
     packing = read(path)
     assert checksum(path).label == "packings" and checksum(path).matches

@@ -8,8 +8,8 @@ import pytest
 
 import jamlab
 from jamlab.engine.installation import start_lammps
-from jamlab.errors import InputError, StorageError
-from jamlab.packing.lammps_files import describe, described, types, wrap, write_data, write_dump
+from jamlab.errors import InputError
+from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
 from jamlab.packing.packing import Packing
 
 LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
@@ -106,15 +106,6 @@ def test_lammps_holds_every_bit_where_its_own_arithmetic_is_exact(tmp_path, lmp)
         assert not state["image"].any()
 
 
-@pytest.mark.parametrize("tilt", TILTS)
-def test_wrapped_positions_lie_in_the_parallelogram(tilt):
-    for packing in (disks(tilt), polygons(tilt)):
-        inside, image = wrap(packing)
-        fractions = inside @ np.linalg.inv(packing.box)
-        assert fractions.min() > -1e-14 and fractions.max() < 1 + 1e-14
-        np.testing.assert_allclose(inside + image @ packing.box, packing.positions, rtol=0, atol=1e-13)
-
-
 @pytest.mark.parametrize("far", [-512.5, 512.5])
 def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path, far):
     packing = Packing("sp", np.eye(2), [[0.5, 0.5], [0.5, far]], {"eps": 1.0}, diameters=np.ones(2))
@@ -123,15 +114,6 @@ def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path, far):
     assert os.listdir(tmp_path) == []
     write_data(tmp_path / "p.data", packing.with_state(positions=[[0.5, 0.5], [511.5, -511.5]]))
     assert atoms_in(tmp_path / "p.data", slice(-3, -1)).tolist() == [[0, 0], [511, -512]]
-
-
-@pytest.mark.parametrize("make", [disks, polygons])
-def test_a_dump_has_the_types_and_particles_of_the_packing(tmp_path, make):
-    packing = make(0.0)
-    write_dump(tmp_path / "p.dump", [packing])
-    rows = [line.split() for line in (tmp_path / "p.dump").read_text().splitlines()[9:]]
-    found = np.array([row[1:3] for row in rows], dtype=int)  # id mol type
-    assert np.array_equal(found, np.column_stack([packing.particle + 1, types(packing).types[packing.particle]]))
 
 
 def test_types_rank_the_sizes():
@@ -168,30 +150,6 @@ def test_dump_frames_have_one_size(tmp_path):
     with pytest.raises(InputError, match=r"frame 1 .*dp.*20.*sp.*40.*separate files"):
         write_dump(tmp_path / "run.dump", [disks(0.0), polygons(0.0)])
     assert os.listdir(tmp_path) == []
-
-
-def test_a_failure_keeps_the_old_files(tmp_path, monkeypatch):
-    calls = {
-        "p.data": lambda: write_data(tmp_path / "p.data", disks(0.37)),
-        "p.dump": lambda: write_dump(tmp_path / "p.dump", [disks(0.37)]),
-    }
-    for name in calls:
-        (tmp_path / name).write_text("old")
-
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("jamlab.storage.atomic_file.os.fsync", full)
-    for name, call in calls.items():
-        with pytest.raises(StorageError, match=rf"cannot write .*{name}: No space left on device"):
-            call()
-        assert (tmp_path / name).read_text() == "old"
-    assert sorted(os.listdir(tmp_path)) == ["p.data", "p.dump"]
-
-
-def test_a_missing_folder_is_named(tmp_path):
-    with pytest.raises(StorageError, match=f"{tmp_path}/absent.*create"):
-        write_data(tmp_path / "absent" / "p.data", disks(0.0))
 
 
 @pytest.mark.parametrize("make", [disks, polygons])

@@ -14,7 +14,7 @@ import jamlab
 from jamlab.errors import InputError
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
 from jamlab.packing import derived
-from jamlab.packing.deformation import at_phi, deformed, sheared, simple_shear
+from jamlab.packing.deformation import at_phi, deformed, simple_shear
 from jamlab.packing.packing import Packing
 
 BOX = np.array([[8.0, 0.0], [0.5, 6.0]])
@@ -102,15 +102,6 @@ def test_polygons_that_run_clockwise_or_cross_themselves_are_refused():
         bow = np.array([[0, 0], [2, 0], [2, 2], [1.0, -0.5], [0, 2]]) + far
         with pytest.raises(jamlab.InputError, match="edges of polygon 1 cross"):
             polygons(SQUARE, bow)
-
-
-def test_errors_are_also_value_errors():
-    """So that callers need not know jamlab's own classes."""
-    with pytest.raises(ValueError, match="unknown model"):
-        disks(model="foam")
-    assert issubclass(jamlab.InputError, jamlab.JamlabError)
-    with pytest.raises(jamlab.InputError, match="has no polygons"):
-        _ = disks().perimeters
 
 
 def test_edges_of_zero_length_are_accepted():
@@ -243,7 +234,6 @@ def test_a_packing_without_free_droplets_can_be_shown():
     assert "phi=undefined" in repr(polygons(law=LAW | {"gamma": 1e6}))
 
 
-strains = st.floats(-2, 2)
 
 
 def assert_close(got, wanted, digits=1e-12):
@@ -265,12 +255,6 @@ def test_compressed_there_and_back(packing, factor):
         assert np.array_equal(there.diameters, packing.diameters)
     else:
         np.testing.assert_allclose(there.polygon_areas, packing.polygon_areas, rtol=1e-11)
-
-
-@given(random_packings.packings(), strains, strains)
-def test_shears_add_up(packing, first, second):
-    assert_close(sheared(sheared(packing, first), second), sheared(packing, first + second))
-    assert_close(sheared(sheared(packing, first), -first), packing)
 
 
 @given(random_packings.packings(), st.floats(0, np.pi), st.floats(-0.5, 0.5))

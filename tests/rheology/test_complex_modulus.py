@@ -1,7 +1,6 @@
 """Solvers of G*(omega) against each other, extended precision, limits, closed forms, causality; on random matrices."""
 
 import warnings
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -16,7 +15,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
-from jamlab.rheology.reduced_model import SETTINGS, reduce
+from jamlab.rheology.reduced_model import reduce
 from jamlab.rheology.relaxation_spectrum import build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -137,47 +136,6 @@ def test_estimates_cover_the_error_of_uneven_drag(case, beta):
         assert error.max() < (1e-7 if method == "direct" else 1e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("beta", [1e-8, 1e4, 1e8])
-def test_estimates_cover_the_error_of_uneven_drag_between_droplets(dp_dense, beta):
-    """Where rounding takes all digits the estimate is above 1, or the solver refuses and says what to do."""
-    law = ContactDamping(beta=beta)
-    motion = equation_of_motion(force_network(dp_dense), law)
-    refused = 0
-    for omega in (1e-4, 1.0, 1e4, 1e7):
-        exact = eliminated(motion, [omega])
-        for method in SOLVERS:
-            try:
-                s = jamlab.complex_modulus(dp_dense, [omega], law, method=method)
-            except jamlab.ConvergenceError as error:
-                assert "method='d" in str(error) and omega * max(beta, 1.0) > 1e4
-                refused += 1
-                continue
-            error = float(relative(modulus(s), exact)[0])
-            assert error < s.error[0] or s.error[0] > 1
-    assert refused < 6
-
-
-@pytest.mark.parametrize("law", LAWS[:1] + LAWS[4:], ids=str)
-def test_reduced_equals_direct(law, large):
-    """In packings that the dense solver is not needed for; far fewer lines than modes."""
-    reduced, direct = (jamlab.complex_modulus(large, OMEGA, law, method=m) for m in ("reduced", "direct"))
-    error = relative(modulus(reduced), modulus(direct))
-    assert error.max() < 1e-8
-    assert np.all(error < 10 * (reduced.error + direct.error))
-    assert 5 < len(reduced.spectrum.rates) < 80
-
-
-def test_search_for_shifts_ends_by_what_it_expects_to_be_missing(large):
-    """Earlier than by quiet updates alone, and what is left out is less than what is said."""
-    motion = equation_of_motion(force_network(large), LAWS[0])
-    ends, loose = find_limits(motion), replace(SETTINGS, steps=4, tolerance=1e-5)
-    usual, careful = (reduce(motion, ends, OMEGA, replace(loose, safety=way)) for way in (loose.safety, np.inf))
-    assert len(usual.shifts) < len(careful.shifts)
-    off = relative(usual.spectrum.modulus(OMEGA), careful.spectrum.modulus(OMEGA))
-    assert 1e-12 < off.max() < usual.missing < loose.tolerance
-
-
 @pytest.mark.parametrize("omega", [[1e-9], [3e-3], [1e3], [1e-2, 1.0]])
 def test_reduced_serves_narrow_ranges(packings, omega):
     """One frequency is enough to ask for, and asking for one or for many gives the same."""
@@ -233,13 +191,6 @@ def test_spectrum_is_positive(packing, law):
         assert np.all(s.spectrum.rates > 0) and np.all(s.spectrum.strengths > 0)
         assert np.all(np.diff(s.spectrum.rates) >= 0)
         assert modulus(s) == pytest.approx(s.spectrum.modulus(OMEGA), rel=1e-14)
-
-
-def test_weak_sliding_friction_is_a_singular_limit():
-    """eta_0 = eta_0(beta = 0) + beta/p^(1/2)-ish (eq 22): beta = 1e-4 is not 0 near onset, beta = 1e-9 nearly is."""
-    eta0 = [jamlab.complex_modulus(packed(64, 1e-6), [1.0], ContactDamping(beta=b)).eta0 for b in (0.0, 1e-9, 1e-4)]
-    assert eta0[1] == pytest.approx(eta0[0], rel=1e-3)
-    assert eta0[2] > 1.2 * eta0[0]
 
 
 def test_rattlers_change_nothing(packings):
@@ -382,10 +333,3 @@ def test_a_negative_modulus_is_warned_of_once_and_where_it_was_asked_for(call):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         call(jamlab.pack(n=16, pressure=5e-3, seed=3))
-
-
-def test_no_time_belongs_to_a_modulus_that_is_not_positive():
-    found = [jamlab.complex_modulus(jamlab.pack(n=16, pressure=5e-3, seed=seed), [1.0]) for seed in (1, 3)]
-    assert found[0].g0 < 0 < found[0].eta0 and np.isnan(found[0].tau_star)
-    assert found[1].tau_star == found[1].eta0 / found[1].g0 > 0
-    assert np.isnan(replace(found[0], g0=0.0).tau_star)

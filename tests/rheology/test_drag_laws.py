@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from creep_of_elements import compliance
 
 import jamlab
 from jamlab import ContactDamping
@@ -27,12 +26,6 @@ def test_a_record_is_read_back_as_the_same_law(law):
 def test_linear_laws_keep_all_but_the_exponent():
     assert LAWS[0].linear() == jamlab.ContactDamping(beta=0.3, tau=2.0, arms="contact")
     assert LAWS[2].linear() is LAWS[2] and LAWS[2].alpha == 1.0
-
-
-def test_contrast_and_resistance():
-    assert [law.contrast for law in LAWS] == [0.3, 1.0, 1.0]
-    assert [law.at_contacts for law in LAWS] == [True, True, False]
-    assert LAWS[2].resists_shear and not jamlab.StokesDrag(eta_f=0.0).resists_shear and LAWS[0].resists_shear
 
 
 def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
@@ -89,13 +82,6 @@ def test_disks_whose_loops_are_all_even_turn_like_gears(arms):
 def test_odd_loops_hold_gears():
     bare = jamlab.without_rattlers(jamlab.pack(32, 1e-2, 1))
     assert jamlab.ContactDamping().gears(bare) == []
-
-
-@pytest.mark.parametrize("name", ["beta", "tau", "alpha", "arms"])
-def test_an_array_is_refused_in_one_line(name):
-    with pytest.raises(jamlab.InputError) as error:
-        ContactDamping(**{name: np.ones((2, 1))})
-    assert name in str(error.value) and "\n" not in str(error.value)
 
 
 LAW = ContactDamping(beta=50.0, arms="contact")
@@ -223,16 +209,3 @@ def test_drag_on_the_backbone_is_that_of_the_whole_packing(with_rattlers, method
     if found.spectrum:
         assert found.spectrum.modulus(found.omega) == pytest.approx(wanted, rel=1e-9)
         assert found.spectrum.eta0 == pytest.approx(found.eta0, rel=1e-6)
-
-
-def test_flow_in_time_agrees_with_the_spectrum_beside_rattlers():
-    """Oscillation, relaxation and creep of disks of ratio 3, whose rattler is small."""
-    p = WITH_RATTLERS["ratio 3"]()
-    s = jamlab.complex_modulus(p, [0.3], DRAG, method="dense")
-    found = jamlab.oscillate(p, 0.3, 1e-7, DRAG)
-    assert abs(complex(found.storage, found.loss) / complex(s.storage[0], s.loss[0]) - 1) < 1e-3
-    relaxed = jamlab.relax_stress(p, 1e-7, 20.0, DRAG)
-    exact = s.spectrum.g0 + np.exp(-np.outer(relaxed.time, s.spectrum.rates)) @ s.spectrum.strengths
-    assert np.abs(relaxed.modulus / exact - 1)[1:].max() < 1e-3
-    crept = jamlab.creep(p, 1e-8, 20.0, DRAG)
-    assert crept.compliance[-1] == pytest.approx(compliance(s.spectrum, crept.time[[-1]])[0], rel=1e-3)

@@ -81,13 +81,6 @@ def test_packings_that_differ_are_never_averaged():
     assert first.members[0].g0 == pytest.approx(measured["g_x"], rel=1e-8)
 
 
-def test_several_curves_in_one_file(three, tmp_path):
-    save([three, three], jamlab.ContactDamping(), tmp_path / "s.h5")
-    with h5py.File(tmp_path / "s.h5") as file:
-        assert sorted(file) == ["curve_1", "curve_2"] and np.array_equal(file["curve_2/omega"], OMEGA)
-        assert "mean over directions" in file["curve_1"].attrs["shear"]
-
-
 @pytest.mark.parametrize(("ending", "separator"), [(".csv", ","), (".tsv", "\t")])
 @pytest.mark.parametrize("points", [2, len(OMEGA)])
 def test_table_opens_as_pyrheo_and_rheojax_read_it(three, tmp_path, points, ending, separator):

@@ -64,29 +64,6 @@ def test_what_dissipates_in_slow_and_in_fast_modes():
     assert np.isnan(jamlab.mode_motion(dense(), jamlab.StokesDrag(1.0)).sliding).all()
 
 
-def test_a_turned_packing_moves_alike():
-    p = dense()
-    c, s = np.cos(0.7), np.sin(0.7)
-    turn = np.array([[c, s], [-s, c]])
-    u = np.random.default_rng(1).normal(size=(len(p.positions), 2, 3))
-    turned = p.with_state(positions=p.positions @ turn)
-    for one, other in zip(motion_shares(p, u), motion_shares(turned, np.einsum("iam,ab->ibm", u, turn)), strict=True):
-        assert one == pytest.approx(other)
-
-
-def test_modes_do_not_see_which_droplet_is_held():
-    """Contact drag lets all move together; the first site is held, and another one if droplets change places."""
-    p = dense()
-    parts, order = np.split(p.positions, p.offsets[1:-1]), np.roll(np.arange(p.n), 3)
-    offsets = np.concatenate([[0], np.cumsum([len(parts[k]) for k in order])])
-    law = dict(p.params) | {"a0": p.params["a0"][order]}
-    other = jamlab.Packing("dp", p.box, np.concatenate([parts[k] for k in order]), law, offsets=offsets)
-    one, two = (jamlab.mode_motion(each) for each in (p, other))
-    for slowest, fastest in ((0.0, 1e-2), (1e-2, 1.0), (1.0, 1e2)):
-        shares = [[m.share(name, slowest, fastest) for name in MOTIONS] for m in (one, two)]
-        assert shares[1] == pytest.approx(shares[0], abs=1e-6)
-
-
 def test_refusals():
     with pytest.raises(InputError, match="mode_motion is for droplets"):
         jamlab.mode_motion(jamlab.pack(16, 1e-2, 1))

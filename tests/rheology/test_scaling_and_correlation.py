@@ -7,9 +7,7 @@ from scipy.integrate import quad
 import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.geometry.contact_network import without_rattlers
-from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.rheology.displacement_correlation import (
-    DisplacementCorrelation,
     correlation_along_x,
     displacement_correlations,
 )
@@ -38,13 +36,6 @@ def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
     assert s.eta0 < np.sum(slow.normal**2 + slow.tangential**2) / packing.area
     stokes = jamlab.complex_modulus(packing, [1.0], StokesDrag(eta_f=0.0))
     assert stokes.eta0 == pytest.approx(np.sum(slow.nonaffine**2) / packing.area, rel=1e-9)
-
-
-def test_sliding_without_its_affine_part(packing):
-    """x -> x + gamma y slides a contact r by -r_y^2/|r|, counter-clockwise, whatever the disks do beside it."""
-    slow, r = jamlab.slow_shear(packing), touching_disks(packing).r
-    affine = r[:, 1] ** 2 / np.hypot(*r.T)
-    np.testing.assert_allclose(np.sort(slow.sliding - slow.tangential), np.sort(affine), rtol=1e-9)
 
 
 def test_sliding_grows_and_approach_fades_towards_onset():
@@ -106,11 +97,6 @@ def test_displacements_solve_the_dense_equation_at_unit_stress(packing):
     wanted -= wanted.mean(axis=0)
     assert np.abs(u - wanted).max() < 1e-7 * np.abs(wanted).max()
     assert np.abs(wanted.imag).max() > 0.01 * np.abs(wanted).max()
-
-
-def test_the_length_is_where_a_straight_line_between_two_bins_crosses_zero():
-    found = DisplacementCorrelation(np.arange(4.0), np.array([1.0, 0.5, -0.25, -0.3]), np.ones(4))
-    assert found.length == pytest.approx(1 + 0.5 / 0.75)
 
 
 def test_correlations_reach_further_in_slow_flow():
@@ -224,11 +210,3 @@ def test_a_collapse_without_critical_regime_keeps_the_other_exponents(resamples)
     assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lam - 1) < 0.2 and np.isnan([fit.exponent, fit.exponent_error]).all()
     assert (fit.mu_error > 0) == (fit.lam_error > 0) == (resamples > 0)
     assert "nan" in str(fit) and fit.plot() is not None
-
-
-def test_resamples_without_critical_regime_leave_delta_to_the_others():
-    """A scatter in lambda moves 30 p^lambda about 0.1, so that some resamples have no Delta."""
-    rng, pressures = np.random.default_rng(3), [1e-2, 7e-3, 3.2e-3]
-    noisy = [[made_up(p, 0.5, lam, 1.0) for lam in 1 + 0.1 * rng.normal(size=4)] for p in pressures]
-    fit = jamlab.collapse(pressures, noisy, resamples=40)
-    assert np.isfinite(fit.exponent) and np.isfinite([fit.mu_error, fit.lam_error]).all()
