@@ -19,9 +19,8 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.stiffness import forces, pressure
+from jamlab.mechanics.stiffness import energy_terms, forces, pressure
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
 from jamlab.processes.cores import available_cores
@@ -57,7 +56,9 @@ def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict
     names = _check_names(quantities)
     found: dict[str, float] = {}
     for name in names:
-        if name not in found:
+        if name in _ALONE:
+            found[name] = _ALONE[name](packing)
+        elif name not in found:
             found |= _OBSERVED[name](packing)
     return {name: found[name] for name in names}
 
@@ -181,16 +182,6 @@ def _contacts(packing: Packing) -> dict[str, float]:
     return {"z": network.z, "z_all": network.z_all, "rattlers": float(network.rattlers.sum())}
 
 
-@_observes("phi")
-def _phi(packing: Packing) -> dict[str, float]:
-    return {"phi": packing.phi}
-
-
-@_observes("pressure")
-def _pressure(packing: Packing) -> dict[str, float]:
-    return {"pressure": pressure(packing)}
-
-
 @_observes("energy", "contact_energy")
 def _energy(packing: Packing) -> dict[str, float]:
     terms = energy_terms(packing)
@@ -199,26 +190,6 @@ def _energy(packing: Packing) -> dict[str, float]:
         "energy": float(sum(t.energy.sum() for t in terms)),
         "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(packing.positions)),
     }
-
-
-@_observes("max_force")
-def _force(packing: Packing) -> dict[str, float]:
-    return {"max_force": float(np.hypot(*forces(packing).T).max())}
-
-
-@_observes("shape")
-def _shape(packing: Packing) -> dict[str, float]:
-    return {"shape": float(np.nanmean(shape_factors(packing)))}
-
-
-@_observes("shape_rim")
-def _shape_with_rim(packing: Packing) -> dict[str, float]:
-    return {"shape_rim": float(np.nanmean(shape_factors(packing, rim=True)))}
-
-
-@_observes("area")
-def _area(packing: Packing) -> dict[str, float]:
-    return {"area": float(area_ratios(packing).mean())}
 
 
 @_observes("shortest_edge", "longest_edge", "contact_length")
@@ -268,3 +239,13 @@ def _moduli(packing: Packing) -> dict[str, float]:
 def _order(packing: Packing) -> dict[str, float]:
     order = orientational_order(packing)
     return {"psi_6": order.mean_local, "psi_6_overall": order.overall}
+
+
+_ALONE: dict[str, Callable[[Packing], float]] = {
+    "phi": lambda packing: packing.phi,
+    "pressure": pressure,
+    "max_force": lambda packing: float(np.hypot(*forces(packing).T).max()),
+    "shape": lambda packing: float(np.nanmean(shape_factors(packing))),
+    "shape_rim": lambda packing: float(np.nanmean(shape_factors(packing, rim=True))),
+    "area": lambda packing: float(area_ratios(packing).mean()),
+}

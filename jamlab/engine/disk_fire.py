@@ -127,3 +127,26 @@ def fire_disks(
         height = box[2] if np.einsum("aii->a", strains).any() else packing.area / box[0]
         moved["box"] = np.array([[box[0], 0.0], [box[1], height]])
     return packing._trusted(**moved), taken, float(largest[0])
+
+
+def minimize_disks(
+    packing: Packing,
+    force: float,
+    steps: int,
+    stretch: int,
+    threads: int,
+    border: Border | None,
+    fire: FireSettings | None,
+) -> tuple[Packing, int] | None:
+    """`fire_disks` that starts anew after a stretch of steps, until the largest force is below `force`. Returns the
+    packing and the steps taken; None where the kernel cannot take it."""
+    total = 0
+    for _ in range(0, steps, stretch):
+        found = fire_disks(packing, force, stretch, threads, border, fire)
+        if found is None:
+            return None
+        packing, taken, largest = found
+        total += taken
+        if largest < force:
+            break
+    return packing, total

@@ -25,7 +25,7 @@ from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck, defaults
-from jamlab.engine.disk_fire import FireSettings, fire_disks
+from jamlab.engine.disk_fire import FireSettings, minimize_disks
 from jamlab.engine.installation import check_lammps, start_lammps
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
@@ -268,8 +268,17 @@ class Session:
         if border is not None:
             border = replace(border, pressure=border.pressure / self._scales.stress)
         component = COMPONENT * force
-        if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border, fire):
-            return self.evaluate()
+        if style == "fire" and self.model == "sp":
+            found = minimize_disks(self._state(), force, steps, stretch, self._ranks, border, fire)
+            if found is not None:
+                packing, taken = found
+                self._compiled_steps += taken
+                if border is None:
+                    self._packing = packing
+                    self._place()
+                else:
+                    self.load(self._scales.from_natural(packing))
+                return self.evaluate()
         if self._ranks > 1 and not types(self._packing).classes:  # decks take a size from its type
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
             self._set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
@@ -283,27 +292,6 @@ class Session:
         self.command("thermo 1")
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
         return self._evaluation()
-
-    def _fire_disks(
-        self, force: float, steps: int, stretch: int, border: Border | None, fire: FireSettings | None
-    ) -> bool:
-        """FIRE in the compiled kernel; False if the box is too small for it."""
-        packing = self._state()
-        for _ in range(0, steps, stretch):
-            found = fire_disks(packing, force, stretch, self._ranks, border, fire)
-            if found is None:
-                return False
-            packing, taken, largest = found
-            self._compiled_steps += taken
-            if largest < force:
-                break
-        if border is None:
-            self._packing = packing
-            self._place()
-            self._stale = True
-        else:
-            self.load(self._scales.from_natural(packing))
-        return True
 
     def forces_at(self, positions: Array) -> tuple[float, Array]:
         """Energy and (len(positions), 2) forces at new positions, without the cost of a setup.

@@ -33,11 +33,12 @@ from jamlab.packing.packing import Packing
 
 @per_packing
 def touching_disks(packing: Packing) -> Pairs:
-    """Find all pairs of disks closer than the sum of their radii. Returns pairs i <= j, sorted by i, j and image. A
-    disk that reaches several periodic images of another, or its own image, touches each of them."""
+    """Find all pairs of disks within the cutoff of their law: the sum of their radii, or farther by its range. Returns
+    pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own image,
+    touches each of them."""
     if packing.diameters is None:
         raise InputError(f"only disks (model sp) touch by their diameters; this packing has model {packing.model}")
-    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters)
+    return periodic_pairs(packing.positions, packing.box, 0.5 * (packing.diameters + packing.law.range))
 
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)

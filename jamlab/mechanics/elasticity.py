@@ -77,7 +77,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
 
     Args:
         packing: SP or DP at an energy minimum.
-        prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
+        prestress: see `jamlab.mechanics.stiffness.energy_terms`.
 
     Raises:
         ConvergenceError: no backbone; not at a minimum; or a mode of the backbone is negative, or floppy and pushed by

@@ -7,8 +7,7 @@ import numpy as np
 from jamlab.arrays import Mask
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts, find_rattlers
-from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.stiffness import forces, pressure
+from jamlab.mechanics.stiffness import energy_terms, forces, pressure
 from jamlab.packing.derived import keep, per_packing
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing

@@ -11,8 +11,7 @@ from scipy.sparse import linalg
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.mechanics.positive_solver import PositiveSolver
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.mechanics.factors import PositiveSolver, SymmetricFactors
 
 # Eigenvalue over the largest element on the diagonal that is rounding: translations, which cost nothing, come out at
 # 1e-16 to 5e-17 of it (droplets at onset, N = 12 and 64).

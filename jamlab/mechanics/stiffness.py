@@ -19,7 +19,6 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REALS, SHORT_INTEGERS, kernel
-from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import Terms
@@ -52,6 +51,15 @@ def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sp
     matrix = sparse.csc_array((data, indices, indptr), shape=(2 * size, 2 * size))
     matrix.has_sorted_indices = matrix.has_canonical_format = True
     return matrix
+
+
+@per_packing
+def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
+    """Energy of a packing as a sum of small terms, each with its gradient and Hessian in closed form: between two
+    disks; the two ends of an edge; a vertex and an edge; all vertices of one polygon. `prestress`: False leaves out the
+    part of each Hessian that is proportional to the force in the contact (Baumgarten & Tighe eq 4 with f0 = 0): every
+    contact is replaced by an unstressed spring. SP only."""
+    return packing.kind.terms(packing, prestress)
 
 
 @dataclass(frozen=True)
@@ -88,7 +96,7 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
 
     Args:
         packing: SP: sites are disks. DP: sites are vertices; perimeter, area and contact terms all count.
-        prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
+        prestress: see `jamlab.mechanics.stiffness.energy_terms`.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

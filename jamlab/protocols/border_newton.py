@@ -21,7 +21,7 @@ from jamlab.arrays import Array
 from jamlab.engine.box_border import Border
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.positive_solver import PositiveSolver
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.positive_solver import PositiveSolver
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.protocols.solver_settings import SOLVERS, NewtonSettings
 

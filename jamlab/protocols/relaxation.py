@@ -21,7 +21,7 @@ from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.mechanics.positive_solver import PositiveSolver
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.models.pair_laws import power_law
 from jamlab.protocols.newton import descend_by_newton, factorise

@@ -15,7 +15,7 @@ from scipy import linalg
 
 from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.mechanics.factors import SymmetricFactors
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE

@@ -10,7 +10,7 @@ The direct solver takes one complex symmetric sparse factorisation for each freq
 import numpy as np
 
 from jamlab.arrays import Array, Complex
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.mechanics.factors import SymmetricFactors
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 
 # Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and droplets

@@ -17,9 +17,8 @@ from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.polygon_boundary import trace_polygons
-from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.stiffness import forces_of
+from jamlab.mechanics.stiffness import energy_terms, forces_of
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.4])

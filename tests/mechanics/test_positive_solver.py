@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 
 import jamlab
-from jamlab.mechanics.positive_solver import PositiveSolver
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import assemble
 
 

@@ -8,8 +8,7 @@ import reference
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.stiffness import forces
+from jamlab.mechanics.stiffness import energy_terms, forces
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
 STEP = 1e-5

@@ -11,8 +11,8 @@ from scipy import sparse
 import jamlab
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
-from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.static_response import FLOPPY, HIDDEN, UnstableError, static_response
+from jamlab.mechanics.stiffness import energy_terms
 
 SIZES = (12, 500)  # coordinates: all eigenvalues at once, and a few by iteration
 

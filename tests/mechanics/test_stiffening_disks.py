@@ -10,8 +10,7 @@ from jamlab.campaign.tasks import batches
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.flow.overdamped_session import OverdampedSession
-from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.stiffness import stress
+from jamlab.mechanics.stiffness import energy_terms, stress
 from jamlab.models.models import optional_parameters
 from jamlab.models.pair_laws import PowerLaw
 from jamlab.protocols.random_start import random_disks

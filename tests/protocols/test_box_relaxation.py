@@ -7,7 +7,7 @@ from scipy.linalg import expm
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
 from jamlab.mechanics.elasticity import elastic_tensor
-from jamlab.mechanics.positive_solver import PositiveSolver
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.protocols import border_newton
 from jamlab.protocols.border_newton import Model, descend_with_box
