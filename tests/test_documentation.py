@@ -74,7 +74,7 @@ def test_files_named_by_their_last_folders_are_there():
     """Names in backticks on pages, such as `force_laws.py` or `packing/force_laws.py`."""
     tops = [path for path in ROOT.iterdir() if path.name in FOLDERS]
     files = [f"/{file.relative_to(ROOT).as_posix()}" for top in tops for file in top.rglob("*")]
-    name = re.compile(r"`([\w./-]+\.(?:py|pyi|cpp|h|csv|toml|js|awk|parameters|force|fix|md|yml))`")
+    name = re.compile(r"`([\w./-]+\.(?:py|pyi|cpp|h|csv|toml|js|md|yml))`")
     here = [page for page in PAGES if page.name != "CHANGELOG.md"]  # which also names what is gone
     named = {(page, found) for page in here for found in name.findall(page.read_text(encoding="utf-8"))}
     assert len(named) > 50

@@ -11,7 +11,7 @@ from deck_runs import number, run, table
 
 import jamlab
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import copy_decks, settings, summaries
+from jamlab.engine.deck_defaults import copy_decks, defaults, settings, summaries
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
@@ -49,6 +49,8 @@ def test_a_default_of_two_decks_is_one_number():
         for name, value in settings(installed("lammps_inputs"), deck).items():
             found.setdefault((name, deck[3:5]), set()).add(value)
     differing = {name for (name, _), values in found.items() if len(values) > 1}
+    with pytest.raises(jamlab.EngineError):
+        defaults("nothing")
     assert differing <= {"data", "force", "strain", "law", "background", "tries", "strict", "out"}
 
 

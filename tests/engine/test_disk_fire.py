@@ -140,6 +140,12 @@ def test_strains_that_no_style_takes_are_refused(sp_jammed, dp_onset, style, mod
                 session.minimize(1e-9, style=style, steps=10, **{name: value})
 
 
+def test_lammps_descends_where_a_box_is_too_small_for_the_kernel(random_disks):
+    with jamlab.Session(random_disks(n=8)) as session:
+        assert session.minimize(1e-9, style="fire", steps=20_000, stretch=3000).max_force < 1.1e-9
+        assert fire_disks(session.packing(), 1e-9, 10) is None
+
+
 def test_positions_that_no_box_holds_are_refused(random_disks):
     """Farther away than numbers can tell from their images."""
     start = random_disks(n=100)

@@ -100,6 +100,12 @@ def test_another_lammps_version_is_refused(sp_jammed, monkeypatch):
         jamlab.evaluate(sp_jammed)
 
 
+def test_an_absent_plugin_file_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(installation, "installed", lambda folder: tmp_path / folder)
+    with pytest.raises(jamlab.EngineError, match="jamlabplugin"):
+        installation.plugin_file()
+
+
 def test_a_style_that_lammps_did_not_load_is_named(sp_jammed, monkeypatch):
     """LAMMPS runs, but the plugin in it is not ours."""
     monkeypatch.setattr(installation, "PLUGIN_STYLES", (("pair", "circuloline"), ("pair", "not/there")))

@@ -101,6 +101,14 @@ def test_mirror_image_has_the_same_energy(disks_seen, dp_dense):
     assert jamlab.evaluate(turned).energy == pytest.approx(jamlab.evaluate(disks_seen).energy, rel=0.05)
 
 
+def test_what_no_picture_can_be(seen):
+    y, x = np.mgrid[:60, :60]
+    few = jamlab.micrograph(labels=(np.hypot(x % 30 - 15, y % 30 - 15) < 10).astype(int))
+    for call in (lambda: seen.packing("foam"), lambda: seen.packing("sp", gamma=0.2), few.packing):
+        with pytest.raises(jamlab.InputError):
+            call()
+
+
 def test_the_patch_has_the_aspect_of_droplets_with_their_diameters():
     """Three rows of eight touching disks are 8 by 3 diameters, not 7 by 2 as their centres."""
     y, x = np.divmod(np.arange(24.0), 8)
