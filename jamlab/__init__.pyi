@@ -87,6 +87,7 @@ from .protocols.droplets_from_disks import to_polygons as to_polygons
 from .protocols.moduli import bulk_modulus as bulk_modulus
 from .protocols.moduli import shear_modulus as shear_modulus
 from .protocols.onset import jam as jam
+from .protocols.relaxed import relaxed as relaxed
 from .protocols.solver_settings import SolverSettings as SolverSettings
 from .protocols.target_pressure import pack as pack
 from .rheology.complex_modulus import ComplexModulus as ComplexModulus
@@ -112,6 +113,5 @@ from .trajectories.droplets_from_outlines import from_outlines as from_outlines
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.from_universe import from_universe as from_universe
-from .trajectories.relaxed import relaxed as relaxed
 from .trajectories.universe import PackingAnalysis as PackingAnalysis
 from .trajectories.universe import universe as universe

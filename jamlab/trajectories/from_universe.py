@@ -16,9 +16,9 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
+from jamlab.protocols.relaxed import relaxed as relaxed_packing
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import damage_named
-from jamlab.trajectories.relaxed import relaxed as relaxed_packing
 from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings_of_bonds
 
 # Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of the box each,
