@@ -42,7 +42,8 @@ def test_a_run_that_stops_keeps_its_rows_and_resumes(tmp_path):
     measure(tmp_path, "t", tasks(7, 1, 2, done=done), lambda share, text: told.append(share))
     assert done == [7, 1, 13, 2] and told == [pytest.approx(2 / 3)]
     table = read_table(tmp_path, "t")
-    assert table["task"].tolist() == ["1, a", "1, a", "2, a", "2, a"] and table["error"].isna().tolist() == [False, True] * 2
+    assert table["task"].tolist() == ["1, a", "1, a", "2, a", "2, a"]
+    assert table["error"].isna().tolist() == [False, True] * 2
     assert table["error"][0] == 1.23457e-9 and table["note"].tolist() == ['a, "b" c', ""] * 2
     assert table["seed"].dtype == "int64"
     before = (tmp_path / "t.csv").read_bytes()
