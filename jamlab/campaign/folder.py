@@ -120,7 +120,8 @@ def damage(path: Path, task: str) -> str | None:
 
 
 def read_task_file(path: Path, table: str | None = None) -> TaskFile:
-    """Read everything except the positions; with `table`, that table alone, or none if there is no such table."""
+    """Read everything except the positions; with `table`, that table alone, or none if there is no such table: columns
+    of the user's own observables are of "states"."""
     with _campaign(path) as file:
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
         parameters = _parameters(path, file)
@@ -133,7 +134,7 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
             tables={
                 name: {column: values[()] for column, values in stored.items()}
                 for name, stored in file.get("tables", {}).items()
-                if table in (None, name)
+                if table in (None, "states" if ":" in name else name)
             },
             converged=group["converged"][()],
             target_pressure=group["target_pressure"][()],
@@ -160,20 +161,11 @@ def _parameters(path: Path, file: Any) -> Parameters:
 
 def read_last_state(path: Path) -> dict[str, float]:
     """Read the row of table "states" of the last frame: observables and `converged`. Errors as in `read_task_file`."""
-    with _campaign(path) as file:
-        own = (columns for name, columns in file.get("tables", {}).items() if ":" in name)
-        return {
-            "converged": float(file["campaign/converged"][-1]),
-            **{name: float(element["value"][-1]) for name, element in file["observables"].items()},
-            **{column: float(values[-1]) for columns in own for column, values in columns.items()},
-        }
-
-
-def read_seconds(path: Path) -> tuple[float, float]:
-    """Read the wall time and the CPU time of a task, s. Errors as in `read_task_file`."""
-    with _campaign(path) as file:
-        attributes = file["campaign"].attrs
-        return float(attributes["seconds"]), float(attributes["cpu_seconds"])
+    file = read_task_file(path, "states")
+    columns = {**file.observables, "converged": file.converged}
+    for own in file.tables.values():
+        columns |= own
+    return {name: float(values[-1]) for name, values in columns.items()}
 
 
 @contextmanager

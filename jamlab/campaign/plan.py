@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.campaign.file import site_count
-from jamlab.campaign.folder import CampaignFolder, read_last_state, read_seconds
+from jamlab.campaign.folder import CampaignFolder, read_last_state, read_task_file
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import Batch
 from jamlab.errors import InputError, StorageError
@@ -163,7 +163,8 @@ def _read_times(folder: CampaignFolder, names: Iterable[str]) -> list[tuple[floa
     times = []
     for name in names:
         with suppress(StorageError):
-            times.append(read_seconds(folder.task_file(name)))
+            file = read_task_file(folder.task_file(name), "")
+            times.append((file.seconds, file.cpu_seconds))
     return times
 
 

@@ -63,7 +63,7 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
     parts: list[pd.DataFrame] = []
     own: dict[str, str] = {}
     for task in names:
-        file = read_task_file(folder.task_file(task), None if name == "states" else name)
+        file = read_task_file(folder.task_file(task), name)
         columns = _states(file) | _own(file, own) if name == "states" else _columns(file, name)
         if columns:
             p = file.parameters

@@ -170,9 +170,7 @@ def shear(
     step: Annotated[float | None, typer.Option(help="Rate 0: strain between two minima; default 1e-4.")] = None,
     rows: Annotated[int | None, typer.Option(help="Rows of the result, but at rate 0; default 200.")] = None,
     frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
-    within: Annotated[
-        float | None, typer.Option(help="Do not start if the predicted run time exceeds this, s.")
-    ] = None,
+    within: Within = None,
     beta: Beta = 1.0,
     alpha: Alpha = 1.0,
     tau: Tau = 1.0,
@@ -212,9 +210,7 @@ def flow_curve(
     strain: Annotated[float, typer.Option(help="Strain of the average at each rate.")] = 4.0,
     discard: Annotated[float, typer.Option(help="Transient strain discarded before averaging.")] = 1.0,
     processes: Annotated[int, typer.Option(help="Rates run in parallel, one core each.")] = 1,
-    within: Annotated[
-        float | None, typer.Option(help="Do not start if the predicted run time exceeds this, s.")
-    ] = None,
+    within: Within = None,
     beta: Beta = 1.0,
     alpha: Alpha = 1.0,
     tau: Tau = 1.0,

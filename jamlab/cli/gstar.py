@@ -85,12 +85,12 @@ def gstar(
         out_console.print(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean", soft_wrap=True)
 
 
-def print_spectra(name: str, spectra: "Spectra", every: int = 1) -> None:
-    """Print G*_xy(omega) at every `every`-th frequency, below its limits and the static G averaged over directions."""
+def print_spectra(name: str, spectra: "Spectra") -> None:
+    """Print G*_xy(omega), below its limits and the static G averaged over directions."""
     from jamlab.packing.law_parameters import NEGATIVE_G
 
     names, rows = spectra.rows()
-    print_table(name, names, rows[::every])
+    print_table(name, names, rows)
     print_note(
         f"G_xy = {spectra.limit('g0'):.5g}: static, for shear along x of the box, as G*; "
         f"G = {spectra.mean_g:.5g}: static, mean over directions"

@@ -63,23 +63,8 @@ def _line(error: BaseException) -> str:
     return f"a fault of jamlab, please report it with what --debug shows: {type(error).__name__}: {error}"
 
 
-STUDIES = {  # command that left -> what replaced it, in a checkout
-    "figure": " draw papers",
-    "chart": " draw speed-accuracy",
-    "compare": " compare",
-    "calibrate": " run droplet-calibration",
-    "study": " list",
-}
-
-
 class OwnCommands(Commands):
-    """The commands of `jamlab`, in groups; a name of a study says where studies are."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command of a word."""
-        if args and args[0] in STUDIES:
-            ctx.fail(f"{args[0]} is a study, run from a checkout of jamlab: python -m studies{STUDIES[args[0]]}")
-        return super().resolve_command(ctx, args)
+    """The commands of `jamlab`, in groups."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands below the headings of their groups."""
