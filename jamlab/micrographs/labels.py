@@ -148,14 +148,16 @@ def _read_rois(path: Path) -> list[Array]:
 
 
 def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> tuple[Indices, list[Note]]:
-    """Labels of outlines: a list of rings of (x, y) in pixels, or GeoJSON polygons. A pixel in several outlines belongs
-    to the nearest pixel that is in one alone; of two outlines of one droplet the first is kept."""
+    """Labels of outlines: a list of rings of (x, y) in pixels. A pixel in several outlines belongs to the nearest pixel
+    that is in one alone; of two outlines of one droplet the first is kept."""
+    if not isinstance(content, list):
+        raise InputError("outlines must be a list of rings of points (x, y); of GeoJSON give the outer rings")
     if shape is None:
         raise InputError("outlines need their picture beside them, which says how large it is")
     pixels: list[Indices] = []  # of every outline, in the flattened picture
     twice = 0
     labels, covers = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
-    for number, ring in enumerate(_rings(content), 1):
+    for number, ring in enumerate(content, 1):
         points = np.asarray(ring, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] < 2 or len(points) < 3 or not np.isfinite(points[:, :2]).all():
             raise InputError(f"outline {number} is {points.shape}: must be three or more points (x, y), all finite")
@@ -175,20 +177,6 @@ def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> tuple[Indices
         labels = np.where(several, labels[tuple(nearest)], labels)
         notes.append(Note(f"outlines overlap on {share:.2g} of their area: it is divided", area=float(several.sum())))
     return labels, notes
-
-
-def _rings(content: Any) -> list[Any]:
-    """Outer rings of a list of rings, or of the polygons of GeoJSON; holes in polygons are part of their droplet."""
-    if not isinstance(content, dict):
-        return list(content)
-    rings = []
-    for part in content.get("features", [content]):
-        shape = part.get("geometry", part)
-        if shape.get("type", "Polygon") not in ("Polygon", "MultiPolygon"):
-            raise InputError(f"outlines hold a {shape['type']!r}: must be 'Polygon' or 'MultiPolygon'")
-        own = shape["coordinates"]
-        rings += [polygon[0] for polygon in own] if shape.get("type") == "MultiPolygon" else [own[0]]
-    return rings
 
 
 def labelled(values: ArrayLike, finer: int = 1, light: Indices | None = None) -> Labelled:

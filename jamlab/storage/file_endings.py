@@ -27,7 +27,6 @@ FORMATS = {
     "table": Format("a table is written as CSV, with commas", (".csv",)),
     "tabs": Format("a table is written with tabs", (".tsv",)),
     "parquet": Format("a table is written as Parquet", (".parquet",)),
-    "packed table": Format("a table is written as CSV, packed or not", (".csv", ".xz", ".gz")),
 }
 _WRITERS = {ending: form.writer for form in FORMATS.values() for ending in form.endings if form.writer}
 _OF_LAMMPS = ("data", "dump")  # files that LAMMPS users name by what they begin with, as in data.droplets
