@@ -8,8 +8,6 @@ import pytest
 
 import jamlab
 from jamlab.engine.installation import PLUGIN_STYLES
-from jamlab.micrographs.quality import FEWEST, LIMITS
-from studies.tables import DATA, read_table
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
@@ -96,28 +94,6 @@ def test_the_map_of_the_package_names_everything_that_can_be_called():
     functions = {name for name in jamlab.__all__ if name[0].islower()}
     assert functions - words == set()
     assert len(jamlab.__doc__.splitlines()) <= 30
-
-
-@pytest.mark.parametrize("name", ["README.md", "docs/index.md"])
-def test_numbers_of_the_first_pages(name):
-    """How many scripts the gallery has."""
-    text = (ROOT / name).read_text(encoding="utf-8")
-    count = len(list((ROOT / "docs" / "gallery_scripts").glob("*/plot_*.py")))
-    assert all(int(number) == count for number in re.findall(r"(\d+) scripts", text))
-
-
-def test_errors_of_pictures_are_those_of_the_table():
-    """The tutorial on photographs says how many rendered pictures are good, and how wrong they are."""
-    table = read_table(DATA, "micrograph-errors")
-    good = table[table["quality"] == "good"]
-    worst = {name: good[name].abs().max() for name in LIMITS}
-    said = (
-        f"{len(good)} are judged good; of these the largest errors are {worst['count']:.0f} droplets, "
-        f"{worst['rho']:.3f} in ρ, {worst['z']:.2f} in z and {worst['shape']:.3f} in A"
-    )
-    page = (ROOT / "docs" / "tutorials" / "photographs.md").read_text(encoding="utf-8")
-    assert said in " ".join(page.split())
-    assert good["right"].all() and f"fewer than {FEWEST} whole droplets" in " ".join(page.split())
 
 
 @pytest.mark.slow

@@ -106,15 +106,6 @@ def test_two_shears_of_the_box_make_two_contacts_more(onsets):
     assert stabilized.ensemble == "shear-stabilized" and stabilized.onset == stabilized.phi
 
 
-def test_compression_goes_on_without_shear_stress(onsets):
-    """In steps far wider than the window of onset."""
-    states = list(jamlab.compress(onsets[1], to=onsets[1].phi + 0.01, step=0.005, by="phi"))
-    assert len(states) == 2
-    for p in states:
-        assert residue(p) < 1e-8
-        assert jamlab.shear_modulus(p, angle=ANGLES).min() > 0
-        assert p.ensemble == "shear-stabilized" and p.converged is True
-    assert states[-1].phi == pytest.approx(onsets[1].phi + 0.01, abs=1e-6)
 
 
 def test_droplets_on_corners_shear_loose():

@@ -71,9 +71,9 @@ def test_units_of_limits_and_messages(sp_jammed):
     places = {"box": length * sp_jammed.box, "positions": length * sp_jammed.positions}
     start = sp_jammed.with_state(**places, diameters=length * sp_jammed.diameters, params={"k": k})
     assert decompress(start, 1e-4 * k).converged
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match=r"0\.0104858"):  # 1e-8 in its own units
         decompress(start, 1e-3)
-    with pytest.raises(ConvergenceError):
+    with pytest.raises(ConvergenceError, match=r"104\.858"):
         decompress(start, 1e-4 * k, settings=idle())
     kicked = start.with_state(positions=start.positions + 1e-3 * length * np.random.default_rng(1).random((32, 2)))
     with pytest.raises(InputError):
