@@ -64,13 +64,6 @@ def test_droplets_that_snap_without_drag_are_told_a_background():
     assert relax(background=off.remedy.background).imbalance < 1e-3 * off.imbalance
 
 
-def test_a_picture_of_two_runs_warns_of_the_worse(disks):
-    run = RUNS["shear"](disks)
-    off = replace(run, dissipated=0.5 * run.dissipated)
-    axes = run.plot(off.plot())
-    assert "DOUBTFUL" in axes.get_title("right")
-
-
 @pytest.mark.parametrize(
     ("rate", "tolerance", "strain", "law"),
     [

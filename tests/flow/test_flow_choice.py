@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.estimates.flow_choice import MOST_CYCLES, MOST_STRAIN, RUN_ERROR
+from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
     SIZE,
@@ -157,15 +157,6 @@ def test_steady_flow_runs_as_its_errors_were_measured(packing):
     assert curve.strain + curve.discard == pytest.approx(film.strain)
 
 
-def test_equivalent_damping_at_a_strain(packing):
-    """Its stress is |G*| times the strain; linear drag has no such choice."""
-    found = complex_of(jamlab.nonlinear_modulus(packing, [0.3], damping=FILM, strain=1e-3))
-    same = jamlab.nonlinear_modulus(packing, [0.3], 0.5, stress=abs(found) * 1e-3)
-    assert complex_of(same) == pytest.approx(found, rel=1e-3)
-    plain = complex_of(jamlab.nonlinear_modulus(packing, [0.3], damping=jamlab.ContactDamping(), strain=1e-3))
-    assert plain == pytest.approx(complex_of(jamlab.complex_modulus(packing, [0.3])))
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -179,11 +170,3 @@ def test_equivalent_damping_at_a_strain(packing):
 def test_refused(packing, given, message):
     with pytest.raises(jamlab.InputError, match=message):
         jamlab.choose_flow(packing, **given)
-
-
-@pytest.mark.parametrize("beta", [1.0, 1e5])
-def test_cycles_are_counted_where_the_modulus_is_negative(beta):
-    p = jamlab.pack(n=16, pressure=5e-3, seed=1)
-    choice = jamlab.choose_flow(p, jamlab.ContactDamping(beta=beta), omega=1.0, amplitude=1e-3)
-    assert choice.way == "oscillation" and choice.arguments["cycles"] == 3 + MOST_CYCLES
-    assert choice.strain == pytest.approx(4e-3 * (3 + MOST_CYCLES))

@@ -180,19 +180,6 @@ def test_a_solver_that_fails_says_where(disks):
             session.drive("rate 1 iterations 3", 1.0)
 
 
-@pytest.mark.parametrize("rate", [0.1, 3.0])
-def test_background_drag_carries_fast_flow_without_sliding_drag(disks, rate):
-    found = jamlab.shear(disks, rate, 1.0, jamlab.ContactDamping(beta=0.0), background=1e-2, rows=20)
-    assert found.strain[-1] == pytest.approx(1.0) and np.all(np.isfinite(found.stress))
-    assert found.energy.max() < 0.2 and "background drag 0.01" in repr(found)
-
-
-def test_loose_disks_flow(disks):
-    loose = disks.with_state(box=1.4 * disks.box, positions=1.4 * disks.positions)
-    found = jamlab.shear(loose, 0.01, 0.5, rows=10)
-    assert found.strain[-1] == pytest.approx(0.5) and np.all(found.stress >= -1e-9)
-
-
 def test_refused(disks, tmp_path):
     for message, call in {
         r"rates = \[\]: give one or more": lambda: jamlab.flow_curve(disks, []),

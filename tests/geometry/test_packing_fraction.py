@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from packings_by_hand import HEXAGONAL, disks
 from scipy.optimize import minimize
 
@@ -60,18 +58,6 @@ def test_hexagonal_crystal(radius):
 
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
-
-
-@given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.2, 0.35]))
-def test_bonferroni(seed, scale):
-    """pairs <= exact <= nominal; nothing covers more than the cell or less than its largest disk."""
-    packing = random_disks(seed, scale=scale)
-    pairs, exact = (packing_fraction(packing, m) for m in ("pairs", "cells"))
-    assert pairs <= exact + 1e-12
-    assert np.pi / 4 * packing.diameters.max() ** 2 - 1e-12 <= exact <= min(1.0, packing.phi) + 1e-12
-    np.testing.assert_allclose(packing_fraction(packing), exact, rtol=1e-12)
-    if exact_method(packing) == "pairs":
-        np.testing.assert_allclose(pairs, exact, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -137,14 +137,6 @@ def test_defaults_of_the_decks_and_of_packings_agree():
     assert defaults("sp")["exponent"] == default == PowerLaw.of({"k": 1.0}).exponent
 
 
-@pytest.mark.parametrize("suffix", ["h5", "data", "dump"])
-def test_files_keep_the_exponent(suffix, tmp_path):
-    packing, path = crowd("k", 2.5), str(tmp_path / f"crowd.{suffix}")
-    writers = {"h5": lambda: packing.write(path), "data": lambda: jamlab.write_data(path, packing)}
-    writers.get(suffix, lambda: jamlab.write_dump(path, [packing]))()
-    assert jamlab.read(path).params == packing.params
-
-
 def test_deck_minimises_the_law_that_a_data_file_says(tmp_path):
     packing = crowd("eps", 2.5)
     jamlab.write_data(str(tmp_path / "crowd.data"), packing)

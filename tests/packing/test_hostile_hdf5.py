@@ -140,18 +140,6 @@ def test_a_file_without_checksum_is_read_and_analyze_says_so(path):
     assert "run.h5 has no checksum: damage to it would go unnoticed" in call(path.parent, "analyze", path.name).stderr
 
 
-def test_a_change_by_hand_is_noticed(path):
-    with h5py.File(path, "r+") as file:
-        file[POSITIONS][0, 0, 0] += 1e-9
-    with pytest.raises(StorageError):
-        read(path)
-    content = bytearray(path.read_bytes())
-    content[3] ^= 1
-    path.write_bytes(content)
-    with pytest.raises(StorageError):
-        read(path)
-
-
 @pytest.mark.parametrize("flips", [30, pytest.param(200, marks=pytest.mark.slow)])
 def test_single_bit_flips_are_noticed(path, flips):
     """Of 400 flips, 21 changed the content silently before there was a checksum."""

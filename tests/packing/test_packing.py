@@ -114,16 +114,6 @@ def test_edges_of_zero_length_are_accepted():
     assert polygons(nearly, L_SHAPE).polygon_areas[0] == pytest.approx(4.0)
 
 
-def test_lists_become_float_arrays_and_inputs_are_copied():
-    """A packing does not change when the caller's arrays do."""
-    x = np.array([[1.0, 1.0], [4.0, 3.0]])
-    p = disks(positions=x, box=[[8, 0], [0, 6]])
-    x[0] = 99.0
-    assert p.positions[0].tolist() == [1.0, 1.0]
-    assert p.box.dtype == p.positions.dtype == p.diameters.dtype == np.float64
-    assert polygons().offsets.dtype == np.int64
-
-
 def test_phi_of_one_disk():
     """pi d^2/4 over the cell, whatever the shear."""
     p = disks(positions=[[0.0, 0.0]], diameters=[2.0])

@@ -11,7 +11,6 @@ import pytest
 
 import jamlab
 from jamlab.cli.spectrum_output import check_one_kind, check_output, save
-from jamlab.figures.packing_pictures import modulus_figure
 from jamlab.rheology.mean_spectrum import Spectra, group_packings, mean_spectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
@@ -49,15 +48,6 @@ def test_hdf5_holds_every_number(three, tmp_path):
         assert np.array_equal(file["storage"][1], three.members[1].storage)
         assert list(file["converged"]) == [True, False, True]
         assert file.attrs["damping"] == repr(jamlab.ContactDamping()) and file.attrs["units"] == "k"
-
-
-def test_picture_draws_band_and_slopes(three, tmp_path):
-    axes = modulus_figure({"contact": three}, "k").axes[0]
-    assert len(axes.collections) == 2  # bands of G' and G''
-    ends = (np.log(line.get_data()) for line in axes.lines[2:])
-    assert [(y[1] - y[0]) / (x[1] - x[0]) for x, y in ends] == pytest.approx([1.0, 0.5])
-    save([three], jamlab.ContactDamping(), tmp_path / "s.png")
-    assert (tmp_path / "s.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_packings_that_differ_are_never_averaged():

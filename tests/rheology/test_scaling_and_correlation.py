@@ -9,7 +9,6 @@ from jamlab import ContactDamping, StokesDrag
 from jamlab.geometry.contact_network import without_rattlers
 from jamlab.rheology.displacement_correlation import (
     correlation_along_x,
-    displacement_correlations,
 )
 
 OMEGA = np.logspace(-8, 3, 12)
@@ -75,16 +74,6 @@ def test_correlation_of_a_wave():
     assert c.length == pytest.approx(10.0, abs=0.5)
 
 
-def test_displacements_give_the_modulus(packing):
-    """Stokes drag dissipates <|u'|^2>: G'' |gamma|^2 A = omega sum |u|^2 at unit stress."""
-    omega = 1e-3
-    network, u = jamlab.oscillating_displacements(packing, omega, StokesDrag(eta_f=0.0))
-    s = jamlab.complex_modulus(packing, [omega], StokesDrag(eta_f=0.0))
-    strain = 1 / (s.storage[0] + 1j * s.loss[0])
-    assert len(u) == network.n == jamlab.contacts(packing).backbone
-    assert s.loss[0] * abs(strain) ** 2 * packing.area == pytest.approx(omega * np.sum(np.abs(u) ** 2), rel=1e-9)
-
-
 def test_displacements_solve_the_dense_equation_at_unit_stress(packing):
     """(K + i omega B) Q = A e_gamma, the real part at peak stress; rotations take no part under Stokes drag."""
     omega, law = 1e-2, StokesDrag(eta_f=0.3)
@@ -97,24 +86,6 @@ def test_displacements_solve_the_dense_equation_at_unit_stress(packing):
     wanted -= wanted.mean(axis=0)
     assert np.abs(u - wanted).max() < 1e-7 * np.abs(wanted).max()
     assert np.abs(wanted.imag).max() > 0.01 * np.abs(wanted).max()
-
-
-def test_correlations_reach_further_in_slow_flow():
-    """Stokes drag: neighbours move together in slow flow, against each other in fast flow."""
-    larger = jamlab.pack(n=256, pressure=1e-2, seed=1)
-    slow, fast = (jamlab.displacement_correlation(larger, omega, StokesDrag()) for omega in (1e-3, 1.0))
-    near = (slow.delta > 0.7) & (slow.delta < 2.0)
-    assert slow.correlation[near].mean() > 0.0 > fast.correlation[near].mean()
-    assert 0.5 < slow.length < 0.5 * larger.box[0, 0]
-
-
-def test_several_frequencies_are_as_one_by_one(packing):
-    """One equation of motion serves all, in the order asked for."""
-    frequencies = (1e-1, 1e-3)
-    for omega, found in zip(frequencies, displacement_correlations(packing, frequencies, StokesDrag()), strict=True):
-        alone = jamlab.displacement_correlation(packing, omega, StokesDrag())
-        assert np.array_equal(found.correlation, alone.correlation) and np.array_equal(found.delta, alone.delta)
-    assert displacement_correlations(packing, []) == []
 
 
 def test_impossible_correlations_are_refused(packing):
