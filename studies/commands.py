@@ -82,7 +82,14 @@ def draw(
     for page, group in groups.items():
         opening = group.opening() if source is None else ()
         found, failed = write_page(
-            out, page, group, tables, opening=opening, processes=available_cores(), progress=tell
+            out,
+            page,
+            group,
+            tables,
+            opening=opening,
+            pdf=page == "studies",  # of those that were named
+            processes=available_cores(),
+            progress=tell,
         )
         drawn += found
         missing |= failed

@@ -39,13 +39,17 @@ def write_page(
     tables: EnsembleTables,
     *,
     opening: Sequence[Section] = (),
+    pdf: bool = True,
     processes: int = 1,
     progress: Progress = no_progress,
 ) -> tuple[list[Drawing], dict[str, str]]:
-    """Draw the studies of a group, and write PNG, PDF and CSV of each and one page NAME.html of all. Returns what was
-    drawn, and by name why another was not. What was drawn before an interruption is there."""
+    """Draw the studies of a group, and write PNG, CSV and with `pdf` PDF of each, and one page NAME.html of all.
+    Returns what was drawn, and by name why another was not. What was drawn before an interruption is there."""
     make_folder(folder)
-    one, names = partial(_draw_and_write, tables=tables, folder=folder), [study.name for study in group.studies]
+    one, names = (
+        partial(_draw_and_write, tables=tables, folder=folder, pdf=pdf),
+        [study.name for study in group.studies],
+    )
 
     def tell(name: str, *_: Any) -> None:
         progress(names.index(name) / len(names), name)
@@ -85,7 +89,7 @@ def draw(study: Study | str, tables: EnsembleTables) -> Drawing:
 
 
 def _draw_and_write(
-    study: Study | str, report: Callable[..., None], *, tables: EnsembleTables, folder: Path
+    study: Study | str, report: Callable[..., None], *, tables: EnsembleTables, folder: Path, pdf: bool
 ) -> Drawn | str:
     report("begun")
     try:
@@ -94,8 +98,9 @@ def _draw_and_write(
         return str(error)
     write_csv(folder / f"{drawing.name}.csv", drawing.table)
     png = save_picture(drawing.figure, folder / f"{drawing.name}.png")
-    drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
-    save_picture(drawing.figure, folder / f"{drawing.name}.pdf")
+    if pdf:
+        drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
+        save_picture(drawing.figure, folder / f"{drawing.name}.pdf")
     drawing.figure = Figure()  # of a process to another, pictures go as files
     return drawing, png
 
