@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from jamlab.errors import ConvergenceError
+from jamlab.errors import ConvergenceError, EngineError
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
@@ -242,8 +242,8 @@ class Panel:
         try:
             seconds, found = shortest(run, **self.timing)
             error, note = self.error(found, self.reference), ""
-        except ConvergenceError as failed:
-            seconds, error, note = float("nan"), float("nan"), str(failed)
+        except (ConvergenceError, EngineError) as failed:
+            seconds, error, note = float("nan"), float("nan"), str(failed).splitlines()[0]
         return Trial(self.name, method, setting, seconds, error, self.reference_error, default, note)
 
 

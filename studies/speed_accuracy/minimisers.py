@@ -1,5 +1,6 @@
 """Charts of minimisers of disks and droplets, LAMMPS' own, jamlab's and those of other codes, by the force left."""
 
+import operator
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.engine.session import Session, evaluate
-from jamlab.errors import EngineError, InputError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates.ways import bring_on, default_way
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.neighbors import shortest_images
@@ -22,7 +23,7 @@ from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from studies.other_codes.compare import jolted_minimum
 from studies.other_codes.peers import MOST_STEPS, PEERS, Descent, Jamlab
-from studies.speed_accuracy.chart import Chart, Trial
+from studies.speed_accuracy.chart import Chart, Panel, Trial
 from studies.tables import shortest
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
@@ -55,42 +56,39 @@ def measure_disks(seed: int) -> Iterator[Trial]:
         with Session(random_disks(n, seed, phi=phi)) as session:
             session.minimize(1e-6, style="fire", steps=_BEFORE)
             start = session.packing()
-        panel = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
-        for name in _SETTINGS if n == 64 else _LARGE:
+        name = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
+        panel = Panel(name, 0.0, _ROUNDING, operator.sub, {"runs": 2, "budget": 0.05})
+        for style in _SETTINGS if n == 64 else _LARGE:
             with Session(start) as session:
-                for line in _SETTINGS[name]:
+                for line in _SETTINGS[style]:
                     session.command(line)
-                descend, why = partial(_descend, session, start), f", by {_STEPS} steps or its line search"
-                yield from _until_missed(panel, name, _TOLERANCES, descend, _ROUNDING, why=why, runs=2, budget=0.05)
+                yield from _until_missed(panel, style, _TOLERANCES, partial(_descend, session, start))
         with Session(start) as session:
             for tolerance in _TOLERANCES:
-                seconds, left = shortest(partial(_relax, session, start, tolerance), runs=2, budget=0.05)
-                default = tolerance == force_tolerance("sp")
-                yield Trial(panel, "jamlab relax", f"{tolerance:g}", seconds, left, _ROUNDING, default)
+                run, usual = partial(_relax, session, start, tolerance), tolerance == force_tolerance("sp")
+                yield panel.trial("jamlab relax", f"{tolerance:g}", run, usual)
 
 
 def _until_missed(
-    panel: str,
-    name: str,
+    panel: Panel,
+    style: str,
     tolerances: Sequence[float],
     descend: Callable[[float], float],
-    rounding: float,
     usual: float | None = None,
-    why: str = "",
-    **timing: Any,
 ) -> Iterator[Trial]:
-    """Measure a minimiser at every tolerance, from the loosest until one is not met."""
-    note = ""
+    """Measure a minimiser at every tolerance, from the loosest until one is not met: tighter ones are not tried."""
+    trial = Trial(panel.name, style, "", 0.0, 0.0)
     for tolerance in tolerances:
-        seconds = left = float("nan")
-        if not note:
-            try:
-                seconds, left = shortest(partial(descend, tolerance), **timing)
-                note = "" if left <= tolerance else f"ends at {left:.1g}{why}"
-            except EngineError as error:
-                note = str(error).splitlines()[0]
-        numbers = (seconds, float("nan") if note else left, rounding)
-        yield Trial(panel, name, f"{tolerance:g}", *numbers, tolerance == usual, note)
+        if np.isfinite(trial.error):
+            trial = panel.trial(style, f"{tolerance:g}", partial(_met, descend, tolerance))
+        yield replace(trial, setting=f"{tolerance:g}", default=tolerance == usual)
+
+
+def _met(descend: Callable[[float], float], tolerance: float) -> float:
+    left = descend(tolerance)
+    if left > tolerance:
+        raise ConvergenceError(f"ends at a largest force of {left:.1g}")
+    return left
 
 
 def _descend(session: Session, start: Packing, tolerance: float) -> float:
@@ -123,11 +121,12 @@ def measure_droplets(seed: int) -> Iterator[Trial]:
         found = bring_on(default_way(_DROPLETS), onset, rho)
         kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
         start = found.with_state(positions=found.positions + kicks)
+        panel = Panel(f"ρ = {rho}", 0.0, _DROPLET_ROUNDING, operator.sub, {"runs": 1})
         with Session(start) as session:
             for style in (*_STYLES, "jamlab relax"):
                 usual = force_tolerance("dp") if style == "jamlab relax" else None
-                way = (_DROPLET_TOLERANCES, partial(_descend_droplets, session, start, style), _DROPLET_ROUNDING, usual)
-                yield from _until_missed(f"ρ = {rho}", style, *way, runs=1)
+                descend = partial(_descend_droplets, session, start, style)
+                yield from _until_missed(panel, style, _DROPLET_TOLERANCES, descend, usual)
 
 
 def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:
