@@ -27,7 +27,6 @@ _NAMES = {"sp": "disks", "dp": "droplets"}
 SEEDS, BLOCK = 20, 10  # packings of a distribution, and of one task
 _MIXED = {"sp": ((1.4, 2.0, 4.0), (0.1, 0.25, 0.5, 0.8)), "dp": ((1.4, 2.0), (0.25, 0.5, 0.75))}
 _WIDTHS = {"sp": (0.1, 0.2, 0.3, 0.5, 0.7), "dp": (0.1, 0.2, 0.3, 0.5)}
-_NUMBERS = ("phi_J", "rattlers", "z", "g", *(f"{part}_{w:g}" for part in ("storage", "loss") for w in OMEGA))
 
 
 def measure_sizes(model: str, sizes: str, first: int) -> list[dict[str, Any]]:
