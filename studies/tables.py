@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -135,8 +136,9 @@ def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) 
     return best, result
 
 
+@cache
 def commit() -> str:
-    """Short name of the commit of this checkout, `-dirty` if it was changed since; "unknown" outside of one."""
+    """Short name of the commit of this checkout as the process found it, `-dirty` if it was changed since; "unknown" outside of one."""
     words = ["git", "describe", "--always", "--dirty", "--exclude", "*"]
     try:
         done = subprocess.run(words, cwd=Path(__file__).parent, capture_output=True, text=True, check=True)

@@ -9,7 +9,7 @@ import campaigns
 import numpy as np
 import pandas as pd
 import pytest
-from commands import call, call_studies
+from commands import call_studies
 from matplotlib.figure import Figure
 
 import jamlab
@@ -178,12 +178,6 @@ def test_no_file_is_replaced_without_force(tmp_path, words, name):
     done = call_studies(tmp_path, *words.split(), "--out", file.parent)
     assert done.exit_code == 1 and name in done.stderr, done.stderr
     assert file.read_text() == "work of a week" and list(file.parent.glob("*")) == [file]
-
-
-@pytest.mark.parametrize("word", ["figure", "chart", "compare", "calibrate", "study"])
-def test_a_command_that_left_says_what_replaced_it(tmp_path, word):
-    done = call(tmp_path, word, "all")
-    assert done.exit_code == 2 and "python -m studies" in " ".join(done.stderr.split())
 
 
 def test_one_core_holds_and_lets_go():
