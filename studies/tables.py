@@ -138,7 +138,7 @@ def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) 
 
 @cache
 def commit() -> str:
-    """Short name of the commit of this checkout as the process found it, `-dirty` if it was changed since; "unknown" outside of one."""
+    """Short name of the commit that the process began with, `-dirty` if files differ from it; "unknown" without git."""
     words = ["git", "describe", "--always", "--dirty", "--exclude", "*"]
     try:
         done = subprocess.run(words, cwd=Path(__file__).parent, capture_output=True, text=True, check=True)
