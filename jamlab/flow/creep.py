@@ -22,7 +22,7 @@ from jamlab.flow.overdamped_session import (
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.mechanics.force_network import check_at_rest
-from jamlab.packing.natural_units import mean_size, natural_scales
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
@@ -166,7 +166,7 @@ def creep(
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("largest_strain", largest_strain, 1e4)
-    check_at_rest(packing, mean_size(packing), REST)
+    check_at_rest(packing, REST)
     check_touching(packing)
     task = {"stress": stress, "tolerance": tolerance, "background": background}
     file = RunFile(out, CreepRun, packing, law, task, progress)

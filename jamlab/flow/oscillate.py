@@ -21,7 +21,6 @@ from jamlab.flow.overdamped_session import (
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.mechanics.force_network import check_at_rest
-from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
@@ -198,7 +197,7 @@ def oscillate(
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
     if not 2 * HARMONICS + 2 <= points <= 100_000:
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
-    check_at_rest(packing, mean_size(packing), REST)
+    check_at_rest(packing, REST)
     check_touching(packing)
     task = {"omega": omega, "amplitude": amplitude, "points": points, "tolerance": tolerance, "background": background}
     file = RunFile(out, Oscillation, packing, law, task, progress)

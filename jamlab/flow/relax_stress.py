@@ -22,7 +22,6 @@ from jamlab.flow.overdamped_session import (
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.mechanics.force_network import check_at_rest
-from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
@@ -169,7 +168,7 @@ def relax_stress(
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
     if strain:
-        check_at_rest(packing, mean_size(packing), REST)
+        check_at_rest(packing, REST)
         check_touching(packing)
     task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
     file = RunFile(out, StressRelaxation, packing, law, task, progress)

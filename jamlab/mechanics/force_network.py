@@ -7,13 +7,19 @@ import numpy as np
 from jamlab.arrays import Mask
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts, find_rattlers
-from jamlab.mechanics.stiffness import energy_terms, forces, pressure
+from jamlab.mechanics.stiffness import energy_terms, forces
 from jamlab.packing.derived import keep, per_packing
-from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 
-# of pressure times particle size: minima of disks leave 1e-12 (pressure 1e-2 k) to 2e-5 (onset)
-LARGEST_IMBALANCE = 0.01
+LARGEST_IMBALANCE = 0.01  # of `force_scale`: minima of disks leave 1e-12 (pressure 1e-2 k) to 2e-5 (onset)
+
+
+@per_packing
+def force_scale(packing: Packing) -> float:
+    """Mean magnitude of the forces between pairs in contact; 0 without contacts. Pressure would do for pure repulsion
+    alone."""
+    size = contacts(packing).forces.size
+    return float(size.mean()) if len(size) else 0.0
 
 
 @dataclass(frozen=True)
@@ -31,17 +37,16 @@ class ForceNetwork:
                 f"positions are known to {self.whole.rounding:.2g} only, so it is at no energy minimum: relax the "
                 "packing first, jamlab.relaxed(packing)"
             )
-        check_at_rest(self.packing, mean_size(self.whole), "relax it first")
+        check_at_rest(self.packing, "relax it first")
 
 
-def check_at_rest(packing: Packing, size: float, remedy: str) -> None:
-    """Refuse a packing whose forces do not balance; `size`: of its particles, rattlers included; `remedy`: what to
-    do."""
-    largest, pressed = float(np.hypot(*forces(packing).T).max()), pressure(packing)
-    if largest > LARGEST_IMBALANCE * pressed * size:
+def check_at_rest(packing: Packing, remedy: str) -> None:
+    """Refuse a packing whose forces do not balance; `remedy`: what to do."""
+    largest, scale = float(np.hypot(*forces(packing).T).max()), force_scale(packing)
+    if largest > LARGEST_IMBALANCE * scale:
         raise ConvergenceError(
-            f"the packing is not at an energy minimum: a force of {largest:.2g} is left at pressure {pressed:.2g} on "
-            f"particles of size {size:.2g}; {remedy}"
+            f"the packing is not at an energy minimum: a force of {largest:.2g} is left where contacts bear "
+            f"{scale:.2g} on average; {remedy}"
         )
 
 
@@ -76,4 +81,4 @@ def without_load(packing: Packing) -> Mask:
     if not squeezed.any():
         return rattlers
     load = packing.kind.loads(packing)
-    return rattlers & ~(squeezed & (load > LARGEST_IMBALANCE * pressure(packing) * mean_size(packing)))
+    return rattlers & ~(squeezed & (load > LARGEST_IMBALANCE * force_scale(packing)))
