@@ -28,7 +28,7 @@ _SAMPLE = 500  # numbers that are looked at
 # what Python, numpy, h5py, gsd and the packers of text raise on damaged files, beside errors of the system
 DAMAGE = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError, SystemError),
-    *(EOFError, TokenError, zlib.error, lzma.LZMAError),
+    *(EOFError, SyntaxError, TokenError, zlib.error, lzma.LZMAError),
 )
 
 
