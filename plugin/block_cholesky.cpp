@@ -148,7 +148,8 @@ template <int D> void BlockCholesky<D>::make_panels(const std::vector<std::vecto
   for (int c = 0; c < size; c++) {
     int begin = c;
     double blocks = 1.0 + below[c].size();
-    while (!parts.empty() && child_of(begin - 1, begin) && worthwhile(parts.back().first, c, parts.back().second + blocks)) {
+    while (!parts.empty() && child_of(begin - 1, begin) &&
+           worthwhile(parts.back().first, c, parts.back().second + blocks)) {
       begin = parts.back().first;
       blocks += parts.back().second;
       parts.pop_back();
@@ -191,7 +192,8 @@ template <int D> void BlockCholesky<D>::add(int i, int j, const Block &block)
     const auto rows = lower.begin() + panel.below;
     place = panel.end - panel.begin + static_cast<int>(std::lower_bound(rows, rows + panel.rows, other) - rows);
   }
-  double *const to = &values[panel.values + static_cast<std::size_t>(D * (column - panel.begin)) * panel.stride + D * place];
+  double *const to =
+      &values[panel.values + static_cast<std::size_t>(D * (column - panel.begin)) * panel.stride + D * place];
   for (int a = 0; a < D; a++)
     for (int b = 0; b < D; b++) to[b * panel.stride + a] += turned ? block[D * b + a] : block[D * a + b];
 }
@@ -200,7 +202,8 @@ template <int D> double BlockCholesky<D>::mean_diagonal() const
 {
   double total = 0.0;
   for (const Panel &panel : panels)
-    for (int k = 0; k < panel.width(); k++) total += values[panel.values + static_cast<std::size_t>(k) * (panel.stride + 1)];
+    for (int k = 0; k < panel.width(); k++)
+      total += values[panel.values + static_cast<std::size_t>(k) * (panel.stride + 1)];
   return rank.empty() ? 0.0 : total / (D * rank.size());
 }
 
@@ -267,8 +270,9 @@ template <int D> void BlockCholesky<D>::solve(std::vector<double> &r)
 
 template <int D> double BlockCholesky<D>::memory_usage() const
 {
-  return (values.capacity() + product.capacity() + solved.capacity()) * sizeof(double) + panels.capacity() * sizeof(Panel) +
-      (graph.other.capacity() + lower.capacity() + 4 * rank.capacity()) * sizeof(int);
+  return (values.capacity() + product.capacity() + solved.capacity()) * sizeof(double) +
+         panels.capacity() * sizeof(Panel) +
+         (graph.other.capacity() + lower.capacity() + 4 * rank.capacity()) * sizeof(int);
 }
 
 template class LAMMPS_NS::BlockCholesky<2>;    // vertices

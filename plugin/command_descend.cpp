@@ -34,7 +34,8 @@ static FixPolygonArea *area_of(LAMMPS *lmp)
 }
 
 CommandDescend::CommandDescend(LAMMPS *lmp) :
-    CommandForces(lmp), numbers(), counts(), pair(dynamic_cast<PairCirculoline *>(force->pair)), stiffness(lmp, area_of(lmp))
+    CommandForces(lmp), numbers(), counts(), pair(dynamic_cast<PairCirculoline *>(force->pair)),
+    stiffness(lmp, area_of(lmp))
 {
 }
 
@@ -53,22 +54,22 @@ void CommandDescend::command(int narg, char **arg)
   read_positions(here.x);
   descend(here);
   put_positions(here.x);
-  input->variable->set(fmt::format("descent string \"{} {} {} {} {} {} {:.17g} {:.17g} {}\"", counts.steps, counts.forces,
-                                   counts.factors, counts.refused, counts.stuck, counts.bent, counts.largest_force,
-                                   counts.shift, counts.crossed ? 1 : 0));
+  input->variable->set(fmt::format("descent string \"{} {} {} {} {} {} {:.17g} {:.17g} {}\"", counts.steps,
+                                   counts.forces, counts.factors, counts.refused, counts.stuck, counts.bent,
+                                   counts.largest_force, counts.shift, counts.crossed ? 1 : 0));
 }
 
 void CommandDescend::read(int narg, char **arg)
 {
   if (narg != ARGUMENTS) error->all(FLERR, "jamlab/descend needs {} numbers", ARGUMENTS);
   Numbers &n = numbers;
-  double *const values[ARGUMENTS] = {&n.force, &n.steps, &n.loose_force, &n.loose_energy, &n.refresh, &n.reach, &n.longer,
-                                     &n.trials, &n.energy_digits, &n.sufficient, &n.curved, &n.shift, &n.least_shift,
-                                     &n.first_shift, &n.definite};
+  double *const values[ARGUMENTS] = {&n.force,  &n.steps,  &n.loose_force, &n.loose_energy,  &n.refresh,
+                                     &n.reach,  &n.longer, &n.trials,      &n.energy_digits, &n.sufficient,
+                                     &n.curved, &n.shift,  &n.least_shift, &n.first_shift,   &n.definite};
   for (int k = 0; k < ARGUMENTS; k++) *values[k] = utils::numeric(FLERR, arg[k], false, lmp);
   if (n.refresh < 1.0 || n.definite <= 1.0)
-    error->all(FLERR, "jamlab/descend: {} steps for one factorisation and a factor {} of the shift make no sense", n.refresh,
-               n.definite);
+    error->all(FLERR, "jamlab/descend: {} steps for one factorisation and a factor {} of the shift make no sense",
+               n.refresh, n.definite);
   pairs.resize(static_cast<std::size_t>(n.refresh));
 }
 
@@ -177,7 +178,8 @@ void CommandDescend::descend(Point &here)
 /* converged, or contacts are gone and forces too small to press droplets together again */
 bool CommandDescend::enough(double largest_force) const
 {
-  return largest_force <= numbers.force || (largest_force < numbers.loose_force && pair->eng_vdwl < numbers.loose_energy);
+  return largest_force <= numbers.force ||
+         (largest_force < numbers.loose_force && pair->eng_vdwl < numbers.loose_energy);
 }
 
 /* the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the next smaller one

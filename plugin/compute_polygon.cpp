@@ -68,7 +68,8 @@ void ComputePolygon::compute_array()
   perimeter.assign(polygons.size(), 0.0);
   polygon_rings.areas_and_centers(shape, false, [&](const PolygonRings::RingSegment &segment) {
     const PolygonRings::Edges edges = polygon_rings.edges(segment);
-    for (int n = 1; n <= segment.end - segment.begin; n++) perimeter[segment.polygon] += std::hypot(edges.x[n], edges.y[n]);
+    for (int n = 1; n <= segment.end - segment.begin; n++)
+      perimeter[segment.polygon] += std::hypot(edges.x[n], edges.y[n]);
   });
   polygon_rings.sum(perimeter, 1);
 
@@ -76,7 +77,8 @@ void ComputePolygon::compute_array()
   std::fill_n(all, size_array_rows * COLUMNS, 0.0);
   for (std::size_t k = 0; k < polygons.size(); k++) {
     if (!polygons[k].first) continue;
-    double *const row = array[std::lower_bound(molecules.begin(), molecules.end(), polygons[k].molecule) - molecules.begin()];
+    double *const row =
+        array[std::lower_bound(molecules.begin(), molecules.end(), polygons[k].molecule) - molecules.begin()];
     const double a = shape[3 * k], p = perimeter[k];
     row[AREA] = a;
     row[PERIMETER] = p;
@@ -119,7 +121,8 @@ void ComputePolygon::count_crossings(int column)
     Corner here = corners[begin];
     for (std::size_t k = begin; k < end; k++) {
       ring.insert(ring.end(), {here.x, here.y});
-      here = *std::lower_bound(corners.begin() + begin, corners.begin() + end, Corner{here.molecule, here.next, 0, 0, 0}, before);
+      here = *std::lower_bound(corners.begin() + begin, corners.begin() + end,
+                               Corner{here.molecule, here.next, 0, 0, 0}, before);
     }
     const auto row = std::lower_bound(molecules.begin(), molecules.end(), here.molecule) - molecules.begin();
     array[row][column] = edge_crossings(ring);

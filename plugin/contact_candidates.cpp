@@ -143,7 +143,8 @@ bool ContactCandidates::one_outline(int i, int j, const ContactLaws &laws) const
 /* what is at `listed`, an atom as in neighbor lists: its upper bits are those of special_bonds */
 void ContactCandidates::add(int i, int listed, Edge edge)
 {
-  const int tail = edge.tail, law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], listed >> SBBITS & 3);
+  const int tail = edge.tail,
+            law = PairLaws::number(atom->ntypes, atom->type[i], atom->type[tail], listed >> SBBITS & 3);
   of_point.push_back({atom->molecule[tail], atom->tag[tail], outline->image(tail), edge, law});
 }
 
@@ -161,7 +162,8 @@ void ContactCandidates::keep(int i, int j, bool by_outline)
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
-    const bool same = n > 0 && row_list.back().law == candidate.law && (!by_outline || candidate.same_outline(of_point[n - 1]));
+    const bool same =
+        n > 0 && row_list.back().law == candidate.law && (!by_outline || candidate.same_outline(of_point[n - 1]));
     if (!same) row_list.push_back({i, j, candidate.law, size, size});
     near_list.push_back(number);
     row_list.back().end++;
@@ -186,7 +188,8 @@ void ContactCandidates::measure_edges(const Block &block)
 {
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   EdgeFrame *frame = frame_list.data();
-  for (int n = block.edge_begin; n < block.edge_end; n++) *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
+  for (int n = block.edge_begin; n < block.edge_end; n++)
+    *frame++ = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
 }
 
 double ContactCandidates::memory_usage() const

@@ -67,15 +67,16 @@ JAMLAB_WIDE_VECTORS bool LAMMPS_NS::factorise_panel(double *panel, int width, in
   return true;
 }
 
-JAMLAB_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, int height, int stride, double *product,
-                                                int apart)
+JAMLAB_WIDE_VECTORS void LAMMPS_NS::multiply_panel(const double *rows, int width, int height, int stride,
+                                                   double *product, int apart)
 {
   for (int first = 0; first < height; first += COLUMNS)
     for (int r = first; r < height; r += PANEL_ROWS) {
       Four sums[2 * COLUMNS];
       MULTIPLY(rows + r, rows + first, width, stride, sums);
       double *const to = product + static_cast<std::ptrdiff_t>(first) * apart + r;
-      for (int q = 0; q < COLUMNS; q++) std::memcpy(to + static_cast<std::ptrdiff_t>(q) * apart, &sums[2 * q], 2 * sizeof(Four));
+      for (int q = 0; q < COLUMNS; q++)
+        std::memcpy(to + static_cast<std::ptrdiff_t>(q) * apart, &sums[2 * q], 2 * sizeof(Four));
     }
 }
 
@@ -116,14 +117,14 @@ static ALWAYS_INLINE void up(const double *panel, int width, int rows, int strid
   }
 }
 
-JAMLAB_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int rows, int stride, double *own,
-                                            double *below)
+JAMLAB_WIDE_VECTORS void LAMMPS_NS::solve_down(int block, const double *panel, int width, int rows, int stride,
+                                               double *own, double *below)
 {
   block == 2 ? down<2>(panel, width, rows, stride, own, below) : down<3>(panel, width, rows, stride, own, below);
 }
 
-JAMLAB_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int rows, int stride, double *own,
-                                          const double *below)
+JAMLAB_WIDE_VECTORS void LAMMPS_NS::solve_up(int block, const double *panel, int width, int rows, int stride,
+                                             double *own, const double *below)
 {
   block == 2 ? up<2>(panel, width, rows, stride, own, below) : up<3>(panel, width, rows, stride, own, below);
 }

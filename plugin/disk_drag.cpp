@@ -11,8 +11,8 @@ using namespace LAMMPS_NS;
 static constexpr double BLOCK_SHIFT = 1e-3;
 static constexpr double ROUNDING = 4e-16;
 static constexpr int PEELS = 20;    // chains of loose disks are shorter
-// Conjugate gradients are slow from SLOW iterations on without factors, and with them from GROWN times as many as the first
-// solution took with these factors. Factors cost some ten iterations, and serve for several solutions.
+// Conjugate gradients are slow from SLOW iterations on without factors, and with them from GROWN times as many as the
+// first solution took with these factors. Factors cost some ten iterations, and serve for several solutions.
 static constexpr int SLOW = 40, GROWN = 2, FEW = 8;
 // Drag over the background that motions without any get, such as gears that turn each other
 static constexpr double SHIFT = 1e-3;
@@ -203,7 +203,8 @@ void DiskDrag::factorise_for_answers()
   if (factored || answer_iterations > SLOW) factorise();
 }
 
-/* blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of */
+/* blocks on the diagonal are those of all contacts; between disks, those of contacts that this rank owns both ends of
+ */
 void DiskDrag::factorise()
 {
   BlockAssembly<3> matrix(atom);
@@ -291,7 +292,8 @@ void DiskDrag::zero_rattler_velocities(Field &u)
 double DiskDrag::elastic_moment() const
 {
   double elastic = 0.0;
-  for (std::size_t k = 0; k < rows.size(); k++) elastic -= contacts[k].share * contacts[k].force * rows[k].nx * lever(k);
+  for (std::size_t k = 0; k < rows.size(); k++)
+    elastic -= contacts[k].share * contacts[k].force * rows[k].nx * lever(k);
   Field unused(nlocal + nghost);
   for (std::size_t e = 0; e < marginal.size(); e++) elastic -= add_pair_forces(e, 0.0, marginal[e].held, unused);
   return sum(elastic);

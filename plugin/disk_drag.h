@@ -63,8 +63,9 @@ class DiskDrag : public DragSystem<DiskRow> {
   double misfit(const Field &u, double rate, double least_speed) const;    // the worst of the marginal pairs
   bool marginal_pairs_change() const;         // a gap has closed or opened in the last step
   std::vector<double> parts_before() const;    // of the drag of marginal pairs that acted until now
-  // States of several marginal pairs, each of which decides on the others: those that drag comes to which sets in over a
-  // thin layer, from the parts that acted before. Load: a stress is the whole one. false: the parts never come to rest
+  // States of several marginal pairs, each of which decides on the others: those that drag comes to which sets in over
+  // a thin layer, from the parts that acted before. Load: a stress is the whole one. false: the parts never come to
+  // rest
   bool relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &);
   bool close_rubbing();             // all of them, where no solution is found; false: there are none
   void forget_settled(bool all);    // pairs whose gap tells their state; but for those that are to be decided
@@ -80,7 +81,8 @@ class DiskDrag : public DragSystem<DiskRow> {
   void set_marginal_contacts(const std::vector<MarginalContact> &earlier) { marginal = earlier; }
   bool is_linear() const { return law.alpha == 1.0; }
 
-  // pairs of this rank whose state does not fit after a displacement: moved(pair, time, x, y, lean) is that of j against i
+  // pairs of this rank whose state does not fit after a displacement: moved(pair, time, x, y, lean) is that of j
+  // against i
   template <typename Moved> void find_changes(const Field &u, double rate, double time, const Moved &,
                                               std::vector<Change> &) const;
   // rubbing pairs that part or meet by then; thetas of the start and of a later time
@@ -96,7 +98,8 @@ class DiskDrag : public DragSystem<DiskRow> {
   std::vector<int> states;     // of pairs
   std::vector<int> pair_of;    // of rows
   std::vector<MarginalContact> marginal;
-  std::vector<std::vector<int>> pairs_of;    // of marginal contacts, on this rank; two halves across the box, newton off
+  std::vector<std::vector<int>>
+      pairs_of;    // of marginal contacts, on this rank; two halves across the box, newton off
   std::vector<std::vector<int>> rows_of;     // of rubbing ones
   double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
   double thinnest = 0.0, least_overlap = 0.0;

@@ -149,7 +149,9 @@ template <class Row> class DragSystem : public DragSolver {
   {
     const double w = weights[k], v = law.beta * w;
     const Slip bend = bends.empty() ? Slip{0.0, 0.0} : bends[k];
-    const auto bent = [&](const Part &part, int a) { return bend.approach * part.approach[a] + bend.slide * part.slide[a]; };
+    const auto bent = [&](const Part &part, int a) {
+      return bend.approach * part.approach[a] + bend.slide * part.slide[a];
+    };
     Block found;
     for (int a = 0; a < D; a++)
       for (int b = 0; b < D; b++)

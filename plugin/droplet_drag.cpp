@@ -59,8 +59,8 @@ void DropletDrag::update_contacts(int local, int ghost, double time_ahead)
   if (!find_meetings(*pair, lmp->atom->x, meetings)) {
     const DropletMeeting &m = meetings.back();
     const tagint *const tag = lmp->atom->tag;
-    lmp->error->one(FLERR, "{}: {} outlines cross at atom {}, edge {} - {}: take shorter steps, by a smaller tolerance", WHO,
-                    FLOW_CROSSES, tag[m.vertex], tag[m.tail], tag[m.head]);
+    lmp->error->one(FLERR, "{}: {} outlines cross at atom {}, edge {} - {}: take shorter steps, by a smaller tolerance",
+                    WHO, FLOW_CROSSES, tag[m.vertex], tag[m.tail], tag[m.head]);
   }
   rows.clear();
   contacts.clear();

@@ -66,13 +66,16 @@ inline Foot foot_on_edge(double x, double y, const EdgeFrame &edge)
 class NearestEdge {
  public:
 #ifdef __SSE2__
-  NearestEdge(const double *point, double within) : point(_mm_loadu_pd(point)), rsq(_mm_set_sd(within)), within(within) {}
+  NearestEdge(const double *point, double within) : point(_mm_loadu_pd(point)), rsq(_mm_set_sd(within)), within(within)
+  {
+  }
 
   void meet(const EdgeFrame &edge, int number)
   {
     const __m128d along = _mm_loadu_pd(&edge.ex), from_tail = _mm_sub_pd(point, _mm_loadu_pd(&edge.x));
-    const __m128d here = _mm_min_sd(_mm_max_sd(_mm_mul_sd(sum(_mm_mul_pd(from_tail, along)), _mm_load_sd(&edge.per_lsq)),
-                                               _mm_setzero_pd()), _mm_set_sd(1.0));
+    const __m128d here = _mm_min_sd(
+        _mm_max_sd(_mm_mul_sd(sum(_mm_mul_pd(from_tail, along)), _mm_load_sd(&edge.per_lsq)), _mm_setzero_pd()),
+        _mm_set_sd(1.0));
     const __m128d apart = _mm_sub_pd(from_tail, _mm_mul_pd(_mm_unpacklo_pd(here, here), along));
     const __m128d square = sum(_mm_mul_pd(apart, apart));
     found = _mm_comilt_sd(square, rsq) ? number : found;

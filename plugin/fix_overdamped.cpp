@@ -87,7 +87,8 @@ void FixOverdamped::setup(int /*vflag*/)
 /* something else has moved the particles since, such as a minimisation */
 void FixOverdamped::forget_velocities()
 {
-  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement}) std::fill(each->begin(), each->end(), Vec3());
+  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement})
+    std::fill(each->begin(), each->end(), Vec3());
   state.step = state.last_step = state.step_before = 0.0;
 }
 
@@ -267,9 +268,10 @@ void FixOverdamped::refuse(const DragSolver::Result &result) const
                "still too long: {}", WHO, FLOW_SLIPS, state.time, state.strain, state.last_step, more_background());
   const std::string left = std::isfinite(result.residual) ? fmt::format("a residual of {:.3g}", result.residual)
                                                           : std::string("no finite residual");
-  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: {} is left after {} iterations: {}, "
-             "or a looser solver tolerance", WHO, FLOW_SINGULAR, state.time, state.strain, left, result.iterations,
-             more_background());
+  error->all(FLERR,
+             "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: {} is left after {} iterations: {}, "
+             "or a looser solver tolerance",
+             WHO, FLOW_SINGULAR, state.time, state.strain, left, result.iterations, more_background());
 }
 
 std::string FixOverdamped::more_background() const
@@ -334,7 +336,8 @@ double FixOverdamped::longest_step() const
   const double stable = least;
   if (fastest > 0.0) least = std::min(least, std::min(TRAVEL * length_unit, REACH * neighbor->skin) / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
-  if (drive == OSCILLATE) least = std::min(least, (droplets ? 0.5 : 1.0) * PHASE / omega);    // their work is a trapezoid
+  if (drive == OSCILLATE)
+    least = std::min(least, (droplets ? 0.5 : 1.0) * PHASE / omega);    // their work is a trapezoid
   if (!std::isfinite(least) && (droplets || interval > 0.0)) least = droplets ? time_unit() : interval;    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))

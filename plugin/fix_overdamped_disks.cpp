@@ -27,15 +27,15 @@ static constexpr double TO_NODE[3] = {0.0, 0.5, 0.75};    // of the velocity bef
 static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
 static constexpr double NOISE = 0.7;        // error over that of a longer step, from which on it is the solver's
-static constexpr double EXTRAPOLATION = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
-                                            // no drag would grow from step to step
+static constexpr double EXTRAPOLATION = 0.9;    // in the velocities ahead, where the solver starts; at 1, motion that
+                                                // costs no drag would grow from step to step
 static constexpr double STEP_SHARE = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
 static constexpr double DISTURBED = 10.0;      // disks that move by as much as one contact does that drags wrongly
-static constexpr double SMALL_SYSTEM = 32.0;         // disks, each of which counts in a stress; one of more counts for less
+static constexpr double SMALL_SYSTEM = 32.0;    // disks, each of which counts in a stress; one of more counts for less
 static constexpr double SHORTEST_SHARE = 0.05;       // part of the error of a whole step that the shortest one may make
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time below which none is tried
-static constexpr double FORCED = 1e-3;      // step over the relaxation time that is taken where pairs that rub allow none
+static constexpr double FORCED = 1e-3;    // step over the relaxation time that is taken where pairs that rub allow none
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
 static constexpr int ROUNDS = 8;            // of the states of several pairs
 
@@ -75,7 +75,8 @@ void FixOverdamped::start_disks()
   const double least = tolerance * state.speed / DISTURBED;
   disks->set_min_speed((finite_size_factor() - 1.0) * STEP_SHARE * least);
   const auto parts = disks->parts_before();
-  if (parts.size() > 1 && disks->marginal_pairs_change() && (disks->rubs(velocity, state.rate) || !fit(find_velocities(), least))) {
+  if (parts.size() > 1 && disks->marginal_pairs_change() &&
+      (disks->rubs(velocity, state.rate) || !fit(find_velocities(), least))) {
     relax_ties(parts, least);
   } else {
     DiskDrag::Revision revision = DiskDrag::CHANGED;
@@ -104,7 +105,8 @@ void FixOverdamped::relax_ties(const std::vector<double> &parts, double least_sp
 {
   DragSolver::Result result = {};
   for (int round = 0; round < (disks->is_linear() ? 1 : ROUNDS); round++) {
-    const bool rests = disks->relax_marginal_pairs(parts, velocity, {driven_rate(), area() * wanted_stress, drive == STRESS});
+    const bool rests =
+        disks->relax_marginal_pairs(parts, velocity, {driven_rate(), area() * wanted_stress, drive == STRESS});
     result = find_velocities();
     if (rests && fit(result, least_speed)) return;
     if (!result.converged) std::fill(velocity.begin(), velocity.end(), Vec3());
@@ -255,7 +257,8 @@ double FixOverdamped::up_to_changes(double step, double allowed)
     double sum = 0.0;
     for (const auto &change : changes) {
       const double late = std::max(0.0, time - change.time);
-      sum += DISTURBED * change.speed * late * (change.steepness > 0.0 ? std::min(1.0, 0.5 * change.steepness * late) : 1.0);
+      sum += DISTURBED * change.speed * late *
+             (change.steepness > 0.0 ? std::min(1.0, 0.5 * change.steepness * late) : 1.0);
     }
     return sum;
   };

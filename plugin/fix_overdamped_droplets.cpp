@@ -119,7 +119,8 @@ bool FixOverdamped::correct_droplets(const Field &predicted, double predicted_ra
   const double extra = implicit_time * (state.rate - predicted_rate), ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const double dx = implicit_time * (velocity[i].x - predicted[i].x), dy = implicit_time * (velocity[i].y - predicted[i].y);
+    const double dx = implicit_time * (velocity[i].x - predicted[i].x),
+                 dy = implicit_time * (velocity[i].y - predicted[i].y);
     displacement[i].x += dx;
     displacement[i].y += dy;
     x[i][1] += dy;

@@ -170,7 +170,8 @@ void FixOverdamped::find_computes()
   virial = modify->get_compute_by_id(fmt::format("{}_virial", id));
   energy = modify->get_compute_by_id(fmt::format("{}_energy", id));
   if (!virial || !energy)
-    error->all(FLERR, "{}: compute {}_virial or {}_energy is gone, which belong to it: do not uncompute them", WHO, id, id);
+    error->all(FLERR, "{}: compute {}_virial or {}_energy is gone, which belong to it: do not uncompute them", WHO, id,
+               id);
 }
 
 /* Forces that are not those of the contacts would move particles without being in any stress, energy or

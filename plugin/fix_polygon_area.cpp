@@ -28,8 +28,8 @@ static constexpr char WHO[] = "Fix polygon/area";
 
 /* fix ID group polygon/area ka a0: each a number, d_name or v_name */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"), energy(0.0),
-    eflag_caller(0), level(0), levels(0), parameters_of(-1), done(false)
+    Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"),
+    energy(0.0), eflag_caller(0), level(0), levels(0), parameters_of(-1), done(false)
 {
   if (narg != 5)
     error->all(FLERR, "Fix polygon/area needs: ka a0, each a number, d_name from fix property/atom, or v_name");
@@ -163,7 +163,9 @@ double FixPolygonArea::add_forces(double gamma, double eta)
   find_parameters();
   energy = 0.0;
   double length = 0.0;
-  polygon_rings.areas_and_centers(shape, vflag_either, [&](const PolygonRings::RingSegment &segment) { length += add_area_force(segment, gamma, eta); });
+  polygon_rings.areas_and_centers(shape, vflag_either, [&](const PolygonRings::RingSegment &segment) {
+    length += add_area_force(segment, gamma, eta);
+  });
   return gamma * length;
 }
 
@@ -184,7 +186,8 @@ double FixPolygonArea::add_area_force(const PolygonRings::RingSegment &segment, 
   double length = 0.0;
 #pragma omp simd reduction(+ : length)
   for (int n = 0; n <= size; n++) {
-    const double long_enough = sqrt(std::max(ex[n] * ex[n] + ey[n] * ey[n] + eta * eta, std::numeric_limits<double>::min()));
+    const double long_enough =
+        sqrt(std::max(ex[n] * ex[n] + ey[n] * ey[n] + eta * eta, std::numeric_limits<double>::min()));
     pull[n] = gamma / long_enough;
     length += n ? long_enough : 0.0;
   }
@@ -236,11 +239,13 @@ void FixPolygonArea::check_rest_areas() const
 {
   for (std::size_t k = 0; k < a0.size(); k++) {
     if (a0[k] <= 0.0)
-      error->one(FLERR, "Fix polygon/area: rest area of polygon {} is {}, must be positive; vertices that fix deposit "
-                 "or create_atoms made have it from an atom-style variable v_name", polygon_rings.polygons()[k].molecule, a0[k]);
+      error->one(FLERR,
+                 "Fix polygon/area: rest area of polygon {} is {}, must be positive; vertices that fix deposit "
+                 "or create_atoms made have it from an atom-style variable v_name",
+                 polygon_rings.polygons()[k].molecule, a0[k]);
     if (ka[k] < 0.0)
-      error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative", polygon_rings.polygons()[k].molecule,
-                 ka[k]);
+      error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative",
+                 polygon_rings.polygons()[k].molecule, ka[k]);
   }
 }
 
@@ -260,5 +265,6 @@ void *FixPolygonArea::extract(const char *str, int &dim)
 
 double FixPolygonArea::memory_usage()
 {
-  return (ka.capacity() + a0.capacity() + shape.capacity() + pulls.capacity()) * sizeof(double) + polygon_rings.memory_usage();
+  return (ka.capacity() + a0.capacity() + shape.capacity() + pulls.capacity()) * sizeof(double) +
+         polygon_rings.memory_usage();
 }

@@ -169,7 +169,8 @@ void FixPolygonOutline::read_bonds()
     records[home].push_back({molecule, atom->tag[i], 0, x[0], x[1], ImageOffset(atom->image[i])});
     asked[home].push_back(i);
     for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) records[home].push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0, {}});
+      if (atom->bond_type[i][m] > 0)
+        records[home].push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0, {}});
   }
 
   struct Place {
@@ -284,7 +285,8 @@ int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pb
 void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
 {
   for (int i = first; i < first + n; i++, buf += PER_GHOST) {
-    links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]), 0, 0, 0};
+    links[i] = {
+        static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]), 0, 0, 0};
     images[i] = {static_cast<int>(buf[3]), static_cast<int>(buf[4])};
   }
 }

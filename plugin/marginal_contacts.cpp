@@ -18,8 +18,8 @@ static constexpr double BASE = 0.5;             // part of the drag that keeps t
 static constexpr double ANSWER = 1e-5;          // residual of an answer, over the force that is answered
 static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
 static constexpr double SINGULAR = 1e-2;        // pivot over the largest one that determines nothing
-static constexpr double EXACT = 1e-8;           // ANSWER, where a disk may have no other contact than marginal ones, and
-                                                // of a power law, whose held forces swing by more than what is left
+static constexpr double EXACT = 1e-8;    // ANSWER, where a disk may have no other contact than marginal ones, and
+                                         // of a power law, whose held forces swing by more than what is left
 static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
 static constexpr double SAME = 1e-6;            // of the reach, between the two halves of a contact
 
@@ -214,8 +214,8 @@ void DiskDrag::find_exits(const Field &u, double rate, const std::vector<double>
   }
 }
 
-/* Add forces on a marginal pair, against its parting and its slip, to the field without ghosts' sums. Returns their part
-   in A stress, of this rank */
+/* Add forces on a marginal pair, against its parting and its slip, to the field without ghosts' sums. Returns their
+   part in A stress, of this rank */
 double DiskDrag::add_pair_forces(std::size_t e, double back, double rub, Field &force) const
 {
   double moment = 0.0;
@@ -309,7 +309,8 @@ void DiskDrag::set_multipliers(const std::vector<double> &forces)
   for (std::size_t e = 0; e < marginal.size(); e++) marginal[e].held = forces[e];
 }
 
-/* velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, where the rate is free */
+/* velocities that answer to unit forces on a marginal pair; returns the part of these in A stress, where the rate is
+ * free */
 double DiskDrag::answer_to(std::size_t e, double back, double rub, double accuracy, const Load &load, Field &force,
                            Field &answer, double &rate, Result &result)
 {
@@ -364,7 +365,8 @@ std::vector<double> DiskDrag::parts_before() const
   return parts;
 }
 
-/* with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on each */
+/* with all marginal pairs at the part BASE of their drag, velocities answer linearly to the rest of it, two forces on
+ * each */
 bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, const Load &driven)
 {
   const std::size_t m = marginal.size(), n = 2 * m;

@@ -151,7 +151,9 @@ void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
       if (j < 0 || factors[level] == 1.0 || laws.start[atom->type[i]][atom->type[j]] < 0.0) continue;
       const bool idisk = laws.disk(atom->type[i]), jdisk = laws.disk(atom->type[j]);
       if ((idisk && jdisk) || (!idisk && !jdisk && atom->molecule[i] == atom->molecule[j])) continue;
-      lmp->error->one(FLERR, "{}: bonds join atoms {} and {}, of which one is on an outline, so that special_bonds cannot "
-                      "weaken their contacts: use special_bonds lj/coul 1 1 1", STYLE, atom->tag[i], atom->special[i][k]);
+      lmp->error->one(FLERR,
+                      "{}: bonds join atoms {} and {}, of which one is on an outline, so that special_bonds cannot "
+                      "weaken their contacts: use special_bonds lj/coul 1 1 1",
+                      STYLE, atom->tag[i], atom->special[i][k]);
     }
 }

@@ -24,8 +24,8 @@ using namespace LAMMPS_NS;
 static constexpr char WHO[] = "Pair style circuloline";
 
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
-    Pair(lmp), in_use(), outline(nullptr), candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)), candidates_for(-1, -1),
-    user_cutoff(0.0), raised_cutoff(-1.0)
+    Pair(lmp), in_use(), outline(nullptr), candidates(NUMBER_OF_CONTACT_FORMS, ContactCandidates(lmp)),
+    candidates_for(-1, -1), user_cutoff(0.0), raised_cutoff(-1.0)
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
@@ -105,7 +105,8 @@ template <class Act> void PairCirculoline::visit_contacts(Act act)
       const std::size_t room = candidates[k].most_contacts(block) + 1;    // one is written beyond the last
       if (found.size() < room) found.resize(room);
       const auto form = static_cast<ContactForm>(k);
-      const Contact *const last = &found[LAMMPS_NS::find_contacts(form, candidates[k], block, x, pair_laws, found.data())];
+      const Contact *const last =
+          &found[LAMMPS_NS::find_contacts(form, candidates[k], block, x, pair_laws, found.data())];
       for (const Contact *contact = found.data(); contact < last; contact++) act(*contact);
     }
   }
@@ -183,7 +184,8 @@ const std::vector<Contact> &PairCirculoline::present_contacts()
 {
   const int nall = atom->nlocal + atom->nghost;
   const auto lists = FixPolygonOutline::shared(lmp, WHO)->lists();
-  if ((lists == candidates_for || lists.first == 0) && (static_cast<int>(tags.size()) != nall || !std::equal(tags.begin(), tags.end(), atom->tag)))
+  if ((lists == candidates_for || lists.first == 0) &&
+      (static_cast<int>(tags.size()) != nall || !std::equal(tags.begin(), tags.end(), atom->tag)))
     error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
   comm->forward_comm();
   renew_candidates();
@@ -266,8 +268,10 @@ double PairCirculoline::init_one(int i, int j)
   if (start < 0.0)
     start = laws.start[j][i] = width;
   else if (width > start)
-    error->all(FLERR, "Pair style circuloline: delta of types {} and {} grew to {} from {} at the start of the run, for "
-               "which the neighbor lists are made: start with the largest value", i, j, width, start);
+    error->all(FLERR,
+               "Pair style circuloline: delta of types {} and {} grew to {} from {} at the start of the run, for "
+               "which the neighbor lists are made: start with the largest value",
+               i, j, width, start);
 
   const double cutoff = laws.cutoff(i, j);
   const double ghosts = laws.disk(i) && laws.disk(j) ? cutoff : std::max(cutoff, start + laws.longest_edge);
@@ -296,8 +300,10 @@ void PairCirculoline::mix_widths(int i, int j)
   Given &pair = given(i, j);
   if (laws.start[i][j] >= 0.0 && laws.width[i][j] != pair.mixed) return;
   if (laws.width[i][i] <= 0.0 || laws.width[j][j] <= 0.0)
-    error->all(FLERR, "Pair style circuloline: types {} and {} have no widths of their own to mix: give pair_coeff {} {} "
-               "eps delta", i, j, i, j);
+    error->all(FLERR,
+               "Pair style circuloline: types {} and {} have no widths of their own to mix: give pair_coeff {} {} "
+               "eps delta",
+               i, j, i, j);
   laws.width[i][j] = pair.mixed = 0.5 * (laws.width[i][i] + laws.width[j][j]);
 }
 

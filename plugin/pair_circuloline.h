@@ -52,7 +52,7 @@ class PairCirculoline : public Pair {
     return law.eps * law.per_width * law.per_width;
   }
 
-  const std::vector<Contact> &find_contacts();       // of this rank, where ghosts are up to date; good until the next call
+  const std::vector<Contact> &find_contacts();    // of this rank, where ghosts are up to date; good until the next call
   const std::vector<Contact> &present_contacts();    // the same, collective: brings ghosts up to date
 
  protected:

@@ -131,8 +131,10 @@ void PairDiskDrag::check_reach() const
     for (int j = i; j <= atom->ntypes; j++) {
       const double s = 0.5 * (largest[i] + largest[j]);
       if (s > (1.0 + ROUNDING) * reach[i][j])
-        error->all(FLERR, "{}: disks of types {} and {} touch at {}, with diameters up to {} and {}, and pair_coeff lets "
-                   "their neighbor lists reach {} only: raise its s", WHO, i, j, s, largest[i], largest[j], reach[i][j]);
+        error->all(FLERR,
+                   "{}: disks of types {} and {} touch at {}, with diameters up to {} and {}, and pair_coeff lets "
+                   "their neighbor lists reach {} only: raise its s",
+                   WHO, i, j, s, largest[i], largest[j], reach[i][j]);
     }
 }
 
@@ -184,7 +186,8 @@ void PairDiskDrag::allocate()
 void PairDiskDrag::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
-    error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value]",
+    error->all(FLERR,
+               "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value]",
                WHO);
 
   law = DragLaw();
@@ -207,9 +210,10 @@ void PairDiskDrag::settings(int narg, char **arg)
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "contact") == 0)
       law.arms_to_contact = true;
     else
-      error->all(FLERR,
-                 "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value, sizes d_name, power value",
-                 WHO, arg[k], arg[k + 1]);
+      error->all(
+          FLERR,
+          "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value, sizes d_name, power value",
+          WHO, arg[k], arg[k + 1]);
   }
 
   if (!(law.tau >= 0.0)) error->all(FLERR, "{}: tau {} must be a time, 0 for disks without contact drag", WHO, law.tau);
@@ -220,7 +224,8 @@ void PairDiskDrag::settings(int narg, char **arg)
                WHO, law.alpha, LEAST_ALPHA);
   if (power != 0.0 && sizes.empty()) error->all(FLERR, "{}: power {} is for disks with sizes d_name", WHO, power);
   if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
-    error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent, LARGEST_EXPONENT);
+    error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent,
+               LARGEST_EXPONENT);
 }
 
 /* pair_coeff i j K s, as of harmonic/cut where the exponent is 2 */

@@ -61,7 +61,8 @@ class PolygonRings : protected Pointers {
       if (!whole(segment)) act(segment);
   }
 
-  // when act(run) is called: vectors along the polygon, the first to the first vertex of the run, the last from its last
+  // when act(run) is called: vectors along the polygon, the first to the first vertex of the run, the last from its
+  // last
   struct Edges {
     const double *x, *y;    // one more than the run has vertices
   };
@@ -90,7 +91,10 @@ class PolygonRings : protected Pointers {
   std::vector<double> edge_x, edge_y, place_x, place_y;
 
   std::size_t first_edge(const RingSegment &segment) const { return segment.begin + (&segment - segment_list.data()); }
-  bool whole(const RingSegment &segment) const { return segment.end - segment.begin == polygon_list[segment.polygon].size; }
+  bool whole(const RingSegment &segment) const
+  {
+    return segment.end - segment.begin == polygon_list[segment.polygon].size;
+  }
   void measure(const RingSegment &, bool centers, double *);
   bool takes_part(int i, int groupbit) const;
   void walk(int start, int polygon, int groupbit, std::vector<char> &seen);

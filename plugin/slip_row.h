@@ -24,7 +24,8 @@ inline void field_add(Field &to, double factor, const Field &from, int n)
 
 inline double field_dot(const Field &a, const Field &b, int n)
 {
-  const double *const p = reinterpret_cast<const double *>(a.data()), *const q = reinterpret_cast<const double *>(b.data());
+  const double *const p = reinterpret_cast<const double *>(a.data()), *const q =
+                                                                          reinterpret_cast<const double *>(b.data());
   double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
   for (int k = 0; k < 3 * n; k++) sum += p[k] * q[k];

@@ -1,6 +1,6 @@
 // Copy positions and forces between arrays in the order of the ids and LAMMPS' own arrays, whose order changes whenever
-// LAMMPS sorts its atoms. A lattice vector for every image flag keeps positions unwrapped. Each function returns n, or -1
-// where the ids are not 1 to n; `_wide` ones are for ids and image flags of 64 bits (LAMMPS_BIGBIG).
+// LAMMPS sorts its atoms. A lattice vector for every image flag keeps positions unwrapped. Each function returns n, or
+// -1 where the ids are not 1 to n; `_wide` ones are for ids and image flags of 64 bits (LAMMPS_BIGBIG).
 
 #include "kernel.h"
 

@@ -41,8 +41,8 @@ struct Corner {
 }  // namespace
 
 // Chain pieces into loops, numbered by their first pieces.
-//   following (k), a permutation; shift (k, 2): image of the piece that follows; loop (k), image (k, 2), winding (k, 2),
-//   origin (k) out: see Boundary, of which the first rows of the last two are written, one for each loop.
+//   following (k), a permutation; shift (k, 2): image of the piece that follows; loop (k), image (k, 2), winding (k,
+//   2), origin (k) out: see Boundary, of which the first rows of the last two are written, one for each loop.
 // Returns the number of loops, or -1 if `following` is no permutation.
 JAMLAB_KERNEL chain_loops(int64_t k, const int64_t *following, const int64_t *shift, int64_t *loop, int64_t *image,
                           int64_t *winding, int64_t *origin)
@@ -67,7 +67,8 @@ try {
 }
 JAMLAB_OR_NO_MEMORY
 
-// Area to the right of each loop by Green's theorem; of a loop that winds around the torus, up to multiples of the cell.
+// Area to the right of each loop by Green's theorem; of a loop that winds around the torus, up to multiples of the
+// cell.
 //   start, end (k, 2), radius, angle (k), loop (k), image (k, 2): pieces in line with the first of their loop;
 //   winding (loops, 2), origin (loops); box (2, 2); area (loops) out.
 JAMLAB_KERNEL loop_areas(int64_t k, int64_t loops, const double *start, const double *end, const double *radius,

@@ -213,7 +213,8 @@ JAMLAB_OR_NO_MEMORY
 
 // Free arcs as pieces of the boundary, each followed by the arc of the disk that it meets.
 //   disk, start, angle, from, to (arcs): see DiskCells; pair, image: of the chords; positions (n, 2), radius (n);
-//   begin, end, centre (arcs, 2), size (arcs): see Pieces; following (arcs), shift (arcs, 2) out, -1 where no arc begins.
+//   begin, end, centre (arcs, 2), size (arcs): see Pieces; following (arcs), shift (arcs, 2) out, -1 where no arc
+//   begins.
 JAMLAB_KERNEL draw_arcs(int64_t arcs, const int64_t *disk, const double *start, const double *angle,
                         const int64_t *from, const int64_t *to, int64_t chords, const int64_t *pair,
                         const int64_t *image, const double *positions, const double *radius, double *begin,

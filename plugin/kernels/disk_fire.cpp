@@ -16,8 +16,8 @@ namespace {
 
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
 
-// U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the strength is an energy,
-// or else a stiffness; see DiskLaw in packing/force_laws.py.
+// U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the strength is an
+// energy, or else a stiffness; see DiskLaw in packing/force_laws.py.
 struct Law {
   double strength;
   bool relative;
@@ -67,7 +67,8 @@ JAMLAB_WIDE_VECTORS void repel(Batch &pairs, int count, Law law)
   // divisions are made where nothing touches as well: a loop without branches runs on four pairs at a time
   for (int p = 0; p < count; ++p) {
     const double x = pairs.x[p], y = pairs.y[p], reach = pairs.reach[p];
-    const double r = std::sqrt(x * x + y * y), overlap = std::max(reach - r, 0.0), unit = law.relative ? reach * reach : 1.0;
+    const double r = std::sqrt(x * x + y * y), overlap = std::max(reach - r, 0.0),
+                 unit = law.relative ? reach * reach : 1.0;
     const double slope = law.strength * overlap / (unit * std::max(r, NEARLY_TOGETHER));
     pairs.force_x[p] = slope * x;
     pairs.force_y[p] = slope * y;
@@ -200,7 +201,8 @@ class Minimizer {
       sum.yy += amount * border.strain[a].yy;
     }
     const double half = 0.5 * (sum.xx - sum.yy), middle = std::exp(0.5 * (sum.xx + sum.yy));
-    const Triangle map{std::exp(sum.xx), sum.xy * middle * (half != 0 ? std::sinh(half) / half : 1.0), std::exp(sum.yy)};
+    const Triangle map{std::exp(sum.xx), sum.xy * middle * (half != 0 ? std::sinh(half) / half : 1.0),
+                       std::exp(sum.yy)};
     cell.box = cell.box.after(map);
     cell.since = cell.since.after(map);
     if (k == 0) all.set_box(cell.box);  // nobody looks at it before all have met
@@ -236,8 +238,8 @@ class Minimizer {
     });
   }
 
-  // New neighbors as soon as a disk has moved half the skin, or nearer ones where lists last; `travelled` is a bound that
-  // spares looking at every step.
+  // New neighbors as soon as a disk has moved half the skin, or nearer ones where lists last; `travelled` is a bound
+  // that spares looking at every step.
   void relist(int k, int64_t step, Cell &cell, double &travelled)
   {
     const bool lasts = step - built_at == LONG && skin > TIGHTEST;
@@ -392,9 +394,9 @@ class Minimizer {
 // Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions that are not finite,
 // -4: no threads.
 JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box, double strength,
-                         int64_t relative, double exponent, double tolerance, int64_t steps, int64_t threads, double skin,
-                         const double *fire, int64_t delay, int64_t most_uphill, int64_t m, const double *strains,
-                         double pressure, double *largest)
+                         int64_t relative, double exponent, double tolerance, int64_t steps, int64_t threads,
+                         double skin, const double *fire, int64_t delay, int64_t most_uphill, int64_t m,
+                         const double *strains, double pressure, double *largest)
 try {
   if (n < 1 || n > DiskNeighbors::MOST || threads < 1 || threads > 4096 || m < 0 || m > 3) return BOX_TOO_SMALL;
   // as many shares whatever the threads: sums are made in one order, and results the same to the last digit

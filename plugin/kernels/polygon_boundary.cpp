@@ -48,7 +48,8 @@ bool cut_elements(const Edges &edges, const EdgeGrid &grid, std::vector<Part> &l
       line.clear(edges.length[i]);
       arc.clear(edges.turn[i]);
       for (const NearEdge &other : near) {
-        if (other.high.x < below.x || other.low.x > above.x || other.high.y < below.y || other.low.y > above.y) continue;
+        if (other.high.x < below.x || other.low.x > above.x || other.high.y < below.y || other.low.y > above.y)
+          continue;
         const int64_t j = other.edge;
         if (other.own && i == j) continue;
         const Vector r = point(edges.tail, j) - tail + other.shift, b = edges.edge(j);

@@ -1,4 +1,5 @@
-// Sum blocks of small terms into a sparse symmetric matrix of 2 x 2 blocks, one for each pair of sites that a term joins.
+// Sum blocks of small terms into a sparse symmetric matrix of 2 x 2 blocks, one for each pair of sites that a term
+// joins.
 
 #include "kernel.h"
 
@@ -10,8 +11,8 @@ using std::int64_t;
 // Columns of every row of sites: which sites share a term with it, itself included, sorted.
 //   sites (terms, width); start (size + 1) out; columns (room) out, or nothing but `start` if the room is too small.
 // Returns the number of columns.
-JAMLAB_KERNEL joined_sites(int64_t size, int64_t terms, const int64_t *width, const int64_t *first, const int64_t *sites,
-                           int64_t room, int64_t *start, int32_t *columns)
+JAMLAB_KERNEL joined_sites(int64_t size, int64_t terms, const int64_t *width, const int64_t *first,
+                           const int64_t *sites, int64_t room, int64_t *start, int32_t *columns)
 try {
   std::vector<int64_t> place(size + 1, 0);
   for (int64_t t = 0; t < terms; ++t)

@@ -195,3 +195,12 @@ def test_energy_and_stress_of_droplets_at_the_end_of_a_step(tmp_path, droplets):
     moved = abs(after.energy - before.energy)
     assert row["energy"] * droplets.area == pytest.approx(after.energy, abs=1e-3 * moved)
     assert row["elastic"] == pytest.approx(-after.stress[0, 1], abs=1e-3 * abs(after.stress - before.stress).max())
+
+
+def test_droplets_that_buckle_are_told_from_a_fault(tmp_path, droplets):
+    """Pressed by their own areas, their outlines have no stiffness against bending: the matrix of a step has no factor,
+    but with more on its diagonal, and the flow ends as that of droplets that slip."""
+    pressed = droplets.with_state(params=droplets.params | {"a0": 0.9 * np.asarray(droplets.params["a0"])})
+    fix = f"rate 0.01 {CONTACT} background 1e-4 tolerance 1e-2"
+    with DropletFlow(tmp_path, pressed, fix, "") as flow, pytest.raises(Exception, match=r"\[flow-slips\]"):
+        flow.run(60)
