@@ -98,6 +98,8 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     """Law and sizes of the packing that a deck reads; none without such a file."""
     if "data" not in settings:
         return {}
+    import numpy as np
+
     import jamlab
     from jamlab.engine.mpi_ranks import law_settings
 
@@ -113,6 +115,13 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         raise InputError(f"data = {settings['data']}: holds {packing.model}, this deck takes {taken}")
     if packing.converged is False:
         typer.echo(f"{settings['data']} says converged=0: it is no minimum")
+    if packing.model == "dp" and float(given.get("phi_target", 0)):  # free areas are those of two numbers of vertices
+        vertices = np.array([float(settings[name]) for name in ("nv_small", "nv_large")])
+        wanted = (2 * vertices / vertices.sum()) ** 2
+        if np.abs(np.asarray(packing.params["a0"])[:, None] - wanted).min(axis=1).max() > 1e-9:
+            raise InputError(
+                f"phi_target = {given['phi_target']}: rest areas are not those of nv_small, nv_large; give 0"
+            )
     law = law_settings(packing)
     for name, value in law.items():
         text = given.get(name, str(value))
