@@ -145,7 +145,7 @@ def tables(
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
 ) -> None:
     """Measure a table of jamlab/estimates."""
-    from studies.least_model import SEEDS, make_table, measure_errors
+    from studies.estimate_tables import SEEDS, make_table, measure_errors
 
     check_choice("table", name, ("ways", "flow-errors"))
     file = out / f"{name.replace('-', '_')}.csv.xz"

@@ -18,7 +18,7 @@ from studies.dynamics import collapse, flow_curves
 from studies.other_codes import compare
 from studies.panels import Drawing
 from studies.reference_data import example_sections
-from studies.speed_accuracy import chart, measurements, minimisers, packings, size_scaling
+from studies.speed_accuracy import chart, flow, minimisers, moduli, packing_fractions, packings, size_scaling
 from studies.stability import disks, droplets, dynamics, elastic_moduli
 from studies.stability import map as stability
 from studies.study import Group, Study
@@ -187,8 +187,8 @@ CHARTS: Mapping[str, chart.Chart] = {
     each.name: each
     for each in (
         *(minimisers.DISKS, minimisers.DROPLETS, packings.ONSET, packings.PRESSURE),
-        *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, measurements.SPECTRUM, measurements.DROPLET_SPECTRUM),
-        *(packings.VERTICES, measurements.INERTIA, measurements.SOLVERS, packings.MEANS, minimisers.CODES),
+        *(packing_fractions.FRACTIONS, moduli.SHEAR_MODULUS, moduli.SPECTRUM, moduli.DROPLET_SPECTRUM),
+        *(packings.VERTICES, flow.INERTIA, flow.SOLVERS, packings.MEANS, minimisers.CODES),
     )
 }
 _ROOMS: tuple[ModuleType, ...] = (disks, elastic_moduli, droplets, dynamics)

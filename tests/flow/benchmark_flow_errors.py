@@ -5,8 +5,8 @@ import pytest
 
 import jamlab
 from jamlab.estimates.flow_errors import BACKGROUND, shipped_errors
+from studies.estimate_tables import measure_errors
 from studies.flow_errors import Part, read_runs
-from studies.least_model import measure_errors
 
 pytestmark = pytest.mark.benchmark
 KEYS = ["kind", "part", "seed", "alpha", "drag", "amplitude"]

@@ -8,7 +8,7 @@ from creep_of_elements import compliance
 
 import jamlab
 from jamlab.packing.deformation import at_phi
-from studies.speed_accuracy.measurements import start_up
+from studies.speed_accuracy.flow import start_up
 
 pytestmark = pytest.mark.slow
 FREQUENCIES = [1e-2, 3e-2, 0.1, 0.3, 1.0]

@@ -15,7 +15,7 @@ from jamlab.estimates.flow_errors import (
 )
 from jamlab.estimates.options import Why
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from studies import least_model as measurement
+from studies import estimate_tables as measurement
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 

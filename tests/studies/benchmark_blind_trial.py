@@ -19,7 +19,7 @@ from blind_trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups
 from jamlab.estimates.model_choice import errors_of, expected_error, list_records
 from jamlab.estimates.ways import QUANTUM, default_way, read_ways
 from jamlab.statistics.confidence import between
-from studies.least_model import make_table
+from studies.estimate_tables import make_table
 from studies.reference_data import reference_tables
 
 FOLDER = Path(__file__).parent

@@ -9,7 +9,7 @@ import pytest
 
 import jamlab
 from jamlab.estimates.flow_errors import SLIDING_BETAS, Flow, shipped_errors
-from studies import least_model as measurement
+from studies import estimate_tables as measurement
 from studies.flow_errors import COLUMNS, Part, checks_kept, promises, read_runs, reduce_runs
 
 AT = Flow("oscillation", 1.0, 1.0, 1.0)

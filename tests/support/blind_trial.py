@@ -14,7 +14,7 @@ from jamlab.errors import StorageError
 from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES, plan_mean, reference_way
 from jamlab.estimates.ways import ONSET, EnsembleWay, N, default_vertices, free_shape, read_ways, scatter
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from studies.least_model import FEW_VERTICES
+from studies.estimate_tables import FEW_VERTICES
 
 POOL_LEVELS = (0.845, 0.855, 0.87, 0.88, 0.89, 0.91, 0.93, 0.95, 0.97)  # half-way between those of the table
 POOL_SEEDS = range(60_001, 60_151)

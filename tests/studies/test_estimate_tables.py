@@ -6,7 +6,7 @@ import pytest
 
 import jamlab
 from jamlab.estimates.ways import EnsembleWay, bring_on
-from studies.least_model import make_table
+from studies.estimate_tables import make_table
 
 DISKS = EnsembleWay("disks", 8)
 CARRIED = EnsembleWay("carried", 8, (12, 17))
