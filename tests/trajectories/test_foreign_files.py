@@ -218,6 +218,13 @@ def test_damaged_files_raise_errors_of_jamlab_only(tmp_path, kind):
         ("a.csv", "x,y,r\n", StorageError),
         ("a.csv", "", StorageError),
         ("a.npy", "x", StorageError),
+        ("a.xyz", "1\nProperties=pos:R:2:pos:R:2\n1 2 1 2\n", InputError),
+        ("a.xyz", "1\nProperties=pos:R\n1 2\n", StorageError),
+        ("a.xyz", "1\nLattice=1 Properties=pos:R:2\n1 2\n", StorageError),
+        ("a.txt", "N = 1 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n[\n", StorageError),
+        ("a.txt", "N = 1 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n{\n1 , 2 , 1 ,\n", StorageError),
+        ("a.txt", "N = 2 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n{\n1 , 2 , 1 ,\n}\n", StorageError),
+        ("a.txt", "N = 1 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n{\n1 , 2 , 1 ,\n}\nx\n", StorageError),
         ("a.gsd.gz", "x", StorageError),
     ],
 )
