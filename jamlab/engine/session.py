@@ -33,7 +33,7 @@ from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_dat
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import refuse_crossings, self_crossings
-from jamlab.packing.packing import Packing
+from jamlab.packing.packing import MINIMUM, Packing
 from jamlab.packing.short_repr import short_repr
 
 _AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
@@ -190,7 +190,7 @@ class Session:
     def _hold(self, packing: Packing) -> None:
         _check_fits(packing)
         self._scales = self._given_scales or natural_scales(packing)
-        self._packing = self._scales.to_natural(packing)
+        self._packing = self._scales.to_natural(packing).with_state(**MINIMUM)
 
     @checked
     def command(self, line: str) -> None:
@@ -345,8 +345,11 @@ class Session:
         return packing.with_state(**changes) if changes else packing
 
     def _state(self) -> Packing:
-        """The present state in the units of LAMMPS."""
-        return self._packing.with_state(positions=self._positions(), box=self._packing.box)
+        """The present state in the units of LAMMPS: one object, with what was computed of it, until it moves."""
+        positions = self._positions()
+        if not np.array_equal(positions, self._packing.positions):
+            self._packing = self._packing.with_state(positions=positions)
+        return self._packing
 
     @checked
     def fix_vector(self, name: str, size: int) -> Array:

@@ -27,8 +27,9 @@ from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
 # what is known of a minimum, and its values for a state that nobody minimised
-_MINIMUM = {"max_force": None, "converged": False, "tolerance": None, "on_rattlers": False, "on_target": True}
-KNOWN: dict[str, Any] = {**_MINIMUM, "ensemble": "fixed-box", "rounding": 0.0}  # what files keep beside the state
+MINIMUM: dict[str, Any] = {"max_force": None, "converged": False, "tolerance": None}
+MINIMUM |= {"on_rattlers": False, "on_target": True}
+KNOWN: dict[str, Any] = {**MINIMUM, "ensemble": "fixed-box", "rounding": 0.0}  # what files keep beside the state
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a packing follows from
 
@@ -374,7 +375,7 @@ class Packing:
 
     def _changed(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes of a copy, which is at no known minimum if its state differs."""
-        return changes if _STATE.isdisjoint(changes) else {**_MINIMUM, **changes}
+        return changes if _STATE.isdisjoint(changes) else {**MINIMUM, **changes}
 
     @checked
     def select(self, particles: NDArray[np.bool_]) -> Packing:
