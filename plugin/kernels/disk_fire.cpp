@@ -17,7 +17,7 @@ namespace {
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_THREADS = -4;
 
 // U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the strength is an
-// energy, or else a stiffness; see DiskLaw in packing/force_laws.py.
+// energy, or else a stiffness; see PowerLaw in jamlab/models/pair_laws.py.
 struct Law {
   double strength;
   bool relative;
