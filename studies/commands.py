@@ -99,7 +99,7 @@ def draw(
     if claims:
         write_verdicts(out, claims)
     if as_json:
-        rows = [claim.row() | {"family": claim.choices} for claim in claims]
+        rows = [claim.row() for claim in claims]
         values, captions = ({each.name: getattr(each, part) for each in drawn} for part in ("numbers", "caption"))
         print_json({"out": str(out), "rows": rows, "values": values, "captions": captions, "not_drawn": missing})
         return

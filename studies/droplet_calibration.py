@@ -24,7 +24,8 @@ from jamlab.protocols.onset import jam
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
 from studies.panels import Drawing, drawing, label, style
-from studies.published_numbers import SHAPE_AT_CONFLUENCE, table_contacts, table_modulus
+from studies.papers.boromand.conventions import table_fit
+from studies.papers.statements import paper
 from studies.study import Study
 
 FITTED = ("gamma", "ka", "delta")
@@ -46,9 +47,9 @@ class Target(NamedTuple):
 
 
 TARGETS: Mapping[str, Target] = {
-    **{f"z({d:g})": Target(table_contacts("DP(ρ)", d), 0.1) for d in (0.05, 0.1)},
-    **{f"g({d:g})": Target(g := table_modulus("DP(ρ)", d), 0.1 * g) for d in (0.05, 0.1, 0.15)},
-    "shape": Target(SHAPE_AT_CONFLUENCE.value, 0.01),
+    **{f"z({d:g})": Target(float(paper("BT-zJ-dp") + table_fit("DP(ρ)", "z")(d)), 0.1) for d in (0.05, 0.1)},
+    **{f"g({d:g})": Target(g := float(table_fit("DP(ρ)", "G")(d)), 0.1 * g) for d in (0.05, 0.1, 0.15)},
+    "shape": Target(paper("B4-A-confluence-dp"), 0.01),
     "area lost": Target(0.0, 0.01),  # fig 11 c: constant
 }
 

@@ -1,20 +1,23 @@
 """Prepare the tables that figures are drawn from, those of a campaign or of the reference data."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
 from jamlab.rheology.mode_motion import MOTIONS
-from studies.ensembles import FEWEST, add_distances, select_followed, select_usual
+from studies.ensembles import FEWEST, Ensemble, at_places, interpolators, select
 from studies.tables import AbsentTableError
 
 COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")  # of `count_motions`
 LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
+DEFAULT_LAW = {name: float(defaults("dp")[name]) for name in LAW}
 PACKING = ["model", "n", "seed", *LAW]
 DAMPING = ["law", "beta", "eta_f"]
 SHARED, OBSERVABLE = "shared_fraction", "observables:shared_fraction"
@@ -24,6 +27,66 @@ DRAGS = {"contact": "contact drag", "stokes": "Stokes drag"}
 RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
 _MET = 1e-5  # a sweep ends so close to its last packing fraction, on either side
 _WIDEST = 0.03  # states further apart are no neighbours: one between them did not converge
+
+
+PACKING_OF_STATES = ["model", "n", "seed"]
+OF_PAPERS_ALONE = {"ensemble": "fixed-box", "units": "eps"}  # of sweeps from onset; of droplets also the default law
+
+
+def of_papers(table: pd.DataFrame) -> pd.DataFrame:
+    """Select the packings that figures of the papers show: in boxes of fixed shape, droplets of the default law."""
+    for name, value in OF_PAPERS_ALONE.items():
+        if name in table:
+            table = table[table[name] == value]
+    for name in ("gamma", "ka", "delta", "eps", "nv_small"):
+        if name in table:
+            usual = np.isclose(table[name].astype(float), float(defaults("dp")[name]))
+            table = table[usual | (table["model"] == "sp")]
+    return table
+
+
+def add_distances(states: pd.DataFrame) -> pd.DataFrame:
+    """Add distances from the onset of its own packing to each state; leave out states that are not jammed minima.
+
+    Columns added: d_rho, d_phi, d_z: rho, phi and z minus their values at onset; overlap: phi - rho; lost: 1 - <a>/a_J,
+    the fraction of their area that particles lose, from rho/phi since phi times the cell's area is constant; excess:
+    A - 1 for disks, A - A_J for polygons; u: energy per particle. Tables with these columns are returned unchanged.
+    """
+    if "lost" in states:
+        return states
+    s = states[states["onset"].notna()]  # packings at a pressure have none
+    first = s[s["state"] == 0].set_index(PACKING_OF_STATES)[["z", "shape"]].add_suffix("_J")
+    s = s.join(first, on=PACKING_OF_STATES)
+    s = s[s["converged"].astype(bool) & s["z"].notna()]
+    return s.assign(
+        d_rho=s["rho"] - s["onset"],
+        d_phi=s["phi"] - s["onset_phi"],
+        d_z=s["z"] - s["z_J"],
+        overlap=s["phi"] - s["rho"],
+        lost=1 - s["rho"] / s["phi"] * s["onset_phi"] / s["onset"],
+        excess=np.where(s["model"] == "sp", s["shape"] - 1, s["shape"] - s["shape_J"]),
+        u=s["energy"] / s["n"],
+    )
+
+
+def add_confluence(states: pd.DataFrame) -> pd.DataFrame:
+    """Add what is missing to confluence, and both ways of eq 12, to states that have distances.
+
+    Columns added: to_confluence, missing, left: rho* - rho, 6 - z and 1 - rho below rho*, where a packing first has
+    z >= 6, nan elsewhere; d_printed: rho by eq 12 as printed, less that at onset; three: that less the exact rho, which
+    is what three disks share; g_beside_x: G of packings that were sheared along x too."""
+    s = states.assign(**{name: states.get(name, np.nan) for name in LATER[:2]})
+    full = s[s["z"] >= 6].groupby(PACKING_OF_STATES)["rho"].min().rename("rho_star")
+    s = s.join(full, on=PACKING_OF_STATES)
+    below = (s["rho"] < s["rho_star"]) & (s["z"] < 6)
+    return s.assign(
+        to_confluence=(s["rho_star"] - s["rho"]).where(below),
+        missing=(6 - s["z"]).where(below),
+        left=(1 - s["rho"]).where(below),
+        d_printed=s["rho_printed"] - s["phi"] + s["d_phi"],
+        three=s["rho_printed"] - s["rho"],
+        g_beside_x=s["g"].where(s["g_x"].notna()),
+    )
 
 
 def droplet_states(states: pd.DataFrame) -> pd.DataFrame:
@@ -126,49 +189,21 @@ def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def usual_law(table: pd.DataFrame) -> dict[str, float]:
-    """Find the force law that most rows of droplets have."""
-    droplets = table[table["model"] == "dp"]
-    if droplets.empty:
-        raise InputError("the table has no droplets: run the campaign beyond_the_papers")
-    return dict(select_usual(droplets, LAW, None)[LAW].iloc[0])
-
-
-def at_onset_by_law(table: pd.DataFrame) -> Iterator[tuple[int, str, pd.DataFrame]]:
-    """Yield the size, vertices and stiffness of rims in words, and rows at onset, where `FEWEST` packings have one: of
-    the largest size that has several such laws, with the usual line tension."""
-    usual = usual_law(table)
-    rows = table[(table["state"] == 0) & np.isclose(table["gamma"], usual["gamma"])]
-    rows = rows[rows.groupby(["n", "eps", "nv_small"])["seed"].transform("nunique") >= FEWEST]
-    laws = rows.drop_duplicates(["n", "eps", "nv_small"]).groupby("n").size()
-    n = laws.index[laws > 1].max()
-    for (eps, vertices), part in rows[rows["n"] == n].groupby(["eps", "nv_small"]):
-        stiff = "" if np.isclose(eps, usual["eps"]) else f" and rims {eps / usual['eps']:g} times as stiff"
-        yield n, f"{vertices:g} vertices{stiff}", part
-
-
 def of_usual_size(table: pd.DataFrame) -> pd.DataFrame:
     """Select the size that most rows have."""
     return table[table["n"].isin(table["n"].mode().head(1))]
 
 
 def droplets_with(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
-    """Select the droplets of the usual force law, but for some of its parameters."""
-    return _with(table, usual_law(table) | changes)
+    """Select the droplets of the default force law, but for some of its parameters."""
+    return select(table, model="dp", **DEFAULT_LAW | changes)
 
 
 def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
-    """List the values of one parameter that `FEWEST` packings have, the others of the force law being usual."""
-    others = {name: value for name, value in usual_law(table).items() if name != parameter}
-    packings = _with(table, others).drop_duplicates(PACKING)[parameter].value_counts()
+    """List the values of one parameter that `FEWEST` packings have, the others of the force law being the defaults."""
+    others = {name: value for name, value in DEFAULT_LAW.items() if name != parameter}
+    packings = select(table, model="dp", **others).drop_duplicates(PACKING)[parameter].value_counts()
     return sorted(packings.index[packings >= FEWEST].to_numpy(dtype=np.float64).tolist())
-
-
-def _with(table: pd.DataFrame, law: dict[str, float]) -> pd.DataFrame:
-    rows = table[table["model"] == "dp"]
-    for name, value in law.items():
-        rows = rows[np.isclose(rows[name], value)]
-    return rows
 
 
 OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
@@ -285,9 +320,11 @@ class EnsembleTables:
         self.read = read
         self.facts = facts or {}
         self.made = made or {}
+        self.measured: dict[Any, Any] = {}  # by function that measures, see `studies.papers.statements.measure`
+        self._curves: dict[tuple[str | int | bool, ...], list[Any]] = {}
 
-    states = _prepared("states", lambda table: select_followed(select_usual(add_distances(table))))
-    void_counts = _shipped("void_counts", count_voids, "voids", then=select_usual)
+    states = _prepared("states", lambda table: add_confluence(add_distances(of_papers(table))))
+    void_counts = _shipped("void_counts", count_voids, "voids", then=of_papers)
     spectra = _prepared("spectra", _converged_at_pressures)
     correlation = _prepared("correlation", _at_targets)
     flow = _prepared("flow", lambda table: table.dropna(subset=["stress"]))
@@ -298,10 +335,22 @@ class EnsembleTables:
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
 
+    def curve(self, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
+        """Interpolate each packing of one model and size at the same places, of a column of states over another."""
+        onset = bool(np.asarray(places)[0] <= 0)
+        if (key := (model, n, x, y, onset)) not in self._curves:
+            rows = self.states[(self.states["n"] == n) & (self.states["model"] == model)]
+            self._curves[key] = interpolators(rows, x, y, onset)
+        return at_places(self._curves[key], places)
+
+    def at_onset(self, model: str, n: int) -> pd.DataFrame:
+        """The states at onset of one model and size."""
+        return select(self.states, model=model, n=n, state=0)
+
     @cached_property
     def onset(self) -> pd.DataFrame:
         """One row per packing at onset, of the usual protocol, with what `held_motions` counts if that is known."""
-        table = self._joined(select_usual(self.read("onset")), COUNTS)
+        table = self._joined(of_papers(self.read("onset")), COUNTS)
         return _require_rows("onset", table[table["converged"].astype(bool)])
 
     @cached_property

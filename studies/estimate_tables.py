@@ -32,7 +32,7 @@ from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import NonlinearModulus, nonlinear_modulus
 from jamlab.storage.atomic_file import atomic_file
 from studies.flow_errors import Part, read_runs
-from studies.published_numbers import MODELS_PART
+from studies.papers.statements import paper
 from studies.tables import Task, measure
 
 LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence
@@ -91,7 +91,7 @@ def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[f
             first.advance(rho)
             yield first.row(rho)
             for way in group[1:]:
-                if rho <= MODELS_PART.value:
+                if rho <= paper("B5-z-parts"):
                     carried[way] = _Chain(way, seed, first)
                 else:
                     carried[way].advance(rho)

@@ -16,10 +16,10 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
 from studies import registry
-from studies.claims import SUMMARY, Claim, summary
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import Section, TextTable, write_report
 from studies.panels import Drawing
+from studies.papers.verdicts import COLUMNS, SUMMARY, Comparison, compare, summary
 from studies.study import Group, Study
 
 VERDICTS = "verdicts.csv"
@@ -73,18 +73,18 @@ def write_page(
     return drawings, failed
 
 
-def write_verdicts(folder: Path, claims: Sequence[Claim]) -> None:
+def write_verdicts(folder: Path, claims: Sequence[Comparison]) -> None:
     """Write the numbers of papers beside ours as CSV, and their verdicts as text."""
     write_csv(folder / VERDICTS, pd.DataFrame([claim.row() for claim in claims]))
     with atomic_file(folder / SUMMARY) as temporary:
-        temporary.write_text("\n".join(summary(claims, every=True)) + "\n", encoding="utf-8")
+        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
 
 
 def draw(study: Study | str, tables: EnsembleTables) -> Drawing:
     """Draw one study, by its name one of all that there are."""
     known = registry.studies()[study] if isinstance(study, str) else study
     drawing = known.draw(tables)
-    drawing.name = known.name
+    drawing.name, drawing.claims = known.name, compare(known.name, tables)
     return drawing
 
 
@@ -107,7 +107,8 @@ def _draw_and_write(
 
 def _section(study: Study, drawing: Drawing, png: bytes, tables: EnsembleTables) -> Section:
     made = f" {tables.made[study.name]}." if study.name in tables.made else ""
-    verdicts = [_verdicts(drawing.claims)] if drawing.claims else []
+    cells, marks = [c.cells for c in drawing.claims], [str(c.verdict) for c in drawing.claims]
+    verdicts = [TextTable(COLUMNS, cells, marks=marks, words=True)] if cells else []
     heading = f"{study.name}: {study.title}"
     return Section(heading, png, f"{drawing.caption}{made}", [*verdicts, *drawing.text, *_values(drawing)])
 
@@ -119,16 +120,6 @@ def _values(drawing: Drawing) -> list[TextTable]:
         for name, one in drawing.numbers.items()
     ]
     return [TextTable(("number", "value", "95 % interval"), rows, folded=f"{len(rows)} more numbers")] if rows else []
-
-
-def _verdicts(claims: Sequence[Claim]) -> TextTable:
-    columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
-    rows = []
-    for c in claims:
-        value = f"{c.value:.4g}" if np.isfinite(c.value) else "–"
-        ends = f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–"
-        rows.append((c.quantity, value, ends, c.paper_text, c.text, c.how))
-    return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
 
 
 def write_csv(path: Path, table: pd.DataFrame) -> None:

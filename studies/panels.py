@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from string import ascii_lowercase
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
@@ -15,9 +15,11 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.bootstrap import Interval
-from studies.claims import Claim, as_interval, claim, write_interval
 from studies.html_page import TextTable
-from studies.published_numbers import Published
+from studies.numbers_in_text import as_interval, write_interval
+
+if TYPE_CHECKING:
+    from studies.papers.verdicts import Comparison
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
@@ -70,16 +72,11 @@ class Drawing:
     name: str  # such as "boromand-6"
     figure: Figure  # matplotlib
     caption: str = ""  # what is drawn, and what of the paper's figure is missing
-    claims: list[Claim] = field(default_factory=list)  # numbers of the paper beside ours
+    claims: "list[Comparison]" = field(default_factory=list)  # numbers of the paper beside ours
     # further numbers of the figure, of which captions and reasons are written; nan ends: without interval
     values: dict[str, Interval] = field(default_factory=dict)
     rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
     text: list[TextTable] = field(default_factory=list)  # tables for the reader, below the picture
-
-    def claim(self, quantity: str, found: Interval | None, paper: Published, **more: Any) -> Claim:
-        """Add a claim, see `studies.claims.claim`."""
-        self.claims.append(claim(self.name, quantity, found, paper, **more))
-        return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
         """Keep a number or an interval of the figure by name, None as nan, and return it as it is. Of several, values

@@ -7,16 +7,15 @@ from types import ModuleType
 from jamlab.checks import check_choice
 from jamlab.figures.explorer.write_page import explorer_assets
 from studies import droplet_calibration, micrograph_errors
-from studies.baumgarten import correlation, motion, spectra
-from studies.baumgarten import pictures as pictures_of_t
 from studies.beyond import droplet_modes, droplet_sizes, droplet_structure, foams, jamming, polydispersity
 from studies.beyond import stiffening_disks as stiffening
-from studies.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
-from studies.boromand import tables as coefficients
-from studies.claims import first_line
 from studies.dynamics import collapse, flow_curves
 from studies.other_codes import compare
 from studies.panels import Drawing
+from studies.papers.baumgarten import correlation, motion, spectra
+from studies.papers.baumgarten import pictures as pictures_of_t
+from studies.papers.boromand import coefficients, confluence, contacts_and_modulus, geometry, onset, pictures, voids
+from studies.papers.verdicts import RULE, first_line
 from studies.reference_data import example_sections
 from studies.speed_accuracy import chart, flow, minimisers, moduli, packing_fractions, packings, size_scaling
 from studies.stability import disks, droplets, dynamics, elastic_moduli
@@ -196,18 +195,8 @@ MAPS: Mapping[str, stability.Map] = {each.name: each for room in _ROOMS for each
 
 
 def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
-    claims = [claim for drawing in drawings for claim in drawing.claims]
-    return (
-        f"Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. {first_line(claims)} One rule "
-        "for every number: what our data allow is its 95 % interval over packings, of which it takes five, and that "
-        "of every member of the family of other defensible windows, sizes and offsets; what the paper's words mean is "
-        "its value within its margin: the error it states, half a unit of its last digit, or what its words allow. A "
-        "number agrees if each interval lies within the second, differs if all lie beyond it on one side, and is "
-        "undecided else. Where a number differs, the cause stands beside it with the figure that shows it. Where the "
-        "paper contradicts itself, the contradiction does. Calibrated numbers are no independent test. "
-        f"Contents and choices count all {len(claims)} rows, also those not counted here and those of figures that "
-        "neither paper has."
-    )
+    count = first_line([claim for drawing in drawings for claim in drawing.claims])
+    return f"Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. {count} {RULE}"
 
 
 @cache

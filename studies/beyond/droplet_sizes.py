@@ -8,8 +8,6 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
-from studies import published_numbers as published
-from studies.conventions import NEAR, onset_law
 from studies.ensemble_tables import EnsembleTables, droplets_with, values_of
 from studies.ensembles import (
     FEWEST,
@@ -21,10 +19,11 @@ from studies.ensembles import (
     line_in_inverse,
     mean_curve,
     mean_over_packings,
-    sampled_sizes,
+    select,
     sizes,
 )
 from studies.panels import FIT, Drawing, drawing, label, scale, size_style, style
+from studies.papers.boromand.conventions import NEAR, ONSET_CORRECTION, onset_law
 
 DISTANCES = {"d_z": (1e-3, 1e-2, 0.03, 0.1), "g": (1e-2, 0.03, 0.1, 0.14)}  # from onset, in rho
 WORDS = {"d_z": "z - z_J", "g": "G"}
@@ -35,7 +34,7 @@ FEW = 4.0  # contacts beyond those at onset, where their number begins to grow a
 
 def droplet_sizes(tables: EnsembleTables) -> Drawing:
     """Finite size of droplets: z - z_J and G at fixed distances, crossover, unstable boxes, onset and its width."""
-    states, onset = (table[table["n"].isin(sampled_sizes(table, "dp"))] for table in (_states(tables), _onsets(tables)))
+    states, onset = select(_states(tables), n=[16, 32, 64, 128]), select(_onsets(tables), n=[16, 32, 64, 128, 256])
     n = sizes(onset, "dp")
     if len(n) < 2:
         raise InputError(f"droplets of {len(n)} size with onsets: it takes two; use the reference data")
@@ -52,7 +51,7 @@ def droplet_sizes(tables: EnsembleTables) -> Drawing:
     out.caption = (
         "Droplets against their number; bars and intervals: 95 % over packings. (a), (b) At fixed distances from onset."
         f" (c) Dashed: {FEW:g} contacts more than at onset. (d) Boxes that would shear by themselves. (e) Onset, with "
-        f"a correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003). (f) Width of its distribution."
+        f"a correction N^-{ONSET_CORRECTION} (O'Hern et al. 2003). (f) Width of its distribution."
     )
     return out
 

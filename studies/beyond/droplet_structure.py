@@ -10,10 +10,10 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics.bootstrap import Interval
-from studies import published_numbers as published
-from studies.ensemble_tables import LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size, usual_law
-from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings, sampled_sizes
+from studies.ensemble_tables import DEFAULT_LAW, LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size
+from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings
 from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style, style
+from studies.papers.statements import paper
 
 # column -> legend, and name of its mean
 SHARES = {
@@ -26,7 +26,7 @@ SHARES = {
 def droplet_contacts(tables: EnsembleTables) -> Drawing:
     """Contacts of droplets at onset: pairs, contacts of vertices, states of self-stress and motions left free."""
     table = counts_at_onset(tables.onset)
-    n = sampled_sizes(table, "dp")
+    n = [16, 32, 64, 128, 256]
     out, (pairs, stresses, more, shares) = drawing("beyond-droplet-contacts", 2, 2, 4.7, 3.8)
     for size in n:
         rows, look = table[table["n"] == size], size_style(size) | {"linestyle": "-"}
@@ -91,12 +91,13 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         raise InputError(
             f"the table droplet_voids has no law with {FEWEST} packings: run the campaign beyond_the_papers"
         )
-    usual = usual_law(table)
     out, (by_rho, by_overlap) = drawing("beyond-droplet-voids", 1, 2, 6.0, 4.4)
     scale(by_overlap, y="linear")
     for k, law in enumerate(laws):
         rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
-        stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
+        stiff = (
+            "" if np.isclose(law[1], DEFAULT_LAW["eps"]) else f", rims {law[1] / DEFAULT_LAW['eps']:g} times as stiff"
+        )
         name = f"{law[2]:.0f}, {round(17 / 12 * law[2]):.0f} vertices{stiff}"
         mean = mean_shapes(sums_at_fractions(rows))
         out.curve(by_rho, name, FRACTIONS, mean, **style(k))
@@ -110,7 +111,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
     out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
     for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):
-        out.curve(axes, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", ends, [PLATEAU_BORDER] * 2, **PAPER)
+        out.curve(axes, f"paper: Plateau border, {paper('B8-A3-dense-dp')}", ends, [PLATEAU_BORDER] * 2, **PAPER)
     shape_name = r"shape factor $\mathcal{A}$ of 3-sided voids"
     label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
     label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)

@@ -24,10 +24,10 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 from jamlab.statistics.power_laws import fit_exponent
-from studies import published_numbers as published
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import FEWEST, average, bootstrap, mean_over_packings, of_packings, vary_bootstrap
+from studies.ensembles import FEWEST, Sample, average, bootstrap, mean_over_packings, of_packings, select
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
+from studies.papers.statements import statistic
 from studies.study import Study
 from studies.tables import Row, Task
 
@@ -117,6 +117,7 @@ AMPLITUDES = (0.01, 0.03, 0.1)  # of cycles, in phi above the first onset
 CYCLES = 8
 STEPS = (1e-2, 1e-3, 2e-4)  # of the search for onset; it takes no more than 2e-3 above phi = 0.70
 QUENCHED = (1e-3, 1e-2, 5e-2)  # pressures of packings that were quenched above onset
+SCHRECK = (0.84, 0.853)  # where amorphous packings of bidisperse disks jam, by the rate of cooling (1007.2162)
 CYCLED = 128  # disks
 
 
@@ -177,6 +178,21 @@ def cutoff(counts: Array) -> float:
     return float(np.exp(np.interp(_LEVEL, density[ends], np.log(omega[ends]))))
 
 
+def over_distance(tables: EnsembleTables, x: str, y: str) -> Sample:
+    """Take two columns of packings with pre-stress at every distance from onset."""
+    rows = _numeric(tables.read("beyond-moduli"), ("pressure", "excess", "g", "b"))
+    rows = select(rows, prestress=True)
+    wide = {name: of_packings(rows, "distance", name)[1] for name in ("pressure", "excess", "g", "b")}
+    wide["distance"] = DISTANCES + 0 * wide["g"]
+    return Sample([np.stack([wide[x], wide[y]], axis=-1)])
+
+
+_HALVES = ({"first": len(DISTANCES) // 2}, {"last": len(DISTANCES) // 2 + 1})
+
+
+@statistic("moduli-b", sample=over_distance, x="excess", y="b", variants=_HALVES)
+@statistic("moduli-g", sample=over_distance, x="excess", y="g", variants=_HALVES)
+@statistic("moduli-z", sample=over_distance, x="pressure", y="excess", variants=_HALVES)
 def _slope(drawn: list[Array], first: int = 0, last: int = len(DISTANCES)) -> float:
     """Exponent of the second of two means over packings in the first, between two of the distances."""
     return fit_exponent(*(average(drawn[0][..., k])[first:last] for k in (0, 1)))
@@ -187,7 +203,7 @@ def draw_moduli(tables: EnsembleTables) -> Drawing:
     rows = _numeric(tables.read("beyond-moduli"), ("pressure", "excess", "g", "b", *_MODES))
     out, (pressure, moduli, ratio, *vibrations, onset) = drawing("beyond-moduli", 2, 3, 4.4, 3.7)
     scale(pressure, moduli, ratio, *vibrations, onset)
-    one = rows[rows["prestress"] == True]  # noqa: E712
+    one = select(rows, prestress=True)
     wide = {name: of_packings(one, "distance", name)[1] for name in ("pressure", "excess", "b", "g")}
     wide["distance"] = DISTANCES + 0 * wide["g"]
     for k, (axes, name, text) in enumerate(((pressure, "pressure", "p"), (moduli, "b", "B"), (moduli, "g", "G"))):
@@ -211,19 +227,8 @@ def draw_moduli(tables: EnsembleTables) -> Drawing:
         out.keep(f"omega* in z - z_iso, {name}", slope)
     label(onset, r"$z - z_\mathrm{iso}$", r"$\omega^*$", loc="upper left")
     out.legend_above(vibrations[0])
-    middle = len(DISTANCES) // 2
-    for x, y, number in (
-        ("distance", "pressure", None),
-        ("excess", "b", published.COMPRESSION_IN_CONTACTS),
-        ("excess", "g", published.SHEAR_IN_CONTACTS),
-        ("pressure", "excess", published.CONTACTS_IN_PRESSURE),
-    ):
-        curves, name = [np.stack([wide[x], wide[y]], axis=-1)], f"{_WORDS[y]} in {_WORDS[x]}"
-        found, every = vary_bootstrap(curves, _slope, {"first": middle}, {"last": middle + 1})
-        out.keep(name, found)
-        if number is not None:
-            how = f"means over packings of N = {SIZE}, dphi from {DISTANCES[0]:g} to {DISTANCES[-1]:g}"
-            out.claim(f"exponent of {name}", found, number, family=every, how=how)
+    for x, y in (("distance", "pressure"), ("excess", "b"), ("excess", "g"), ("pressure", "excess")):
+        out.keep(f"{_WORDS[y]} in {_WORDS[x]}", bootstrap(over_distance(tables, x, y).groups, _slope))
     out.caption = (
         f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
         f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read."
@@ -266,10 +271,28 @@ def _tails(groups: Sequence[Array], half: int = 0) -> Array:
     return np.array([local, extended, gamma, gamma - 1 / (2 + extended), gamma - 0.5 * (1 - local)])
 
 
+def _one_self_stress(tables: EnsembleTables) -> pd.DataFrame:
+    """Select the packings at onset with one state of self-stress."""
+    rows = _numeric(tables.read("beyond-forces-and-gaps"), _COUNTS)
+    return rows[rows["beyond"] == 0]
+
+
+def forces_and_gaps(tables: EnsembleTables) -> Sample:
+    """Take the counts of small forces of both kinds and of small gaps, a row a packing."""
+    rows = _one_self_stress(tables)
+    edges = {what: GAPS if what == "gaps" else FORCES for what in _SMALL}
+    return Sample([rows.loc[rows["what"] == w, list(_COUNTS[: len(e) - 1])].to_numpy(float) for w, e in edges.items()])
+
+
+@statistic("gaps-extended", "gaps-bucklers", sample=forces_and_gaps, variants=({"half": -1}, {"half": 1}))
+def bounds(groups: list[Array], half: int = 0) -> Array:
+    """How far gamma of gaps lies above both bounds of stability."""
+    return _tails(groups, half)[3:]
+
+
 def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
     """Draw the shares of small forces and of small gaps, with their exponents and the bounds of stability."""
-    rows = _numeric(tables.read("beyond-forces-and-gaps"), _COUNTS)
-    rows = rows[rows["beyond"] == 0]
+    rows = _one_self_stress(tables)
     out, (forces, gaps) = drawing("beyond-forces-and-gaps", 1, 2, 4.9, 4.0)
     scale(forces, gaps)
     groups, disks = [], rows.loc[rows["what"] == "gaps", "disks"].sum()
@@ -288,16 +311,6 @@ def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
     names = ("theta of bucklers", "theta of other contacts", "gamma of gaps")
     for k, name in enumerate(names):
         out.keep(name, found[k])
-    bounds = (
-        ("gamma - 1/(2 + theta')", published.BOUND_BY_OTHERS),
-        ("gamma - (1 - theta)/2", published.BOUND_BY_BUCKLERS),
-    )
-    halves = {"lower half of the windows": _tails(groups, -1), "upper half": _tails(groups, 1)}
-    for k, (name, number) in enumerate(bounds, 3):
-        every = {half: float(values[k]) for half, values in halves.items() if np.isfinite(values[k])}
-        unlike = f"{SIZE} disks do not reach the limit of small forces and gaps: no exponent is that of both halves"
-        words = {"how": "theta of bucklers, theta' of other contacts", "unlike": unlike}
-        out.claim(name, found[k], number, family=every, **words)
     out.caption = (
         f"{len(groups[0])} packings of {SIZE} disks at onset with one state of self-stress, rattlers left out. (a) "
         f"Forces of that state; bucklers are disks with {BUCKLED} contacts. (b) Gaps of disks that do not touch. "
@@ -322,7 +335,7 @@ def draw_protocols(tables: EnsembleTables) -> Drawing:
         gain = mean_over_packings([phi - first.loc[sorted(part["seed"].unique())].to_numpy()[:, None]])[0]
         out.keep(f"gain of {number[-1]:g} cycles", [gain[-1]], dphi=[float(str(amplitude))])
         out.curve(cycles, f"up to {amplitude:g} above", number, gain, band=False, **style(k))
-    low, high = published.ONSETS_OF_SCHRECK
+    low, high = SCHRECK
     ways.axhspan(low, high, color="#999999", alpha=0.15, linewidth=0)
     label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
     cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])

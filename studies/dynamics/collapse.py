@@ -8,7 +8,6 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK
-from jamlab.statistics.bootstrap import Interval
 from studies.dynamics.critical_collapse import CriticalCollapse, collapse_through
 from studies.dynamics.flow_curves import (
     HIGHEST,
@@ -20,52 +19,55 @@ from studies.dynamics.flow_curves import (
     steady_flows,
 )
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import average, bootstrap, mean_over_packings, nearest, of_packings
+from studies.ensembles import Sample, average, mean_over_packings, of_packings, select
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
-from studies.published_numbers import (
-    FLOW_AT_ONSET,
-    JAMMING_IN_SHEAR,
-    STRESS_AT_ONSET,
-    VISCOSITY_EXPONENT,
-    YIELD_EXPONENT,
-    Published,
-)
+from studies.papers.statements import statistic
 
 WINDOW = (0.82, 0.86)  # packing fractions of the fit
+ONSET = 0.84347  # onset in shear: Olsson & Teitel, Phys. Rev. E 83, 030302 (2011)
 SHIFT = 0.003  # of onset, to see how much hangs on it
 START = (0.843, 0.45, 0.35)  # first guess of onset and of the exponents of stress and width
 
 
+def flows(tables: EnsembleTables, highest: float = HIGHEST) -> Sample:
+    """Take packing fractions, rates and mean stresses of the fit, at rates up to one."""
+    table = steady_flows(tables.flow)
+    table = table[table["phi"].between(*WINDOW) & (table["rate"] <= highest)]
+    table = table[table.groupby("phi")["rate"].transform("nunique") > 1]
+    stress = table.pivot_table(index="seed", columns=["phi", "rate"], values="stress")
+    phi, rate = (stress.columns.get_level_values(k).to_numpy(dtype=np.float64) for k in (0, 1))
+    return Sample([stress.to_numpy(dtype=np.float64)], lambda drawn: (phi, rate, average(drawn[0])))
+
+
+_OTHERS: tuple[dict[str, Any], ...] = (
+    *({"highest": rate} for rate in (1e-2, 3e-3, 1e-3)),
+    *({"onset": ONSET - SHIFT}, {"onset": ONSET + SHIFT}, {"onset": None}),
+)
+
+
+@statistic(
+    "flow-q-tighe", "flow-q-olsson", "flow-yield", "flow-viscosity", sample=flows, variants=_OTHERS, resamples=100
+)
+def exponents(phi: Array, rate: Array, stress: Array, onset: float | None = ONSET) -> Array:
+    """Collapse flow curves around onset, without corrections: q (twice), of the yield stress, of the viscosity."""
+    found = collapse_through(phi, rate, stress, START, critical=onset)
+    return np.array([found.q, found.q, found.above, found.below])
+
+
 def flow_collapse(tables: EnsembleTables) -> Drawing:
     """Scaling collapse of flow curves around onset, with its exponents."""
-    table = _fitted_rows(steady_flows(tables.flow))
-    phi, rate, values = _grid(table)
-
-    def fit(groups: list[Array]) -> CriticalCollapse:
-        return collapse_through(phi, rate, average(groups[0]), START, critical=JAMMING_IN_SHEAR.value)
-
-    best, free = fit([values]), collapse_through(phi, rate, average(values), START)
-    found = bootstrap([values], lambda groups: _numbers(fit(groups)), resamples=100)
+    sample = flows(tables)
+    values = list(sample.groups)
+    phi, rate, stress = sample.reduce(values)
+    best, free = (collapse_through(phi, rate, stress, START, critical=onset) for onset in (ONSET, None))
     out, (smooth, branches) = drawing("dynamics-collapse", 1, 2, 5.0, 4.2)
     scale(smooth, x="linear", y="linear")
     scale(branches)
-    _draw(out, smooth, branches, best, phi, rate, average(values))
+    _draw(out, smooth, branches, best, phi, rate, stress)
     label(smooth, r"$(\phi - \phi_J)/\dot\gamma^{\,w}$", r"$\sigma/\dot\gamma^{\,q}$", loc="upper left")
     label(*(branches, r"$\dot\gamma/|\phi - \phi_J|^{1/w}$", r"$\sigma/|\phi - \phi_J|^{\,q/w}$"), legend=False)
-    slower = _slower(table)
-    others = {f"rates up to {highest:g}": numbers for highest, numbers in slower.items()}
-    moved = [JAMMING_IN_SHEAR.value - SHIFT, JAMMING_IN_SHEAR.value + SHIFT]
-    for onset in moved:
-        fit_there = collapse_through(phi, rate, average(values), START, critical=onset)
-        others[f"onset at {onset:g}"] = _numbers(fit_there)
-    others["onset left free"] = _numbers(free)
-    out.keep("q", [others[f"onset at {onset:g}"][0] for onset in moved], onset=moved)
-    _claim(out, found, slower, others)
-    kept = {"q of the fit": best.q, "w of the fit": best.w, "onset left free": free.critical}
-    for name, number in (kept | {"spread before scaling": best.before, "spread": best.spread}).items():
-        out.keep(name, number)
     out.caption = (
-        f"Stress of steady flow of {int(table['n'].iloc[0])} disks, means over {len(values)} packings, packing "
+        f"Stress of steady flow of {SETTINGS['n']} disks, means over {len(values[0])} packings, packing "
         f"fractions {WINDOW[0]} to {WINDOW[1]}, rates up to {HIGHEST:g}, scaled by one fit of q = {best.q:.3f} and "
         f"w = {best.w:.3f} with onset at {best.critical}, that of Olsson & Teitel 2011; points lie "
         f"{100 * best.spread:.1f} % from the line, and {100 * best.before:.0f} % before scaling. Rates like these do "
@@ -73,38 +75,6 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
         "(b) The same on its two sides: a yield stress above, a liquid below, one power law where both meet."
     )
     return out
-
-
-def _fitted_rows(table: pd.DataFrame) -> pd.DataFrame:
-    rows = table[table["phi"].between(*WINDOW) & (table["rate"] <= HIGHEST)]
-    if rows["phi"].nunique() < 3 or rows["rate"].nunique() < 3:
-        raise InputError(
-            f"{rows['phi'].nunique()} packing fractions from {WINDOW[0]} to {WINDOW[1]} and {rows['rate'].nunique()} "
-            f"rates up to {HIGHEST:g}: a collapse takes three of each"
-        )
-    return rows
-
-
-def _grid(table: pd.DataFrame) -> tuple[Array, Array, Array]:
-    """Arrange (m,) packing fractions and rates, and (packings, m) stresses."""
-    stress = table.pivot_table(index="seed", columns=["phi", "rate"], values="stress")
-    phi, rate = (stress.columns.get_level_values(k).to_numpy(dtype=np.float64) for k in (0, 1))
-    return phi, rate, stress.to_numpy(dtype=np.float64)
-
-
-def _slower(table: pd.DataFrame) -> dict[float, Array]:
-    """Fit slower and slower flow, as far as there are points enough: highest rate -> its numbers."""
-    found = {}
-    for highest in np.sort(table["rate"].unique())[:1:-1]:
-        rows = table[table["rate"] <= highest]
-        rows = rows[rows.groupby("phi")["rate"].transform("nunique") > 1]
-        phi, rate, values = _grid(rows)
-        try:
-            fit = collapse_through(phi, rate, average(values), START, critical=JAMMING_IN_SHEAR.value)
-        except InputError:  # too few points
-            break
-        found[float(highest)] = _numbers(fit)
-    return found
 
 
 def _draw(
@@ -129,33 +99,7 @@ def _draw(
         out.curve(branches, f"fit {'above' if side > 0 else 'below'}", scaled_rate, scaled_stress, **FIT)
 
 
-def _numbers(found: CriticalCollapse) -> Array:
-    return np.array([found.q, found.above, found.below])
-
-
-# Olsson & Teitel's rates, drag and fit are others than ours: a difference would not tell which of them makes it
-_UNLIKE = "their drag is against the mean flow, and their fit has corrections to scaling: not compared"
-
-
-def _claim(out: Drawing, found: Interval, slower: dict[float, Array], others: dict[str, Array]) -> None:
-    """Claim the exponents, with those of fits up to lower rates and of other onsets beside them."""
-    how = f"collapse of packing fractions {WINDOW[0]} to {WINDOW[1]} and rates up to {HIGHEST:g}, without corrections"
-    published: list[tuple[str, int, Published, str]] = [
-        ("exponent q of stress over rate at onset, Tighe et al. 2010", 0, FLOW_AT_ONSET, ""),
-        ("exponent q of stress over rate at onset, Olsson & Teitel 2011", 0, STRESS_AT_ONSET, _UNLIKE),
-        ("exponent of the yield stress, Olsson & Teitel 2011", 1, YIELD_EXPONENT, _UNLIKE),
-        ("exponent of the viscosity below onset, Olsson & Teitel 2011", 2, VISCOSITY_EXPONENT, _UNLIKE),
-    ]
-    for k, name in enumerate(("q", "exponent of the yield stress", "exponent of the viscosity")):
-        out.keep(f"{name}, fitted up to", [numbers[k] for numbers in slower.values()], rate=slower)
-    for quantity, k, number, unlike in published:
-        family = {name: float(numbers[k]) for name, numbers in others.items()}
-        shown_by = f"python -m studies draw {out.name}"
-        out.claim(quantity, found[k], number, family=family, how=how, unlike=unlike, shown_by=shown_by)
-
-
 ALLOWED = 0.1  # by which stresses may miss the collapse
-CHECK = "ratio at the lowest rate"
 _NAMES = {"n": "N =", "background": "background", "tolerance": "tolerance"}
 _SAME = 1e-2  # relative: rates whose powers are one rate of linear drag
 
@@ -166,24 +110,18 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
     powers = sorted(set(rows["alpha"].dropna().unique()) - {1.0})
     if not powers:
         raise InputError("the table flow has no drag with alpha below 1: run a campaign with some")
-    linear = steady_flows(tables.flow)
-    phi = nearest(sorted(linear["phi"].unique()), JAMMED)
-    linear = linear[linear["phi"] == phi]
+    linear = steady_flows(tables.flow, phi=JAMMED)
     out, (stress, ratio, checks) = drawing("dynamics-power-law", 1, 3, 4.6, 3.9)
     scale(stress)
     scale(ratio, y="linear")
     out.curve(stress, r"$\alpha$ = 1", *mean_of_rows(linear, "rate", "stress"), band=False, color=BLACK, marker="s")
     for k, alpha in enumerate(powers):
-        bent = steady_flows(tables.flow, alpha)
-        bent, text, look = bent[bent["phi"] == phi], rf"$\alpha$ = {alpha:.2f}", style(k)
+        bent, text, look = steady_flows(tables.flow, alpha, phi=JAMMED), rf"$\alpha$ = {alpha:.2f}", style(k)
         x, mean = mean_of_rows(bent, "rate", "stress")
         out.curve(stress, text, x**alpha, mean, band=False, ls="none", **look)
         x, values = _ratios(bent, linear, alpha)
-        mean = out.keep(
-            f"stress over that of linear drag, alpha = {alpha:.2f}", mean_over_packings([values])[0], rate=x
-        )
-        out.curve(ratio, text, x * 1.03**k, mean, band=False, **look)
-    checked = _draw_checks(out, checks, tables.flow, powers[0], phi)
+        out.curve(ratio, text, x * 1.03**k, mean_over_packings([values])[0], band=False, **look)
+    said = _draw_checks(out, checks, tables.flow, powers[0])
     for axes in (ratio, checks):
         axes.axhspan(1 - ALLOWED, 1 + ALLOWED, color="#999999", alpha=0.15, linewidth=0)
         axes.axhline(1.0, color=BLACK, linewidth=0.8)
@@ -192,13 +130,12 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
     label(ratio, power, r"$\sigma_\alpha(\dot\gamma)/\sigma_1(\dot\gamma^\alpha)$", loc="lower right")
     label(checks, "settings", rf"the same, $\alpha$ = {powers[0]:.2f}, lowest rate", legend=False)
     checks.tick_params(axis="x", labelsize=7.5)
-    said = ", ".join(f"{name} {out.values[f'{CHECK}, {name}'].value:.2f}" for name in checked)
     out.caption = (
-        f"{int(linear['n'].iloc[0])} disks at packing fraction {phi:.2f}, {linear['seed'].nunique()} packings, "
+        f"{SETTINGS['n']} disks at packing fraction {JAMMED:.2f}, {linear['seed'].nunique()} packings, "
         "95 % intervals. (a) Steady flow under contact drag that grows as velocity to the power alpha, over the rate "
         "to that power, on which it would be one curve if velocities scaled as the rate. (b) The ratio to linear drag, "
         f"of the same packings; grey, 10 %. "
-        f"{f'(c) What becomes of it with other settings: {said}.' if said else ''}"
+        f"(c) What becomes of it with other settings: {said}."
     )
     return out
 
@@ -214,22 +151,16 @@ def _ratios(bent: pd.DataFrame, linear: pd.DataFrame, alpha: float) -> tuple[Arr
     return of_packings(pd.concat(parts), "linear", "ratio")
 
 
-def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float, phi: float) -> list[str]:
-    """Draw and keep ratios at the lowest rate with other settings that both drag laws were run with; their names."""
-    both = balanced_disks(flow, alpha), balanced_disks(flow)
-    bent, linear = (rows[(rows["phi"] == phi) & (rows["rate"] > 0)] for rows in both)
-    usual = steady_flows(flow).iloc[0]
-    bent = bent[bent["rate"] == bent["rate"].min()]
-    names = []
-    for settings, rows in bent.groupby(SETTINGS):
-        partner = linear[(linear[SETTINGS] == list(settings)).all(axis=1)]
-        if not len(_ratios(rows, partner, alpha)[0]) or partner.empty:
-            continue
-        mean = mean_over_packings([_ratios(rows, partner, alpha)[1]])[0]
-        other = [f"{_NAMES[k]} {v:g}" for k, v in zip(SETTINGS, settings, strict=True) if v != usual[k]]
-        names.append("\n".join(other) or "as (b)")
-        out.keep(f"{CHECK}, {names[-1]}".replace("\n", " "), mean[0])
+def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float) -> str:
+    """Draw and write ratios at the lowest rate with other settings that both drag laws were run with."""
+    bent, linear = (rows[rows["rate"] > 0] for rows in (balanced_disks(flow, a, phi=JAMMED) for a in (alpha, 1.0)))
+    names, said = [], []
+    for settings, rows in bent[bent["rate"] == bent["rate"].min()].groupby(list(SETTINGS)):
+        changed = dict(zip(SETTINGS, settings, strict=True))
+        mean = mean_over_packings([_ratios(rows, select(linear, **changed), alpha)[1]])[0]
+        names.append("\n".join(f"{_NAMES[k]} {v:g}" for k, v in changed.items() if v != SETTINGS[k]) or "as (b)")
+        said.append(f"{names[-1]} {mean.value[0]:.2f}".replace("\n", " "))
         out.curve(axes, names[-1].replace("\n", ", "), [len(names) - 1], mean, band=False, **style(0))
     axes.set_xticks(range(len(names)), names)
-    axes.set_xlim(-0.5, max(len(names), 1) - 0.5)
-    return [name.replace("\n", " ") for name in names]
+    axes.set_xlim(-0.5, len(names) - 0.5)
+    return ", ".join(said)

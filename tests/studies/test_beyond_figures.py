@@ -1,18 +1,14 @@
 """Figures beyond the papers from tables in which known laws hold, and what becomes of a campaign's tables for them."""
 
-from types import SimpleNamespace
-
 import beyond_tables
 import numpy as np
 import pandas as pd
 import pytest
-from drawn_figures import TABLES as MADE_UP
 from drawn_figures import drawn
 
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from studies import pages
-from studies.baumgarten.crossovers import claim_crossovers
 from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
 from studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
@@ -25,7 +21,6 @@ from studies.ensemble_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
-from studies.panels import drawing
 from studies.reference_data import reference_tables
 
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
@@ -66,7 +61,7 @@ def test_figures_keep_what_the_tables_hold():
 
 def test_states_of_self_stress_are_told_size_by_size():
     """A share over all sizes together would be that of no size: there are more states in larger packings."""
-    one = {32: 0.5, 64: 8 / 30, 128: 4 / 30}
+    one = {16: 0.5, 32: 0.5, 64: 8 / 30, 128: 4 / 30, 256: 2 / 30}
     more = {n: 1 - share for n, share in one.items()}
     for name, expected in (("share with S = 1", one), ("S - 1", more)):
         assert {n: kept("contacts", f"{name}, N = {n}") for n in one} == pytest.approx(expected)
@@ -76,11 +71,10 @@ def test_states_of_self_stress_are_told_size_by_size():
 
 
 def test_the_figure_of_sizes_keeps_how_many_packings_were_compressed_and_how_many_are_onsets():
-    """Five onsets of 16 beside thirty of the others are a size that is only begun."""
     values = drawn("beyond-droplet-sizes").values
     counts = {name: found.value for name, found in values.items() if name.startswith("packings")}
-    assert counts == {f"packings compressed, N = {n}": 5 for n in (16, 32, 64)} | {
-        f"packings at onset, N = {n}": 30 for n in (32, 64, 128)
+    assert counts == {f"packings compressed, N = {n}": 5 for n in (16, 32, 64, 128)} | {
+        f"packings at onset, N = {n}": 30 for n in (16, 32, 64, 128, 256)
     }
 
 
@@ -184,39 +178,3 @@ def test_exponents_of_the_figure_are_those_of_the_theory():
         assert found.low - 0.12 < EXPECTED[column, alpha] < found.high + 0.12
         assert found.high - found.low < 0.5
     assert "Hertz" in drawing.caption
-
-
-def test_droplets_of_more_vertices_are_counted_at_onset():
-    """P_3 of the made-up voids, one in 13; two contacts of ten droplets with a rattler beyond 2N' - 1."""
-    held, extra = 9, 2
-    state = {"model": "dp", "n": 10, "state": 0, "gamma": 0.4, "eps": 1.0, "rattlers": 1}
-    state |= {"z": 2 * (2 * held - 1 + extra) / held}
-    rows = pd.DataFrame([state | {"nv_small": nv, "seed": seed} for nv in (24, 48) for seed in range(5)])
-    given = {**MADE_UP, "droplet_states": lambda: rows, "droplet_voids": beyond_tables.droplet_voids}
-    tables = EnsembleTables(lambda name: given[name]())
-    contacts = pages.draw("tables", tables).values
-    shares = pages.draw("boromand-8", tables).values
-    for vertices in (24, 48):
-        assert contacts[f"contacts beyond 2N' - 1, N = 10, {vertices} vertices"].value == pytest.approx(extra)
-        assert shares[f"P_3 at onset, DP, N = 32, {vertices} vertices"].value == pytest.approx(1 / 13)
-
-
-def test_crossovers_lie_where_the_laws_meet_with_and_without_pre_stress():
-    """eta_0 w and eta_inf w meet the root law at w = 3 p and at 0.5, without pre-stress at 30 p."""
-    omega = np.geomspace(1e-6, 1.0, 61)
-
-    def groups(at):
-        ones = np.ones(6)
-        return {
-            p: SimpleNamespace(
-                omega=omega, eta0=ones * (at * p) ** -0.5, eta_inf=ones * 0.5**-0.5, loss=np.tile(omega**0.5, (6, 1))
-            )
-            for p in (1e-4, 1e-5, 1e-6)
-        }
-
-    out, _ = drawing("baumgarten-3", 1, 1, 3.0, 3.0)
-    claim_crossovers(out, groups(3.0), groups(30.0))
-    affine, slow, fast = out.claims
-    assert affine.value == pytest.approx(0, abs=1e-3)
-    assert (slow.value, fast.value) == pytest.approx((np.log10(3), np.log10(0.5)), abs=1e-2)
-    assert out.values[f"{slow.quantity}, no pre-stress"].value == pytest.approx(np.log10(30), abs=1e-2)

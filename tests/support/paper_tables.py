@@ -6,15 +6,17 @@ import numpy as np
 import pandas as pd
 
 SEEDS = range(1, 6)
+SIZES = {"sp": (32, 64, 128, 256), "dp": (32, 64, 128)}
 DISTANCES = np.concatenate([[0.0], np.geomspace(1e-6, 1e-2, 21), np.arange(0.02, 0.43, 0.01)])
-OMEGA = np.geomspace(1e-7, 1e2, 28)
+OMEGA = np.geomspace(1e-8, 1e3, 34)
+PRESSURES = (1e-2, 1e-3, 1e-4, 3.16e-6)
 
 
-def states(model="sp", sizes=(32, 64), z0=3.7, c=1.21):
-    """SP: eq 11 and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: table 1 and 2 in drho, areas kept."""
+def states(model="sp", sizes=None, z0=3.7, c=1.0):
+    """SP: eq 11, C = 1, and table 1 in dphi; A - 1 ~ drho^1.5, U/N ~ dphi^2. DP: table 1 and 2 in drho, areas kept."""
     rng = np.random.default_rng(1)
     rows = []
-    for n, seed in product(sizes, SEEDS):
+    for n, seed in product(sizes or SIZES[model], SEEDS):
         onset = 0.842 - 0.2 * n**-0.7 + 0.02 * n**-0.55 * rng.normal()
         z_j = 4 - 2 / n
         tilt = 1 + 0.01 * rng.normal()
@@ -32,8 +34,7 @@ def states(model="sp", sizes=(32, 64), z0=3.7, c=1.21):
                 z, g = z_j + tilt * (3.3 * x**0.5 + 7.1 * x), tilt * (0.07 * x**0.5 + 1.7 * x)
             place = {"ensemble": "fixed-box", "state": state, "onset": onset, "onset_phi": onset}
             found = {"converged": True, "rho": rho, "phi": phi, "z": z, "rattlers": 0.0, "g": g}
-            more = {"pressure": 0.3 * x, "energy": energy, "b": 0.4, "shape": shape, "max_force": 1e-13}
-            rows.append({**who, **place, **found, **more, "gamma": np.nan if model == "sp" else 0.1})
+            rows.append({**who, **place, **found, "pressure": 0.3 * x, "energy": energy, "shape": shape})
     return pd.DataFrame(rows)
 
 
@@ -43,11 +44,11 @@ def onset():
     One packing in N/16 has one state of self-stress, the others two.
     """
     rows = []
-    for model, n in product(("sp", "dp"), (32, 64, 128)):
+    for model, n in product(("sp", "dp"), (16, 32, 64, 128, 256)):
         spread = np.random.default_rng(n).normal(size=30)
         spread = (spread - spread.mean()) / spread.std(ddof=1)
         for seed, s in enumerate(spread):
-            more = int(seed % (n // 16) > 0)
+            more = int(seed % max(n // 16, 2) > 0)
             jammed = 0.842 - 0.2 * n**-0.7 + 0.02 * (32 / n) ** 0.55 * s
             who = {"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "rho_J": jammed}
             found = {"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True, "load_bearing": n}
@@ -68,9 +69,9 @@ def voids():
     return pd.DataFrame(rows)
 
 
-def modulus(p, beta, eta_f, scatter):
+def modulus(omega, p, beta, eta_f, scatter):
     """G* with mu = 1/2, lambda = 1, Delta = 1/2: p^0.5 (1 + i x)^0.5 with x = beta omega/p, and a fluid."""
-    value = scatter * p**0.5 * (1 + 1j * beta * OMEGA / p) ** 0.5 + 1j * eta_f * OMEGA
+    value = scatter * p**0.5 * (1 + 1j * beta * omega / p) ** 0.5 + 1j * eta_f * omega
     return value.real, value.imag, scatter * p**0.5, 0.5 * scatter * beta * p**-0.5 + eta_f
 
 
@@ -78,21 +79,24 @@ def spectra():
     """Contact damping and Stokes drag with the exponents of the paper; beta = 0 is G_0 (1 + i omega)."""
     rng = np.random.default_rng(2)
     rows = []
-    laws = [("contact", b, np.nan) for b in (0.0, 1e-2, 1.0)] + [("stokes", np.nan, e) for e in (0.0, 1.0, 1e3)]
-    for n, seed in product((256, 1024), SEEDS):
-        scatter = 1 + 0.02 * rng.normal()
-        for p, (law, beta, eta_f) in product((1e-2, 1e-3, 1e-4), laws):
-            if law == "stokes":
-                storage, loss, g0, eta0 = modulus(p, 1.0, 1e-9 * eta_f, scatter)
-            else:
-                storage, loss, g0, eta0 = modulus(p, max(beta, 1e-30), 0.0, scatter)
-                loss, eta0 = loss + g0 * OMEGA, eta0 + g0
-                if beta == 0.0:
-                    storage, loss, eta0 = np.full(OMEGA.shape, g0), g0 * OMEGA, g0
-            who = {"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "target_pressure": p}
-            curve = {"omega": OMEGA, "storage": storage, "loss": loss, "g0": g0, "eta0": eta0}
-            for prestress in (True, False):
-                of = {"law": law, "beta": beta, "eta_f": eta_f, "prestress": prestress}
+    full = [("contact", b, np.nan) for b in (0.0, 1.0)] + [("stokes", np.nan, 1.0)]
+    scanned = [("contact", b, np.nan) for b in (0.0, 1e-2, 1.0)] + [("stokes", np.nan, e) for e in (1.0, 1e3)]
+    kinds = [(32_768, "fixed-box", PRESSURES, full, OMEGA), (2048, "fixed-box", (1e-4,), scanned, OMEGA)]
+    kinds += [(n, "shear-stabilized", (*PRESSURES, 0.1), full[1:], OMEGA[:2]) for n in (256, 1024)]
+    for n, ensemble, pressures, laws, omega in kinds:
+        for seed in SEEDS:
+            scatter = 1 + 0.02 * rng.normal()
+            for p, (law, beta, eta_f), prestress in product(pressures, laws, (True, False)):
+                if law == "stokes":
+                    storage, loss, g0, eta0 = modulus(omega, p, 1.0, 1e-9 * eta_f, scatter)
+                else:
+                    storage, loss, g0, eta0 = modulus(omega, p, max(beta, 1e-30), 0.0, scatter)
+                    loss, eta0 = loss + g0 * omega, eta0 + g0
+                    if beta == 0.0:
+                        storage, loss, eta0 = np.full(omega.shape, g0), g0 * omega, g0
+                who = {"n": n, "seed": seed, "ensemble": ensemble, "target_pressure": p, "prestress": prestress}
+                curve = {"omega": omega, "storage": storage, "loss": loss, "g0": g0, "eta0": eta0}
+                of = {"law": law, "beta": beta, "eta_f": eta_f}
                 rows.append({**who, **of, **curve, "eta_inf": 1.0, "error": 1e-9, "converged": True})
     return unrolled(rows, ["omega", "storage", "loss"])
 
@@ -102,16 +106,18 @@ def unrolled(rows, columns):
     return pd.DataFrame(rows).explode(columns, ignore_index=True).astype(dict.fromkeys(columns, float))
 
 
-def quasistatic():
-    """Approach ~ p^(1/4), sliding and non-affine motion ~ p^(-1/4)."""
+def quasistatic(powers=None):
+    """Approach ~ p^(1/4), sliding and non-affine motion ~ p^(-1/4), or other powers of each size."""
     rng = np.random.default_rng(3)
     rows = []
-    for seed in SEEDS:
-        for p in (1e-2, 1e-3, 1e-4):
-            f = 1 + 0.01 * rng.normal()
-            rows.append({"n": 1024, "seed": seed, "ensemble": "fixed-box", "pressure": p * 1.0000001})
-            rows[-1] |= {"target_pressure": p, "prestress": False}
-            rows[-1] |= {"approach": f * p**0.25, "sliding": f * p**-0.25, "nonaffine": 2 * f * p**-0.25}
+    for n, seed, p, prestress in product((512, 32_768), SEEDS, (1e-2, 1e-3, 1e-4, 1e-5), (True, False)):
+        f = (1 + 0.01 * rng.normal()) * p ** (powers or {}).get(n, 0.25)
+        rows.append({"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p * 1.0000001})
+        rows[-1] |= {"target_pressure": p, "prestress": prestress}
+        rows[-1] |= {"approach": f, "sliding": 1 / f, "nonaffine": 2 / f, "sheared": 1 / f}
+        rows[-1] |= {"mean_approach": 2 * f, "mean_sliding": 2 / f, "mean_nonaffine": 4 / f}
+        rows[-1] |= {"storage_slope": 0.5, "loss_slope": 0.5, "length": 2.0}
+        rows[-1] |= {"length_half_lane": 2.0, "length_quarter_lane": 2.0, "length_imaginary": 3.0}
     return pd.DataFrame(rows)
 
 
@@ -119,10 +125,10 @@ def correlation():
     """C = 1 - delta/l with l = L/4 under contact damping; under Stokes drag l (-ln p)^0.65 = (omega/p^0.5)^-0.2."""
     rng = np.random.default_rng(4)
     rows = []
-    for law, n, seed in product(("contact", "stokes"), (256, 16384), SEEDS):
+    for law, n, seed in product(("contact", "stokes"), (512, 2048, 32_768), SEEDS):
         box = 0.95 * n**0.5 * (1 + 0.001 * rng.normal())
         delta = np.arange(round(box)) * box / round(box) / 2
-        for p, omega in product((1e-2, 1e-3, 1e-4), (1e-7, 1e-2, 3e-2, 1e-1)):
+        for p, omega in product((1e-2, 1e-3, 1e-4), (1e-8, 1e-5, 1e-2, 3e-2, 1e-1)):
             length = box / 4
             if law == "stokes" and omega > 1e-6:
                 length = 12 * (omega / p**0.5) ** -0.2 / (-np.log(p)) ** 0.65

@@ -22,7 +22,7 @@ def show(name):
     canvas.draw()
     plt.figure(figsize=drawing.figure.get_size_inches()).figimage(canvas.buffer_rgba())
     for claim in drawing.claims:
-        print(f"{claim.quantity}: {claim.value:.3g}, paper {claim.paper:g}: {claim.verdict}")
+        print(claim.line)
 
 
 # %%

@@ -11,10 +11,11 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.displacement_correlation import oscillating_displacements
-from studies.baumgarten.spectral_groups import format_power
-from studies.claims import write_list
 from studies.ensemble_tables import EnsembleTables
+from studies.numbers_in_text import write_list
 from studies.panels import Drawing, drawing
+from studies.papers.baumgarten.spectral_groups import format_power
+from studies.papers.statements import caption
 from studies.tables import DATA
 
 SHEARED = "packing_k.h5"  # `jamlab pack --n 512 --pressure 1e-4 --seed 1 --ensemble shear-stabilized`
@@ -29,14 +30,14 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
     packing = read(DATA / SHEARED)
     moduli = complex_modulus(packing, list(REGIMES.values()))
     assert packing.diameters is not None
+    ratios = []
     for k, (regime, omega) in enumerate(REGIMES.items()):
         backbone, motion = oscillating_displacements(packing, omega)
         strain = 1 / complex(moduli.storage[k], moduli.loss[k])  # per stress
         at = backbone.positions + moves_home(backbone.positions, packing.box)
         affine = np.column_stack([at[:, 1] - 0.5 * packing.box[1, 1], np.zeros(len(at))])
         whole = (motion + strain * affine) / abs(strain)
-        ratio = np.sqrt((np.abs(motion) ** 2).sum() / (np.abs(strain * affine) ** 2).sum())
-        out.keep("non-affine over affine motion, root mean squares", [ratio], omega=[omega])
+        ratios.append(np.sqrt((np.abs(motion) ** 2).sum() / (np.abs(strain * affine) ** 2).sum()))
         for axes, u, when in ((panels[k], whole.imag, "zero"), (panels[k + len(REGIMES)], whole.real, "peak")):
             fill_everywhere(axes, circles(packing.positions, packing.diameters), packing.box, **PALE)
             dots: dict[str, Any] = {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 1}
@@ -45,12 +46,7 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
             axes.quiver(*at.T, *(STRAIN * u).T, **look)
             frame_cell(axes, packing.box)
             axes.set_title(rf"{when} stress, $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
-    ratios = write_list((v.value for name, v in out.values.items()), ".2f")
-    out.caption = (
-        f"Displacements of disks, affine and non-affine, at zero (top) and peak stress (bottom), all at a strain of "
-        f"{STRAIN:g}: balanced contact damping, N = {packing.n}, p = 1e-4, box stable in shear. Non-affine over affine "
-        f"motion: {ratios}."
-    )
+    out.caption = caption(out.name, strain=STRAIN, n=packing.n, ratios=write_list(ratios, ".2f"))
     return out
 
 
@@ -82,10 +78,7 @@ def figure_2(tables: EnsembleTables) -> Drawing:
         axes.axis("off")
         axes.set_xlim(-1.7, 2.0)
         axes.set_ylim(-1.2, 1.4)
-    out.caption = (
-        "(a) In the frame of disk i: approach, and sliding at the point of contact, with rotations. (b) Motion "
-        "relative to the affine flow of the fluid."
-    )
+    out.caption = caption(out.name)
     return out
 
 

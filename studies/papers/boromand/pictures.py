@@ -18,11 +18,11 @@ from jamlab.plotting.palette import GREEN, MODEL_STYLE, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import circles, fill_everywhere
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, drawing
+from studies.papers.statements import caption
 from studies.reference_data import MODELS, example_file
 
 SHAPE_OF_ONE_DISK = 1.025  # of the disk that fig 1 marks
 COMPARED_AT, CLOSE_UP_AT, VOIDS_AT = 0.92, 0.99, 0.97  # rho of figs 2, 3 and 8
-STORED = "Seed 1, of the packings that jamlab ships."
 
 
 @cache
@@ -59,7 +59,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     axes.set_title(
         rf"SP, $\phi$ = {packing.phi:.3f}, $\rho$ = {rho:.3f}; green: $\mathcal{{A}}$ = {shapes[chosen]:.3f}"
     )
-    out.caption = f"Overlaps (dark), divided by the common chords (white). {STORED}"
+    out.caption = caption(out.name)
     return out
 
 
@@ -71,7 +71,7 @@ def figure_2(tables: EnsembleTables) -> Drawing:
         text = f"{MODEL_STYLE[model]['label']}: ρ = {rho:.3f}, mean A = {shape_factors(packing).mean():.3f}"
         draw_packing(axes, packing, text)
         _mark_centres(out, axes, model.upper(), packing)
-    out.caption = f"Large particles blue, small pink, rattlers grey; lines join particles in contact. {STORED}"
+    out.caption = caption(out.name)
     return out
 
 
@@ -88,7 +88,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     close.set_xlim(0.35 * side, 0.75 * side)
     close.set_ylim(0.35 * side, 0.75 * side)
     close.set_title("close-up: vertices, polygons, rims", fontsize=12)
-    out.caption = f"Fill: the outline with its rim of width delta/2; line inside it: the polygon. {STORED}"
+    out.caption = caption(out.name)
     return out
 
 
@@ -105,5 +105,5 @@ def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
         axes.set_title(f"{model.upper()}, ρ = {reached:.3f}, {len(found.area)} voids", fontsize=11)
     handles = [Patch(facecolor=SIDE_COLOURS[side], edgecolor="black", label=f"{side} sides") for side in (3, 4, 5, 6)]
     out.figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=10)
-    out.caption = f"Voids by their number of sides, N = 64 as in the snapshots of fig 8. {STORED}"
+    out.caption = caption(out.name)
     return out

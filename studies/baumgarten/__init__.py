@@ -1,1 +1,0 @@
-"""Figures of Baumgarten and Tighe from our own packings."""

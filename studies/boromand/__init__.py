@@ -1,1 +1,0 @@
-"""Figures of Boromand et al. from our own packings."""

@@ -1,0 +1,1 @@
+"""Numbers and figures of Boromand et al. and of Baumgarten & Tighe, beside ours."""

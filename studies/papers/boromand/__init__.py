@@ -1,0 +1,1 @@
+"""Figures of Boromand et al., Soft Matter 15, 5854 (2019)."""

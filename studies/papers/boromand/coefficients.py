@@ -1,0 +1,136 @@
+"""Draw the coefficients of tables 1 and 2 of Boromand et al. from our packings, over those of the paper."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import Ensemble, Sample, average, groups_by, median, select
+from studies.panels import FIT, Drawing, drawing, label
+from studies.papers.boromand.conventions import (
+    HIGHEST,
+    LARGEST,
+    SERIES,
+    SIZES,
+    SUBTRACTED,
+    at,
+    even_places,
+)
+from studies.papers.statements import caption, statistic
+from studies.papers.verdicts import LOOKS, compare
+
+# onset ----------------------------------------------------------------------------------------------------------------
+
+
+def onsets(tables: EnsembleTables, model: str, column: str, n: tuple[int, ...]) -> Sample:
+    """Take z_J or the onset of packings of some sizes, one group each."""
+    return Sample(groups_by(select(tables.onset, model=model), "n", column, n))
+
+
+def mean(groups: list[Array]) -> float:
+    """Average over packings, and over sizes."""
+    return float(np.mean([values.mean() for values in groups]))
+
+
+for _ids, _model, _column in (
+    (("BT-zJ-sp-phi", "BT-zJ-sp-rho"), "sp", "z_J"),
+    (("BT-phiJ-sp", "BT-rhoJ-sp"), "sp", "phi_J"),  # of disks both are one
+    (("BT-zJ-dp",), "dp", "z_J"),
+    (("BT-rhoJ-dp",), "dp", "rho_J"),
+):
+    _sizes = ({"n": SIZES},) if _column == "z_J" else ()  # table 1 names no N, and fig 6 has one z_J for all
+    statistic(*_ids, sample=onsets, model=_model, column=_column, n=(LARGEST[_model],), variants=_sizes)(mean)
+
+
+# fits of eqs 13 and 14 ------------------------------------------------------------------------------------------------
+
+
+def even_curve(
+    tables: EnsembleTables,
+    series: str,
+    column: str,
+    z_j: str = "3.97",
+    middle: Callable[[Array], Array] = average,
+    direction: str = "mean",
+) -> Sample:
+    """Take z - z_J or G at even places of the largest size; along x by the ratio of means of packings with both."""
+    model, by = SERIES[series]
+    n, places = LARGEST[model], even_places(model, by)
+    e = tables.curve(model, n, by, column, places)
+    if column == "z":
+        e = Ensemble(e.x, e.y - (SUBTRACTED if z_j == "3.97" else tables.at_onset(model, n)["z"].mean()))
+    if direction == "x":
+        both = [tables.curve(model, n, by, name, places) for name in ("g_beside_x", "g_x")]
+        e = Ensemble(e.x, e.y * average(both[1].y) / average(both[0].y))
+    return e.sample(middle)
+
+
+def coefficients(x: Array, y: Array, terms: int, low: float = 0.0, high: float = np.inf) -> Array:
+    """Fit the coefficients of eqs 13 and 14 by least squares of absolute residuals."""
+    kept = np.isfinite(x + y) & (x > low) & (x < high)
+    if kept.sum() <= terms:
+        return np.full(terms, np.nan)
+    return np.asarray(np.linalg.lstsq(x[kept, None] ** (0.5, 1.0)[:terms], y[kept], rcond=None)[0])
+
+
+for _series, _name, _terms in (("SP(φ)", "sp-phi", 1), ("SP(ρ)", "sp-rho", 2), ("DP(ρ)", "dp", 2)):  # linear in phi: 0
+    _half = 0.5 * HIGHEST[SERIES[_series][1]]
+    for _symbol, _others in (("z", ({"z_j": "own"},)), ("G", ({"middle": median}, {"direction": "x"}))):
+        statistic(
+            *(f"BT-{_symbol}{k}-{_name}" for k in range(_terms)),
+            sample=even_curve,
+            series=_series,
+            column=_symbol.lower(),
+            terms=_terms,
+            variants=({"low": _half}, {"high": _half}, *_others),
+        )(coefficients)
+# where row SP(ρ) of table 1 may be read without its two coefficients, which make up for one another
+statistic("BT-z-sp-rho", sample=even_curve, series="SP(ρ)", column="z", place=0.1, variants=({"z_j": "own"},))(at)
+
+
+def of_both(tables: EnsembleTables, column: str) -> Sample:
+    """Take the curves of droplets and of disks."""
+    parts = [even_curve(tables, series, column) for series in ("DP(ρ)", "SP(ρ)")]
+    return Sample(
+        [part.groups[0] for part in parts],
+        lambda drawn: [part.reduce([one]) for part, one in zip(parts, drawn, strict=True)],
+    )
+
+
+@statistic("BT-z-ratio", sample=of_both, column="z")
+@statistic("BT-G-ratio", sample=of_both, column="g")
+def ratio(droplets: tuple[Array, Array], disks: tuple[Array, Array]) -> float:
+    """Divide C_1/C_0 of droplets by that of disks."""
+    (d_0, d_1), (s_0, s_1) = (coefficients(*part, 2) for part in (droplets, disks))
+    return float(d_1 / d_0 / (s_1 / s_0))
+
+
+# drawing --------------------------------------------------------------------------------------------------------------
+
+
+def tables_1_2(tables: EnsembleTables) -> Drawing:
+    """Coefficients of tables 1 and 2 from our packings, over the paper's."""
+    out, (axes,) = drawing("tables", 1, 1, 8.2, 6.6)
+    rows = [c for c in compare("tables", tables)[::-1] if c.statement.relation == "="]
+    used = set()
+    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8, "va": "center"}
+    for row, c in enumerate(rows):
+        s, m = c.statement, c.measured
+        ratios = np.array([m.value, m.low, m.high]) / s.value
+        axes.barh(row, 2 * s.margin / abs(s.value), left=1 - s.margin / abs(s.value), color="#CCCCCC", height=0.7)
+        colour, marker = LOOKS[c.verdict]
+        look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none"}
+        out.curve(axes, s.quantity, [ratios[0]], [row], label=None if c.verdict in used else str(c.verdict), **look)
+        used.add(c.verdict)
+        axes.plot(ratios[1:], [row, row], color=colour, linewidth=1.6)
+        axes.text(1.02, row, f"{m.value:.4g}", **beside)
+        axes.text(1.16, row, s.text, **beside)
+    axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
+    axes.set_yticks(range(len(rows)), [c.statement.latex for c in rows])
+    for place, text in ((1.02, "measured"), (1.16, "paper")):
+        axes.text(place, len(rows), text, weight="bold", **beside)
+    label(axes, "measured / paper", "", loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5)
+    out.caption = caption(out.name)
+    return out

@@ -1,0 +1,296 @@
+"""Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4 and 11."""
+
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.plotting.palette import GREEN
+from jamlab.statistics.power_laws import power_law
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import Ensemble, log_places
+from studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
+from studies.papers.boromand.conventions import (
+    CONFLUENCE,
+    DISTANCES,
+    FROM_ONSET,
+    NEAR,
+    TWO_OVERLAPS,
+    at,
+    curve,
+    decades,
+    eq_11,
+    first_above,
+    halves,
+    power,
+)
+from studies.papers.statements import caption, measure, paper, statements, statistic
+
+N = 32  # of figs 4 and 11
+DENSEST = 1.24 - 1e-6  # phi at which rho -> 1, [B] below eq 12
+_SMALL = DISTANCES[:18]  # up to where droplets are confluent
+DISKS: dict[str, Any] = {"sample": curve, "model": "sp", "n": N}
+DROPLETS: dict[str, Any] = {"sample": curve, "model": "dp", "n": N}
+
+
+@statistic(
+    "B11-C-onset",
+    places=NEAR,
+    x="d_phi",
+    y="d_rho",
+    low=0.0,
+    high=0.01,
+    **DISKS,
+    variants=({"high": 0.003}, {"high": 0.03}),
+)
+@statistic(
+    *("B4-C", "B4-C-appendix"),
+    places=DISTANCES,
+    x="d_phi",
+    y="d_rho",
+    **DISKS,
+    variants=({"low": 0.1}, {"high": 0.2}, {"high": 0.5}, {"y": "d_printed"}, {"y": "d_printed", "high": 0.5}),
+)
+def prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS) -> float:
+    """Fit C of eq 11 by least squares, where the paper has it exact: pairs of disks overlap, but no triples."""
+    kept = np.isfinite(y) & (x >= low) & (x < high)
+    f = eq_11(x[kept])
+    return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
+
+
+AREAS: dict[str, Any] = {"x": "d_rho", "y": "lost", "places": _SMALL}
+SHAPES: dict[str, Any] = {"x": "d_rho", "y": "shape", "places": DISTANCES}
+SHARES = ({"share": 0.003}, {"share": 0.01})  # by which a curve might be said to begin as well
+statistic("B4-area-loss", share=0.005, **AREAS, **DISKS, variants=SHARES)(first_above)
+statistic(  # two decimals show no less
+    "B4-rho-is-phi",
+    sample=curve,
+    model="sp",
+    n=64,
+    x="phi",
+    y="overlap",
+    places=np.arange(0.84, 0.95, 0.01),
+    share=0.005,
+    variants=SHARES,
+)(first_above)
+statistic("B4-A-unit-phi", x="phi", y="shape", places=[1.0, DENSEST], place=1.0, **DISKS)(at)
+statistic(
+    "B4-A-confluence-sp",
+    place=CONFLUENCE,
+    **SHAPES,
+    **DISKS,
+    variants=({"x": "phi", "places": [1.0, DENSEST], "place": DENSEST},),  # where rho = 1
+)(at)
+statistic("B4-A-confluence-dp", place=CONFLUENCE, **SHAPES | {"places": _SMALL}, **DROPLETS)(at)
+statistic("B4-rho-unit-phi", sample=curve, model="sp", n=64, x="phi", y="rho", places=[1.0], place=1.0)(at)
+statistic("B4-rho-densest", x="phi", y="rho_printed", places=[DENSEST], place=DENSEST, **DISKS)(at)
+statistic("B4-three-overlap", x="phi", y="three", places=[1.19, 1.2], place=1.2, **DISKS)(at)
+for _name, _model, _n, _rho in (("092-sp", "sp", 64, 0.92), ("092-dp", "dp", 64, 0.92), ("099-dp", "dp", 128, 0.9895)):
+    _ends = (round(_rho, 2) - 0.005, round(_rho, 2) + 0.005)  # rho is printed with two digits
+    statistic(
+        f"B4-A-{_name}",
+        sample=curve,
+        model=_model,
+        n=_n,
+        x="rho",
+        y="shape",
+        places=[_ends[0], _rho, _ends[1]],
+        place=_rho,
+        variants=[{"place": end} for end in _ends],
+    )(at)
+
+
+@statistic("B4-area-dp", place=0.13, **AREAS, **DROPLETS)
+def area_left(x: Array, lost: Array, place: float) -> float:
+    """Interpolate the mean area over that at onset."""
+    return 1 - at(x, lost, place)
+
+
+def _register_law(
+    statement: str,
+    which: dict[str, Any],
+    x: str,
+    y: str,
+    places: Array,
+    low: float,
+    high: float,
+    *more: dict[str, float],
+    inverse: bool = False,
+    split: bool = True,
+) -> None:
+    """Register the exponent of y in x, or of x in y, in a window; and, unless told not to, in both its halves."""
+    variants = [*(halves(low, high) if split else ()), *more]
+    statistic(statement, x=x, y=y, places=places, low=low, high=high, inverse=inverse, variants=variants, **which)(
+        power
+    )
+
+
+_register_law("B4-lambda", DISKS, "d_phi", "excess", FROM_ONSET, 1e-2, 0.4, {"high": 0.04}, inverse=True)
+_register_law("B4-omega", DISKS, "d_rho", "excess", FROM_ONSET, 7e-3, 0.05, inverse=True)  # A - 1 from 1e-3 to 1e-2
+OF_PHI = log_places(1e-4, 1e-1, 5)
+_register_law("B11-overlap", DISKS, "d_phi", "overlap", OF_PHI, 1e-4, 1e-1, *decades(1e-4, 1e-1), split=False)
+_register_law("B11-energy", DISKS, "d_phi", "u", OF_PHI, 1e-4, 1e-1, *decades(1e-4, 1e-1), inverse=True, split=False)
+
+# fig 11: windows in which each mean lies within 10 % of the law, on one side of the paper's change of slope
+ENERGIES = log_places(1e-14, 0.1, 4)
+WINDOWS = {
+    "B11-kappa": (10**-13.25, 1e-5),
+    "B11-zeta-small": (1e-6, 0.03),
+    "B11-omega-small-sp": (10**-5.8, 0.02),
+    "B11-omega-small-dp": (10**-4.6, 0.01),
+}
+_FURTHER = ({"high": 0.03}, {"high": 0.05})
+_register_law("B11-kappa", DISKS, "u", "overlap", ENERGIES, *WINDOWS["B11-kappa"])
+_register_law("B11-zeta-small", DISKS, "d_rho", "lost", FROM_ONSET, *WINDOWS["B11-zeta-small"], *decades(1e-4, 1e-2))
+for _name, _which in (("B11-omega-small-sp", DISKS), ("B11-omega-small-dp", DROPLETS)):
+    _register_law(_name, _which, "d_rho", "excess", FROM_ONSET, *WINDOWS[_name], *_FURTHER, inverse=True)
+
+SHAPE_PLACES = log_places(1e-4, 0.16, 20)
+_LAST = ({"low": 0.5}, {"low": 0.45}, *halves(0.1, 1.0))
+
+
+@statistic("B11-zeta-large", x="d_rho", y="lost", places=FROM_ONSET, **DISKS, variants=_LAST)
+@statistic("B11-omega-large-sp", x="excess", y="d_rho", places=SHAPE_PLACES, **DISKS, variants=_LAST)
+@statistic("B11-omega-large-dp", x="excess", y="d_rho", places=SHAPE_PLACES, **DROPLETS, variants=_LAST)
+def last_decade(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> float:
+    """Fit the exponent over the last decade of the abscissa, that half of the packings reach; in units of its end."""
+    last = float(np.nanmax(x))
+    return float(power_law(x, y, low=0.999 * low * last, high=1.001 * high * last).exponents[0])
+
+
+# fig 4 ----------------------------------------------------------------------------------------------------------------
+
+
+def figure_4(tables: EnsembleTables) -> Drawing:
+    """True against nominal packing fraction, particle areas, shape factors."""
+    out, (a, b, c) = drawing("boromand-4", 1, 3, 4.6, 4.0)
+    x, y = tables.curve("sp", N, "d_phi", "d_rho", DISTANCES).band
+    out.curve(a, f"SP, N = {N}", x, y, **model_style("sp"))
+    d, paper_c = np.linspace(0, 0.4, 50), paper("B4-C")
+    out.curve(a, r"paper: $\rho = \phi$", d, d, **PAPER | {"linewidth": 1.0})
+    out.curve(a, rf"paper: eq 11, $C$ = {paper_c}", d, paper_c * eq_11(d), **FIT)
+    a.set_ylim(0, 0.25)
+    label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
+    _draw_areas(out, b, tables)
+    _draw_shapes(out, c, tables)
+    out.caption = caption(out.name)
+    return out
+
+
+def _draw_areas(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
+    """Draw mean particle areas, and the paper's slope through the curve of the disks at 0.12."""
+    slope = paper("B11-zeta-large")
+    for model in ("sp", "dp"):
+        e = tables.curve(model, N, "d_rho", "lost", _SMALL)
+        x, y = Ensemble(e.x, 1 - e.y).band
+        out.curve(axes, f"{model.upper()}, N = {N}", x, y, **model_style(model))
+    d = np.linspace(0.0, 0.155, 40)
+    height = at(*tables.curve("sp", N, "d_rho", "lost", _SMALL).mean, 0.12) / 0.12**slope
+    out.curve(axes, rf"paper: slope {slope} in $\rho - \rho_J$", d, 1 - height * d**slope, **PAPER)
+    axes.set_ylim(0.82, 1.02)
+    label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
+
+
+def _draw_shapes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
+    """Draw packing fraction over shape factor."""
+    scale(axes, y="linear")
+    for model, by, fill in (("sp", "d_phi", "full"), ("sp", "d_rho", "none"), ("dp", "d_rho", "none")):
+        look = model_style(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
+        x, shape = tables.curve(model, N, by, "excess", DISTANCES[:22]).band
+        out.curve(axes, f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})", shape.value, x, **look)
+        if model == "dp":
+            x, shape = tables.curve(model, N, by, "shape", DISTANCES[:22]).band
+            out.curve(axes, r"DP(ρ), $\mathcal{A} - 1$", shape.value - 1, x, **look | {"markersize": 2.5})
+    s, steep, flat = np.geomspace(3e-3, 0.1, 20), paper("B4-lambda"), paper("B11-omega-large-sp")
+    out.curve(axes, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
+    dotted = PAPER | {"linestyle": ":"}
+    out.curve(axes, rf"paper: $\lambda \approx {steep}$", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
+    axes.set_xlim(3e-4, 0.15)
+    axes.set_ylim(0, 0.22)
+    shape_name = r"shape factor $\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)"
+    label(axes, shape_name, r"$\rho - \rho_J$ or $\phi - \phi_J$", loc="upper left")
+
+
+# fig 11 ---------------------------------------------------------------------------------------------------------------
+
+
+def figure_11(tables: EnsembleTables) -> Drawing:
+    """Five power laws that tie packing fractions, energy, area and shape together."""
+    out, (a, b, c, d, e, f) = drawing("boromand-11", 2, 3, 4.6, 3.9)
+    _draw_law(out, a, tables, "sp", ("u", "overlap", ENERGIES), "B11-kappa")
+    label(a, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
+    scale(b)
+    x, y = tables.curve("sp", N, "d_phi", "d_rho", NEAR).band
+    out.curve(b, f"SP, N = {N}", x, y, **model_style("sp"))
+    line, paper_c = np.geomspace(1e-6, 0.4, 60), paper("B4-C")
+    out.curve(b, rf"paper: eq 11, $C$ = {paper_c}", line, paper_c * eq_11(line), **PAPER)
+    label(b, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
+    lost = ("d_rho", "lost", FROM_ONSET)
+    _draw_law(out, c, tables, "sp", lost, "B11-zeta-small")
+    _draw_last_decade(out, c, tables, "sp", lost, "B11-zeta-large")
+    label(c, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
+    for axes, model, shape in ((d, "sp", "1"), (e, "dp", r"\mathcal{A}_J")):
+        _draw_law(out, axes, tables, model, ("d_rho", "excess", FROM_ONSET), f"B11-omega-small-{model}", inverse=True)
+        _draw_last_decade(out, axes, tables, model, ("excess", "d_rho", SHAPE_PLACES), f"B11-omega-large-{model}")
+        label(axes, rf"$\mathcal{{A}} - {shape}$", r"$\rho - \rho_J$", loc="lower right")
+    _draw_local_slopes(out, f, tables)
+    out.caption = caption(out.name)
+    return out
+
+
+def _draw_law(
+    out: Drawing,
+    axes: Any,
+    tables: EnsembleTables,
+    model: str,
+    what: tuple[str, str, Array],
+    statement: str,
+    inverse: bool = False,
+) -> None:
+    """Draw a log-log curve, with our fit and the paper's slope in the window of a number; inverse: with x upwards."""
+    scale(axes)
+    x, y = tables.curve(model, N, *what).band
+    out.curve(axes, f"{model.upper()}, N = {N}", *((y.value, x) if inverse else (x, y)), **model_style(model))
+    low, high = WINDOWS[statement]
+    fit = power_law(x, y.value, low=0.99 * low, high=1.01 * high)
+    line, theirs, ours = np.geomspace(fit.low, fit.high, 20), paper(statement), measure(statement, tables).value
+    middle = (fit.low * fit.high) ** 0.5
+    slope = float(fit(middle)) * 0.4 * (line / middle) ** (1 / theirs if inverse else theirs)
+    for text, values, look in ((f"fit: {ours:.3g}", fit(line), FIT), (f"paper: {theirs:g}", slope, PAPER)):
+        out.curve(axes, text, *((values, line) if inverse else (line, values)), **look)
+    span = axes.axhspan if inverse else axes.axvspan
+    span(fit.low, fit.high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
+
+
+def _draw_last_decade(
+    out: Drawing, axes: Any, tables: EnsembleTables, model: str, what: tuple[str, str, Array], statement: str
+) -> None:
+    """Draw our exponent over the last decade, and the paper's."""
+    x, y = tables.curve(model, N, *what).mean
+    line, theirs, ours = float(np.nanmax(x)) * np.array([0.1, 1.0]), paper(statement), measure(statement, tables).value
+    middle = line.prod() ** 0.5
+    height = float(np.interp(middle, x, y))
+    out.curve(axes, f"last decade: {ours:.3g}", line, height * (line / middle) ** ours, **FIT)
+    out.curve(axes, f"paper: {theirs:g} at large", line, 0.5 * height * (line / middle) ** theirs, **PAPER)
+
+
+def _draw_local_slopes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
+    """Draw zeta and omega between neighbouring places, which show where a single power holds."""
+    scale(axes, y="linear")
+    looks: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
+        ("sp", "lost", r"$\zeta$, SP", {"color": GREEN, "marker": "s"}),
+        ("sp", "excess", r"$\omega$, SP", model_style("sp")),
+        ("dp", "excess", r"$\omega$, DP", model_style("dp")),
+    )
+    for model, column, name, look in looks:
+        x, y = tables.curve(model, N, "d_rho", column, log_places(1e-6, 0.2, 5)).mean
+        kept = np.isfinite(x) & (y > 0)
+        x, y = x[kept], y[kept]
+        rise = np.diff(np.log(y)) / np.diff(np.log(x))
+        out.curve(
+            axes, name, np.sqrt(x[1:] * x[:-1]), rise if column == "lost" else 1 / rise, **look | {"linestyle": "-"}
+        )
+    for value in {s.value for name, s in statements().items() if name.startswith(("B11-omega", "B11-zeta"))}:
+        axes.axhline(value, **PAPER | {"linewidth": 0.7})
+    axes.set_ylim(0, 3.5)
+    label(axes, r"$\rho - \rho_J$", "local slope (dashed: the paper's)", loc="upper left")

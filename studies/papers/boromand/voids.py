@@ -1,0 +1,178 @@
+"""Draw voids in Boromand et al., fig 8: shares by number of sides, shape factor, area."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.plotting.palette import SIDE_COLOURS
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import SHARE, Sample, bootstrap, select
+from studies.panels import PAPER, Drawing, drawing, label, model_style
+from studies.papers.statements import caption, paper, statistic
+
+N = 64  # of fig 8
+SIDES = (3, 4, 5, 6)  # whose shares the paper gives
+NEAR_ONSET = 0.845  # rho of the shares that it gives "near rho_J": its panel is over rho, rho_J is 0.842
+TRIANGLES_FROM = 0.97  # rho from which all voids of its droplets have three sides
+
+
+@cache
+def void_sums(tables: EnsembleTables, model: str, onset: bool) -> tuple[Array, Array]:
+    """Sum over voids: bins of rho, and (packings, bins, sides 0 to 7+, 3) numbers, areas and shape factors."""
+    part = select(tables.void_counts, model=model, n=N)
+    part = part[part["onset"].astype(bool) == onset]
+    part = part.assign(rho=0.0) if onset else part
+    seeds = np.sort(part["seed"].unique())
+    held = part.groupby("rho")["seed"].nunique()
+    rho = np.sort(held.index[held >= SHARE * len(seeds)])
+    part = part[part["rho"].isin(rho)]
+    cube = np.zeros((len(seeds), len(rho), 8, 3))
+    sides = np.minimum(part["sides"].to_numpy(dtype=int), 7)
+    place = (np.searchsorted(seeds, part["seed"]), np.searchsorted(rho, part["rho"]), sides)
+    np.add.at(cube, place, part[["voids", "area", "shape"]].to_numpy(dtype=np.float64))
+    return np.asarray(rho, dtype=np.float64), cube
+
+
+def _divide(above: Array, below: Array) -> Array:
+    return np.asarray(np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0))
+
+
+def shares(cube: Array, *sides: int) -> Array:
+    """Compute P_l (bins, sides), the share of the voids that have l sides."""
+    voids = cube[..., 0].sum(axis=0)
+    total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
+    return _divide(voids[:, list(sides)], total)
+
+
+def triangle_share(total: Array) -> float:
+    """Compute P_3, the share of voids with three sides, of sums (sides, 3)."""
+    return float(_divide(total[3, 0], total[:, 0].sum()))
+
+
+def triangle_shape(total: Array) -> float:
+    """Compute the mean shape factor of voids with three sides, of sums (sides, 3)."""
+    return float(_divide(total[3, 2], total[3, 0]))
+
+
+# numbers --------------------------------------------------------------------------------------------------------------
+
+
+def of_model(tables: EnsembleTables, model: str, onset: bool = False) -> Sample:
+    """Take bins of rho and the sums over voids of one model."""
+    rho, cube = void_sums(tables, model, onset)
+    return Sample([cube], lambda drawn: (rho, drawn[0]))
+
+
+def shares_near(rho: Array, cube: Array, at: float = NEAR_ONSET) -> Array:
+    """Interpolate P_3 to P_6 between the bins of rho."""
+    return np.array([np.interp(at, rho, share) for share in shares(cube, *SIDES).T])
+
+
+def beyond(rho: Array, cube: Array, of: Callable[[Array], float], low: float, high: float = np.inf) -> float:
+    """Compute P_3 or the shape factor of all voids between two rho."""
+    return of(cube[:, (rho > low) & (rho < high)].sum(axis=(0, 1)))
+
+
+for _model in ("sp", "dp"):
+    _shares = [f"B8-P{sides}-{_model}" for sides in SIDES]
+    statistic(*_shares, sample=of_model, model=_model, variants=({"at": 0.84}, {"at": 0.85}))(shares_near)
+_ENDS = ({"low": 0.97}, {"low": 0.99})
+statistic("B8-P3-dense-sp", sample=of_model, model="sp", of=triangle_share, low=0.98, variants=_ENDS)(beyond)
+statistic("B8-A3-dense-sp", sample=of_model, model="sp", of=triangle_shape, low=0.98, variants=_ENDS)(beyond)
+statistic(
+    "B8-P3-dense-dp",
+    sample=of_model,
+    model="dp",
+    of=triangle_share,
+    low=TRIANGLES_FROM,
+    variants=({"low": 0.98}, {"high": TRIANGLES_FROM + 0.01}),
+)(beyond)
+statistic(
+    "B8-A3-dense-dp",
+    sample=of_model,
+    model="dp",
+    of=triangle_shape,
+    low=TRIANGLES_FROM,
+    variants=[{"low": low} for low in (0.85, 0.9, 0.98)],
+)(beyond)
+statistic("B8-A3-onset-sp", sample=of_model, model="sp", onset=True, of=triangle_shape, low=-1.0)(beyond)
+
+
+def of_both(tables: EnsembleTables, rho: float = np.nan) -> Sample:
+    """Take the sums over voids of disks and of droplets at onset, or in the bins nearest to a rho."""
+    found = [void_sums(tables, model, np.isnan(rho)) for model in ("sp", "dp")]
+    if np.isnan(rho):
+        return Sample([cube for _, cube in found])
+    return Sample([cube[:, [int(np.abs(bins - rho).argmin())]] for bins, cube in found])
+
+
+@statistic("B8-P3-same", sample=of_both, variants=({"rho": NEAR_ONSET},))
+def less(groups: list[Array], sides: int = 3) -> float:
+    """Subtract P_3 of disks from that of droplets."""
+    return float(shares(groups[1], sides)[0, 0] - shares(groups[0], sides)[0, 0])
+
+
+@statistic("B8-P4-for-P3", sample=of_both, rho=0.925, variants=({"rho": 0.905}, {"rho": 0.945}))
+def traded(groups: list[Array]) -> float:
+    """Divide the fall of P_4 by the rise of P_3, from disks to droplets."""
+    rise = less(groups)
+    return -less(groups, 4) / rise if rise else float("nan")
+
+
+def in_shared_bins(tables: EnsembleTables) -> Sample:
+    """Take the bins of rho that both models have, and their sums over voids."""
+    (x, sp), (u, dp) = (void_sums(tables, model, onset=False) for model in ("sp", "dp"))
+    rho = np.intersect1d(x, u)
+    return Sample([sp[:, np.isin(x, rho)], dp[:, np.isin(u, rho)]], lambda drawn: (rho, *drawn))
+
+
+@statistic("B8-P3-parts", sample=in_shared_bins, variants=({"by": 0.01}, {"by": 0.03}))
+def departs(rho: Array, sp: Array, dp: Array, by: float = 0.02) -> float:
+    """Find rho from which P_3 of droplets exceeds that of disks by 0.02, in bins of 0.01."""
+    excess = shares(dp, 3)[:, 0] - shares(sp, 3)[:, 0]
+    same = np.flatnonzero(excess[rho < 0.95] <= by)
+    k = same[-1] if len(same) else -1
+    return float(np.interp(by, excess[k : k + 2], rho[k : k + 2])) if 0 <= k < len(rho) - 1 else float("nan")
+
+
+# drawing --------------------------------------------------------------------------------------------------------------
+
+
+def figure_8(tables: EnsembleTables) -> Drawing:
+    """Voids: share with l sides, shape factor of those with three, mean areas."""
+    out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
+    for model in ("sp", "dp"):
+        rho, cube = void_sums(tables, model, onset=False)
+        share = bootstrap([cube], lambda g: shares(g[0], *SIDES))
+        marks = (
+            {"linestyle": "none", "marker": "v"}
+            if model == "sp"
+            else {"linestyle": "-", "marker": "D", "markersize": 3}
+        )
+        for k, sides in enumerate(SIDES):
+            colour = {"color": SIDE_COLOURS[sides] if sides != 5 else "#C9A800"}
+            out.curve(a, f"{model.upper()}, {sides} sides", rho, share[:, k], **marks | colour)
+        mean = bootstrap([cube], lambda g: _means(g[0]))
+        for k, axes in enumerate((b, c)):
+            out.curve(axes, f"{model.upper()}, N = {N}", rho, mean[:, k], **model_style(model, linestyle="-"))
+    border = f"paper: Plateau border, {paper('B8-A3-dense-dp')}"
+    out.curve(b, border, [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
+    fraction = r"true packing fraction $\rho$"
+    label(a, fraction, r"share $P_l$ of voids with $l$ sides", ncols=2)
+    a.set_ylim(-0.02, 1.35)
+    shape = r"shape factor $\mathcal{A}$ of 3-sided voids"
+    label(b, fraction, shape, loc="upper right", bbox_to_anchor=(1.0, 0.93))
+    c.set_yscale("log")
+    label(c, fraction, r"mean void area / particle area")
+    out.caption = caption(out.name)
+    return out
+
+
+def _means(cube: Array) -> Array:
+    """Compute means (bins, 2): shape factor of voids with three sides, area of all."""
+    total = cube.sum(axis=0)
+    areas = _divide(total[..., 1].sum(1), total[..., 0].sum(1))
+    return np.column_stack([_divide(total[:, 3, 2], total[:, 3, 0]), areas])

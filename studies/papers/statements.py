@@ -1,0 +1,237 @@
+"""Numbers and sentences of the papers, a row each of `statements.csv`, and what measures them in our packings.
+
+A number is measured by a short function that is registered under its id: of a sample, with other defensible analyses
+(`variants`) as keywords of the sample or of the function. Prose stands in `explanations.md` and `captions.md`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.statistics.bootstrap import Interval
+from studies.ensembles import RESAMPLES, Sample, name_keywords, vary_bootstrap
+
+if TYPE_CHECKING:
+    from studies.ensemble_tables import EnsembleTables
+
+FOLDER = Path(__file__).parent
+MODULES = (  # that register functions
+    *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "confluence", "voids", "onset")),
+    *(f"papers.baumgarten.{name}" for name in ("spectra", "motion", "correlation")),
+    *("papers.boromand.coefficients", "dynamics.flow_curves", "dynamics.collapse", "beyond.jamming"),
+)
+Keywords = Mapping[str, Any]
+Function = TypeVar("Function", bound=Callable[..., Any])
+NOT_COUNTED = ("identity", "duplicate")  # it follows from counting or the equations; another row measures the same
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One number that a paper prints, or says in words."""
+
+    id: str
+    figure: str  # that shows it, such as "boromand-6"
+    where: str  # section, figure or table of the paper
+    quantity: str  # in plain words
+    latex: str  # the same with symbols
+    value: float
+    relation: str  # "=", or ">" and "<" where the paper gives a bound only
+    margin: float  # error that the paper states, or half a unit of its last digit
+    stated: str  # how: stated, fit, line, read, share, word, about, order, theory, bound, digits
+    argument: float  # error that goes with it; of a line the decades over which the paper shows it
+    number: str  # what it is: exponent, coefficient, ratio, density, contacts, shape, void shape, share, decades
+    # status: measured, fit target (unprinted parameters were chosen for it), not comparable (other conditions),
+    # paper inconsistent (with itself), or one of NOT_COUNTED
+    status: str
+    sentence: str = ""  # of the paper, in short
+    note: str = ""  # on its definition
+
+    @property
+    def counted(self) -> bool:
+        """Whether it is a number of one of the two papers of its own."""
+        return self.status not in NOT_COUNTED and self.where.startswith(("[B]", "[T]"))
+
+    @property
+    def tested(self) -> bool:
+        """Whether our packings can test it."""
+        return self.status not in ("fit target", "paper inconsistent")
+
+    @property
+    def text(self) -> str:
+        """Write the paper's value."""
+        sign = "" if self.relation == "=" else f"{self.relation} "
+        return f"{sign}{self.value:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
+
+
+@cache
+def statements() -> dict[str, Statement]:
+    """Read all numbers by id, in the order of the table."""
+    table = pd.read_csv(FOLDER / "statements.csv", dtype=str, keep_default_na=False)
+    table = table[table["id"] != ""]  # sentences without a number
+    numbers = {"value": table["value"].map(lambda text: float(Fraction(text)))}
+    numbers |= {name: pd.to_numeric(table[name]).astype(float) for name in ("margin", "argument")}
+    rows: list[dict[str, Any]] = table.assign(**numbers).to_dict("records")  # type: ignore[assignment]
+    return {row["id"]: Statement(**row) for row in rows}
+
+
+def paper(statement: str) -> float:
+    """Look up the value that a paper prints."""
+    return statements()[statement].value
+
+
+@cache
+def _read_prose(name: str) -> dict[str, str]:
+    """Read the paragraph under each heading of a Markdown file, by the names in the heading."""
+    found: dict[str, str] = {}
+    for part in (FOLDER / name).read_text(encoding="utf-8").split("\n## ")[1:]:
+        headings, _, text = part.partition("\n")
+        found |= {heading.strip(): " ".join(text.split()) for heading in headings.split(",")}
+    return found
+
+
+def explanations() -> dict[str, str]:
+    """Why numbers differ, by id."""
+    return _read_prose("explanations.md")
+
+
+def caption(figure: str, **numbers: Any) -> str:
+    """Write what a figure shows."""
+    return _read_prose("captions.md")[figure].format(**numbers)
+
+
+# measurements ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number of our packings; nan where the data do not give it."""
+
+    value: float = np.nan
+    # low, high: ends of its 95 % interval over packings
+    low: float = np.nan
+    high: float = np.nan
+    variants: Mapping[str, Interval] = field(default_factory=dict)  # name of another analysis -> what it gives
+    how: str = ""  # definition and settings
+    lacking: str = ""  # why it is not measured
+
+    @property
+    def known(self) -> bool:
+        """Whether the data give a value with an interval."""
+        return bool(np.isfinite([self.value, self.low, self.high]).all())
+
+    @property
+    def interval(self) -> Interval:
+        """The value with the ends of its interval."""
+        return Interval(*(np.array(v) for v in (self.value, self.low, self.high)))
+
+    @property
+    def systematic(self) -> tuple[float, float]:
+        """How far variants lie below and above the value."""
+        moved = [float(other.value) - self.value for other in self.variants.values()]
+        return max([0.0, *(-m for m in moved)]), max([0.0, *moved])
+
+
+Measure = Callable[["EnsembleTables"], Sequence[Measured]]  # one for each of its statements, or one for all
+MEASURES: dict[str, tuple[Measure, int]] = {}  # by id of the statement, with its place
+
+
+def measured(found: Interval | None, variants: Mapping[str, Interval | None] | None = None, how: str = "") -> Measured:
+    """Make a measured number of intervals; variants without a value are left out."""
+    every = {name: v for name, v in (variants or {}).items() if v is not None and np.isfinite(v.value)}
+    if found is None:
+        return Measured(variants=every, how=how)
+    return Measured(float(found.value), float(found.low), float(found.high), every, how)
+
+
+def measures(*ids: str, **fixed: Any) -> Callable[[Function], Function]:
+    """Register a function of tables and the keywords `fixed` that measures one number, or as many as there are ids."""
+
+    def register(function: Function) -> Function:
+        def measure(tables: "EnsembleTables") -> Sequence[Measured]:
+            found = function(tables, **fixed)
+            return [found] if isinstance(found, Measured) else found
+
+        MEASURES.update({name: (measure, k) for k, name in enumerate(ids)})
+        return function
+
+    return register
+
+
+def statistic(
+    *ids: str,
+    sample: Callable[..., Sample],
+    variants: Sequence[Keywords] = (),
+    resamples: int = RESAMPLES,
+    **fixed: Any,
+) -> Callable[[Function], Function]:
+    """Register a function that measures one number, or as many as there are ids, of what `sample(tables, ...)` reduces
+    its packings to.
+
+    `fixed` are keywords of the sample or of the function. Each of the `variants` are such keywords, too: those of the
+    function alone are computed on the same resamples, those of the sample on their own."""
+    own = set(signature(sample).parameters)
+
+    def run(
+        tables: "EnsembleTables",
+        function: Callable[..., ArrayLike],
+        more: Mapping[str, Any],
+        *within: Mapping[str, Any],
+    ) -> tuple[Interval, dict[str, Interval]]:
+        taken = sample(tables, **{k: v for k, v in {**fixed, **more}.items() if k in own})
+        settings = {k: v for k, v in {**fixed, **more}.items() if k not in own}
+
+        def filled(*reduced: Any, **others: Any) -> ArrayLike:
+            return function(*reduced, **settings | others)
+
+        return vary_bootstrap(taken.groups, filled, *within, reduce=taken.reduce, resamples=resamples)
+
+    def register(function: Function) -> Function:
+        def measure(tables: "EnsembleTables") -> Sequence[Measured]:
+            found, family = run(tables, function, {}, *(v for v in variants if not set(v) & own))
+            for keywords in (v for v in variants if set(v) & own):
+                with suppress(InputError, ConvergenceError):
+                    family[name_keywords(keywords)] = run(tables, function, keywords)[0]
+            settings = {k: v for k, v in fixed.items() if isinstance(v, int | float | str)}
+            doc = " ".join((function.__doc__ or "").partition(".")[0].split())
+            how = f"{doc}; {name_keywords(settings)}".removesuffix("; ")
+            if not found.value.ndim:
+                return [measured(found, family, how)]
+            parts = range(len(found.value))
+            return [measured(found[k], {name: v[k] for name, v in family.items()}, how) for k in parts]
+
+        measures(*ids)(measure)
+        return function
+
+    return register
+
+
+def measure(statement: str, tables: "EnsembleTables") -> Measured:
+    """Measure a number in some tables; once, for its figure and its row."""
+    for name in MODULES:
+        import_module(f"studies.{name}")
+    if statement not in MEASURES:
+        return Measured(lacking="there are no data to measure it in")
+    function, k = MEASURES[statement]
+    if function not in tables.measured:
+        try:
+            tables.measured[function] = function(tables)
+        except (InputError, ConvergenceError, StorageError) as error:
+            tables.measured[function] = [Measured(lacking=str(error))]
+    found: Sequence[Measured] = tables.measured[function]
+    return found[min(k, len(found) - 1)]
+
+
+def names(figure: str) -> list[str]:
+    """List the ids of the numbers of a figure."""
+    return [name for name, statement in statements().items() if statement.figure == figure]

@@ -1,0 +1,229 @@
+"""Numbers of the papers from tables in which the papers' laws hold, and the table of statements."""
+
+import numpy as np
+import pandas as pd
+import paper_tables
+import pytest
+from drawn_figures import TABLES, tables
+from paper_tables import SIZES, onset, quasistatic, spectra, states
+
+from jamlab.errors import InputError
+from jamlab.statistics.power_laws import fit_exponent
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import Sample, bootstrap
+from studies.papers.baumgarten.spectra import regime_ends
+from studies.papers.boromand.conventions import eq_11, even_places, halves, table_fit
+from studies.papers.statements import (
+    MEASURES,
+    Measured,
+    explanations,
+    measure,
+    measured,
+    paper,
+    statements,
+    statistic,
+)
+
+
+@pytest.mark.parametrize(
+    ("statement", "value", "tolerance"),
+    [
+        ("B4-C", 1.0, 1e-3),
+        ("B6-alpha0", 0.5, 0.02),
+        ("B6-beta0", 0.5, 0.01),
+        ("B6-a", 2.0, 0.02),
+        ("B6-crossover-sp", 2.0, 0.03),
+        ("B8-P3-sp", 0.4, 1e-9),
+        ("B8-P5-dp", 0.2, 1e-9),
+        ("B8-P3-dense-dp", 1.0, 1e-9),
+        ("B8-A3-dense-dp", 4.87, 1e-9),
+        ("B10-theta-sp", 0.55, 1e-6),
+        ("B10-onset-dp", 0.842, 1e-6),
+        ("B11-kappa", 0.75, 1e-3),
+        ("B11-overlap", 1.5, 1e-3),
+        ("B11-energy", 0.5, 1e-3),
+        ("B11-omega-small-sp", 2 / 3, 1e-3),
+        ("B11-omega-small-dp", 1.0, 1e-3),
+        ("BT-z0-sp-phi", 3.7, 0.07),
+        ("BT-G0-sp-phi", 0.42, 0.005),
+        ("BT-z0-dp", 3.3, 0.12),
+        ("BT-z1-dp", 7.1, 0.3),
+        ("BT-G1-dp", 1.7, 0.02),
+        ("T1-loss-slow", 1.0, 0.01),
+        ("T1-storage-critical", 0.556, 0.005),  # of Re (1 + ix)^0.5 - 1, 30 < x < 1000
+        ("T1-loss-critical", 0.5, 0.02),
+        ("T3-mu", 0.5, 0.02),
+        ("T3-lambda", 1.0, 0.05),
+        ("T4-eq18", 0.0, 1e-9),
+        ("T4-eta0", 0.5, 0.01),
+        ("T4-beta-star", 1.0, 1e-6),
+        ("T4-eq22", 1.0, 0.01),
+        ("T5-approach", 0.25, 0.01),
+        ("T5-sliding-stressed", -0.25, 0.01),
+        ("T5-mean-sliding", 0.0, 1e-9),
+        ("T6-lambda", 1.0, 0.02),
+        ("T6-eta-F", 1e-9, 1e-12),
+        ("T7-length-contact", 0.25, 0.01),
+        ("T7-length-stokes", 0.25, 0.01),
+        ("T7-length-decades", 1.0, 0.05),
+        ("T7-logarithm", 0.65, 0.02),
+        ("T7-imaginary", 1.5, 1e-9),
+        ("T8-a-contact", 1.0, 0.02),
+        ("flow-softening", 1.0, 0.05),
+    ],
+)
+def test_numbers_are_what_the_tables_hold(statement, value, tolerance):
+    found = measure(statement, tables())
+    assert found.value == pytest.approx(value, abs=tolerance)
+    assert found.low - 1e-12 <= found.value <= found.high + 1e-12
+
+
+def test_a_table_that_differs_gives_another_number():
+    both = pd.concat([states(z0=5.0, c=0.9), states("dp")])
+    other = EnsembleTables({"states": both, "onset": onset()}.__getitem__)
+    assert measure("BT-z0-sp-phi", other).value == pytest.approx(5.0, abs=0.1)
+    assert measure("B4-C", other).value == pytest.approx(0.9, abs=1e-3)
+    assert measure("BT-G0-sp-phi", other).value == pytest.approx(0.42, abs=0.01)
+
+
+def test_the_loss_of_the_fluid_alone_is_no_critical_slope():
+    """G'' of a fluid of viscosity 1 rises with omega; what it adds to G'' ~ omega^0.5 is taken off. G'' itself, which
+    the paper collapses, is another analysis, as G' is beside G' - G_0."""
+    table = TABLES["spectra"]()
+    fluid = (table["law"] == "stokes") & (table["eta_f"] == 1)
+    table.loc[fluid, "loss"] += table.loc[fluid, "omega"]
+    found = measure("T6-Delta-loss", EnsembleTables({"spectra": table}.get))
+    assert found.value == pytest.approx(0.5, abs=0.02)
+    assert found.variants["part = G''"].value > 0.54
+
+
+def test_another_size_is_another_analysis():
+    """Two sizes with other exponents: the larger is the number."""
+    given = EnsembleTables({"quasistatic": quasistatic({512: 0.1, 32_768: 0.3})}.get)
+    found = measure("T5-mean-approach", given)
+    assert found.value == pytest.approx(0.3, abs=0.01)
+    assert found.variants["N = 512"].value == pytest.approx(0.1, abs=0.01)
+    assert measure("T5-sheared", given).value == pytest.approx(-0.3, abs=0.01)
+
+
+def test_sizes_beside_the_papers_move_no_number():
+    """Six packings of N = 1024 of any width, and a few that reach confluence."""
+    table = onset()
+    few = table[(table["n"] == 128) & (table["seed"] < 6)].assign(n=1024)
+    begun = EnsembleTables({"onset": pd.concat([table, few], ignore_index=True)}.get)
+    assert measure("B10-theta-sp", begun) == measure("B10-theta-sp", tables())
+    more = states(sizes=(1024,)).assign(z=5.0)
+    both = EnsembleTables({"states": pd.concat([states(), states("dp"), more], ignore_index=True)}.get)
+    for statement in ("B7-collapse-sp", "B6-a"):
+        assert measure(statement, both).value == measure(statement, tables()).value
+
+
+def test_a_collapse_ends_at_the_highest_pressure_of_the_paper():
+    """Beyond 0.01 viscosity grows with pressure (first term of eq 22), which no collapse in p N^2 knows."""
+    table = spectra()
+    dense = table["target_pressure"] == 0.1
+    wrong = EnsembleTables({"spectra": table.assign(eta0=table["eta0"] * np.where(dense, 5, 1))}.get)
+    found, right = (measure("T8-a-contact", given) for given in (wrong, tables()))
+    assert (found.value, found.low, found.high) == (right.value, right.low, right.high)
+    assert found.variants["p <= 0.1"].value < 0.95 * found.value
+
+
+def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():
+    """eta_0 = N^a (p N^2)^-0.4 has the slope -0.4 at every size together, a = 1 and 1.09."""
+    table = spectra()
+    a = np.where(table["law"] == "stokes", 1.09, 1.0)
+    table["eta0"] = table["n"] ** a * (table["target_pressure"] * table["n"] ** 2) ** -0.4
+    given = EnsembleTables({"spectra": table}.get)
+    slopes = [measure(f"T8-tail-{law}", given).value for law in ("contact", "stokes")]
+    assert slopes == pytest.approx([-0.4, -0.4], abs=1e-9)
+
+
+def test_regimes_of_root_laws_end_where_they_cross():
+    """G'' = omega^0.5 meets eta_0 omega at 0.3 p and eta_inf omega at 2, whatever the packings' common factor."""
+    pressures, omega = [1e-4, 1e-3, 1e-2], np.geomspace(1e-3, 10, 401)
+    numbers = [[(0.3 * p) ** -0.5, 2**-0.5, *omega**0.5] for p in pressures]
+    drawn = [np.outer([0.8, 1.2], row) for row in numbers]
+    ends = regime_ends(pressures, [omega] * 3, drawn)
+    assert ends == pytest.approx([0, np.log10(0.3), np.log10(2)], abs=1e-4)
+
+
+# how a number is measured ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def registered():
+    """A mean of thirty packings, with a factor as another analysis, twice the packings as one of another sample."""
+
+    def thirty(given, twice=1.0):
+        return Sample([twice * given])
+
+    @statistic("mean", sample=thirty, variants=({"factor": 2.0}, {"factor": 3.0}, {"twice": 2.0}))
+    def mean(groups, factor=1.0):
+        """Average. And more."""
+        if factor > 2:
+            raise InputError("too large")
+        return factor * groups[0].mean()
+
+    yield MEASURES.pop("mean")[0]
+
+
+def test_other_analyses_have_the_interval_of_their_own_packings(registered):
+    packings = np.random.default_rng(1).normal(3.0, 1.0, 30)
+    (found,) = registered(packings)
+    alone = bootstrap([packings], lambda g: g[0].mean())
+    assert (found.value, found.low, found.high) == (alone.value, alone.low, alone.high)
+    assert list(found.variants) == ["factor = 2", "twice = 2"]  # one that fails is left out
+    for other in found.variants.values():
+        assert [other.value, other.low, other.high] == pytest.approx([2 * alone.value, 2 * alone.low, 2 * alone.high])
+    assert found.systematic == pytest.approx((0, float(alone.value))) and found.how == "Average"
+
+
+def test_halves_of_a_window_hold_one_power():
+    x = np.geomspace(0.1, 10, 21)
+    assert halves(0.1, 10.0) == ({"low": pytest.approx(1.0)}, {"high": pytest.approx(1.0)})
+    assert fit_exponent(x[x >= 1], x[x >= 1] ** 2) == pytest.approx(2)
+
+
+def test_what_tables_lack_is_told():
+    none = EnsembleTables({"onset": onset().query("model == 'sp'")}.__getitem__)
+    found = measure("B10-theta-dp", none)
+    assert not found.known and "dp" in found.lacking
+    assert not measured(None, {"a": None}).variants and not Measured().known
+
+
+# statements -----------------------------------------------------------------------------------------------------------
+
+
+def test_every_statement_is_measured_and_every_measurement_is_of_a_statement():
+    measure("B4-C", tables())  # registers all
+    apart = {"B9-z-experiments", "B9-rho-experiments"}  # no data
+    assert set(MEASURES) == set(statements()) - apart
+    assert set(explanations()) <= set(statements())
+    assert {s.stated for s in statements().values()} <= {
+        *("stated", "fit", "line", "read", "share", "word", "about", "order", "theory", "bound", "digits", "")
+    }
+    for s in statements().values():
+        assert s.stated or s.status in ("identity", "duplicate")
+        assert s.sentence or (not s.counted and not s.where.startswith("["))
+        assert (s.relation == "=") == (s.stated != "bound") or not s.stated
+
+
+def test_explanations_name_the_papers_own_numbers():
+    """By hand: 3.7 sqrt(0.129) = 1.33 at drho = 0.1; z = 6 by row DP(ρ) at 0.958; single exponents 0.66 and 0.92."""
+    d_phi = np.linspace(0, 0.4, 4001)
+    same = np.interp(0.1, paper("B4-C") * eq_11(d_phi), d_phi)
+    assert [float(table_fit("SP(φ)", "z")(same)), paper("BT-z-sp-rho")] == pytest.approx([1.33, 1.22], abs=5e-3)
+    d = np.linspace(0.1, 0.2, 10_001)
+    full = paper("BT-rhoJ-dp") + np.interp(6 - paper("BT-zJ-dp"), table_fit("DP(ρ)", "z")(d), d)
+    assert full == pytest.approx(0.958, abs=5e-4)
+    x = even_places("dp", "d_rho")
+    slopes = [np.polyfit(np.log(x), np.log(table_fit("DP(ρ)", name)(x)), 1)[0] for name in ("z", "G")]
+    assert slopes == pytest.approx([0.66, 0.92], abs=5e-3)
+    text = explanations()
+    assert "1.33" in text["BT-z-sp-rho"] and "0.958" in text["BT-z0-dp"]
+    assert "0.66" in text["B6-z-single-dp"] and "0.92" in text["B6-g-single-dp"]
+
+
+def test_the_made_up_tables_hold_all_sizes_that_figures_show():
+    assert set(SIZES["sp"]) == set(tables().states.query("model == 'sp'")["n"])
+    assert set(paper_tables.PRESSURES) <= set(tables().spectra["target_pressure"])
