@@ -25,7 +25,7 @@ app = typer.Typer(
     help="Evidence about jamlab: figures of the papers, cost against accuracy, where methods fail, other codes.",
     epilog="Start with: python -m studies list",
 )
-STYLES = {"differs": "red", "undecided": "yellow"}  # of verdicts in the terminal
+STYLES = {"differs": "red", "tension": "yellow"}  # of verdicts in the terminal
 Names = Annotated[
     list[str], typer.Argument(help="papers, beyond, speed-accuracy, stability, all, or names that `list` prints.")
 ]

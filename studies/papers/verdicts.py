@@ -1,45 +1,152 @@
-"""Set numbers of the papers beside ours, and say whether the two agree."""
+"""Set numbers of the papers beside ours, and say whether the two agree, by one rule that was fixed beforehand.
+
+Ours is x with the standard error of packings and that of the analysis, the farthest variant over root 3. The paper's
+standard error follows from how it states the number. What a difference is measured by, the scale of a number, follows
+from its kind. No entry of the constants below, nor of the columns `stated`, `argument`, `number` and `status` of
+`statements.csv`, may change with a result in view: a change is a commit of its own that names the reason and the rows
+that it moves.
+
+* agrees: |difference| + 1.645 u(ours) is within the tolerance: a wide interval can only lose an agreement;
+* small difference: within the tolerance as well, and each analysis alone differs by 3 combined standard errors;
+* compatible, weak: less than 2 combined standard errors apart, and known to three tolerances;
+* not resolved: less than 2 apart, and known no better;
+* tension: 2 combined standard errors or more apart;
+* differs: each analysis alone, the kindest too, lies 3 combined standard errors off;
+* a bound is met or missed, by 2 standard errors; missed by 3 with each analysis, it differs.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from math import copysign, hypot
 from typing import Any
 
 import numpy as np
 
-from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from studies.ensemble_tables import EnsembleTables
 from studies.papers.statements import Measured, Statement, explanations, measure, names, statements
 
 SUMMARY = "summary.txt"  # beside the figures, and beside the data
-COLUMNS = ("quantity", "ours", "paper", "verdict", "because")
+COLUMNS = ("quantity", "ours ± packings ± analyses", "paper", "known to", "verdict", "because")
 RULE = (
-    "One rule for every number: it agrees if the 95 % interval over packings of every analysis lies within what the "
-    "paper's words mean, its value within its margin, differs if all lie beyond it on one side, and is undecided else. "
-    "Numbers that unprinted parameters were chosen for are no test."
+    "One rule for every number: ours with the standard errors of packings and of other analyses, the paper's by how "
+    "it states the number, and a tolerance of a tenth of the scale of such numbers. It agrees if the difference is "
+    "known to lie within the tolerance, and differs if it is three standard errors by every analysis. Numbers that "
+    "unprinted parameters were chosen for are no test."
 )
+TOLERANCE, WEAK = 0.10, 3.0  # of the scale of a number; tolerances within which it is known weakly
+TENSION, DIFFERS = 2.0, 3.0  # combined standard errors
+ONE_SIDED = 1.645  # 95 % upper limit of |difference|
+NORMAL = 3.92  # standard errors in a 95 % interval
+FIT_BY_EYE = 0.10  # decades: two straight lines that part by a factor of 1.26 at the end look like one
+SCALES = {  # of a number, by its kind; those that are not here are of the size of the number itself
+    "ratio": 1.0,
+    "density": 0.16,  # rho, phi: from onset to confluence, [B] sec 3
+    "contacts": 2.0,  # z: from 4 to 6
+    "decades": 5.0,  # so that the tolerance is half a decade, as "of order 1" means
+}
+NO_EXPONENT, LEAST_SHARE = 0.5, 0.2  # scale of an exponent that is 0: the least that the papers argue for; of a share
 
 
 class Verdict(StrEnum):
     """What a number of a paper comes to."""
 
     AGREES = "agrees"
+    SMALL = "small difference"
+    WEAK = "compatible, weak"
+    UNRESOLVED = "not resolved"
+    TENSION = "tension"
     DIFFERS = "differs"
-    INCONSISTENT = "paper inconsistent"  # the paper contradicts itself, so that no measurement could settle the number
-    CALIBRATED = "calibrated"  # parameters that the paper does not print were chosen to meet it: no independent test
-    UNDECIDED = "undecided"
-    MISSING = "not measured"  # the data do not give it with an interval, which takes five packings
+    MISSING = "no data"
 
 
 LOOKS = {
     Verdict.AGREES: (BLUE, "o"),
+    Verdict.SMALL: (GREEN, "D"),
+    Verdict.WEAK: (SKY, "s"),
+    Verdict.UNRESOLVED: ("#888888", "s"),
+    Verdict.TENSION: (ORANGE, "^"),
     Verdict.DIFFERS: (RED, "X"),
-    Verdict.INCONSISTENT: (ORANGE, "^"),
-    Verdict.CALIBRATED: (GREEN, "D"),
-    Verdict.UNDECIDED: ("#888888", "s"),
-    Verdict.MISSING: ("#888888", "x"),
+    Verdict.MISSING: (BLACK, "x"),
 }
+
+
+def scale(number: str, value: float) -> float:
+    """What a difference is measured by, from the kind of a number and the paper's value."""
+    size = abs(value)
+    if number == "exponent":
+        return size or NO_EXPONENT
+    if number == "shape":  # of particles: A - 1
+        return max(size - 1, 1e-9)
+    if number == "share":
+        return max(size, LEAST_SHARE)
+    return SCALES.get(number, size)
+
+
+def paper_error(s: Statement, statistical: float) -> float:
+    """Standard error of what a paper states, by how it does; a fit has a sampling error like ours beside its digits."""
+    rounding = s.margin / 3**0.5
+    return {
+        "fit": hypot(rounding, statistical),
+        "line": FIT_BY_EYE / s.argument if s.stated == "line" else 0.0,
+        "share": max(rounding, s.argument),
+        "about": s.argument * scale(s.number, s.value),
+        "theory": 0.0,
+        "bound": 0.0,
+        "digits": rounding,
+    }.get(s.stated, s.argument)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The verdict on a number, and what decides it; nan without data."""
+
+    verdict: Verdict
+    pull: float = np.nan  # difference over the combined standard error; of a bound by how many it is met
+    kindest: float = np.nan  # the same by the analysis that is kindest to the paper
+    resolution: float = np.nan  # 95 % upper limit of |difference|
+    # statistical, systematic, paper: standard errors
+    statistical: float = np.nan
+    systematic: float = np.nan
+    paper: float = np.nan
+
+
+def judge(s: Statement, m: Measured) -> Judged:
+    """Apply the rule of this module to one number."""
+    if not m.known:
+        return Judged(Verdict.MISSING)
+    off, statistical = m.value - s.value, (m.high - m.low) / NORMAL
+    below, above = m.systematic
+    systematic, theirs = max(below, above) / 3**0.5, paper_error(s, statistical)
+    resolution = abs(off) + ONE_SIDED * hypot(statistical, systematic)
+    each = [(m.value, statistical)]
+    for v in m.variants.values():
+        known = np.isfinite([v.low, v.high]).all()
+        each.append((float(v.value), float(v.high - v.low) / NORMAL if known else statistical))
+    errors = {"resolution": resolution, "statistical": statistical, "systematic": systematic, "paper": theirs}
+    if s.relation != "=":
+        sign = 1 if s.relation == ">" else -1
+        met = sign * off / hypot(statistical, systematic)
+        best = max(sign * (v - s.value) / max(u, 1e-12) for v, u in each)
+        missed = Verdict.DIFFERS if best <= -DIFFERS else Verdict.TENSION if met <= -TENSION else Verdict.UNRESOLVED
+        return Judged(Verdict.AGREES if met >= TENSION else missed, met, best, **errors)
+    combined = np.sqrt(statistical**2 + ((below if off > 0 else above) ** 2) / 3 + theirs**2)
+    pull = off / combined if combined else copysign(np.inf, off)
+    pulls = [(v - s.value) / max(hypot(u, theirs), 1e-12) for v, u in each]
+    one_side = min(pulls) > 0 or max(pulls) < 0
+    kindest = min(pulls, key=abs) if one_side else 0.0
+    tolerance = max(TOLERANCE * scale(s.number, s.value), s.margin)
+    if resolution <= tolerance:
+        verdict = Verdict.SMALL if abs(kindest) >= DIFFERS else Verdict.AGREES
+    elif abs(kindest) >= DIFFERS:
+        verdict = Verdict.DIFFERS
+    elif abs(pull) >= TENSION:
+        verdict = Verdict.TENSION
+    else:
+        verdict = Verdict.WEAK if resolution <= WEAK * tolerance else Verdict.UNRESOLVED
+    return Judged(verdict, float(pull), kindest, **errors)
 
 
 @dataclass(frozen=True)
@@ -50,77 +157,73 @@ class Comparison:
     measured: Measured
 
     @property
+    def judged(self) -> Judged:
+        """The verdict, and what decides it."""
+        return judge(self.statement, self.measured)
+
+    @property
     def verdict(self) -> Verdict:
-        """See `Verdict`. It agrees if by each analysis all that the packings allow is what the paper's words mean,
-        differs if by each nothing is, all on the same side, and is undecided else."""
-        s, m = self.statement, self.measured
-        if s.status == "paper inconsistent":
-            return Verdict.INCONSISTENT
-        if not m.known:
-            return Verdict.MISSING
-        if s.status == "fit target":
-            return Verdict.CALIBRATED
-        every = [(m.low, m.high)]
-        for other in m.variants.values():
-            ends, moved = (float(other.low), float(other.high)), float(other.value) - m.value
-            every.append(ends if np.isfinite(ends).all() else (m.low + moved, m.high + moved))
-        low, high = min(low for low, _ in every), max(high for _, high in every)
-        least = -np.inf if s.relation == "<" else s.value - s.margin
-        most = np.inf if s.relation == ">" else s.value + s.margin
-        if s.status == "not comparable":
-            return Verdict.UNDECIDED
-        if high < least or most < low:
-            return Verdict.DIFFERS
-        return Verdict.AGREES if least <= low and high <= most else Verdict.UNDECIDED
+        """What the number comes to."""
+        return self.judged.verdict
 
     @property
     def explanation(self) -> str:
-        """Why it differs, or why it is not measured."""
+        """Why it differs, is no test, or is not measured."""
         return explanations().get(self.statement.id, self.measured.lacking)
 
     @property
     def text(self) -> str:
-        """Write our number with its interval, and how far other analyses lie off."""
-        m = self.measured
-        below, above = m.systematic
-        return f"{m.value:.4g} [{m.low:.4g}, {m.high:.4g}], analyses -{below:.2g} +{above:.2g}" if m.known else "–"
+        """Write our number with its standard errors, of packings and of the analysis."""
+        m, j = self.measured, self.judged
+        return f"{m.value:.4g} ± {j.statistical:.2g} ± {j.systematic:.2g}" if m.known else "–"
+
+    @property
+    def said(self) -> str:
+        """Write the verdict, and what the number is if it is no test."""
+        return f"{self.verdict}{'' if self.statement.status == 'measured' else f' ({self.statement.status})'}"
 
     @property
     def cells(self) -> tuple[str, ...]:
         """Write the `COLUMNS` of a page."""
-        return self.statement.quantity, self.text, self.statement.text, str(self.verdict), self.explanation
+        known = f"{self.judged.resolution:.2g}" if self.measured.known else "–"
+        return self.statement.quantity, self.text, self.statement.text, known, self.said, self.explanation
 
     @property
     def line(self) -> str:
         """Write one line for the terminal and the summary."""
-        s = self.statement
-        return f"{s.figure}: {s.quantity} | {self.text} for {s.text} | {self.verdict}"
+        s, j = self.statement, self.judged
+        known = f"; pull {j.pull:+.1f}, known to {j.resolution:.2g}" if self.measured.known else ""
+        return f"{s.figure}: {s.quantity} | {self.text} for {s.text}{known} | {self.said}"
 
     @property
     def record(self) -> str:
-        """Write all that decides the verdict: the paper's words, interval, definition, every analysis."""
-        s, m = self.statement, self.measured
+        """Write all that decides the verdict: the paper's words, definition, errors, every analysis."""
+        s, m, j = self.statement, self.measured, self.judged
         every = ", ".join(f"{name}: {float(v.value):.4g}" for name, v in m.variants.items())
         lines = (
             self.line,
-            f"  paper     {s.sentence} ({s.where}; {s.stated or s.status})",
+            f"  paper     {s.sentence} ({s.where}), {s.stated}: ± {j.paper:.2g}" if s.sentence else "",
             f"  ours      {m.how}" if m.how else "",
             f"  analyses  {every}" if every else "",
             f"  because   {self.explanation}" if self.explanation else "",
+            f"  note      {s.note}" if s.note else "",
         )
         return "\n".join(filter(None, lines))
 
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""
-        s, m = self.statement, self.measured
+        s, m, j = self.statement, self.measured, self.judged
         below, above = m.systematic
-        numbers = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
         words = {"id": s.id, "figure": s.figure, "quantity": s.quantity, "where": s.where, "kind": s.status}
-        theirs = {"paper": s.value, "margin": s.margin, "relation": s.relation}
+        ours = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
+        theirs = {"paper": s.value, "margin": s.margin, "relation": s.relation, "stated": s.stated, "number": s.number}
+        errors = {"u_stat": j.statistical, "u_syst": j.systematic, "u_paper": j.paper}
+        rule = {"pull": j.pull, "kindest": j.kindest, "resolution": j.resolution, "scale": scale(s.number, s.value)}
         marks = {"calibrated": s.status == "fit target", "contradiction": s.status == "paper inconsistent"}
+        numbers = {name: _plain(value) for name, value in (ours | errors | rule).items()}
         family = {name: [_plain(x) for x in (v.value, v.low, v.high)] for name, v in m.variants.items()}
-        judged = {"verdict": str(self.verdict), "how": m.how, "because": self.explanation}
-        return words | {k: _plain(v) for k, v in numbers.items()} | theirs | marks | judged | {"family": family}
+        text = {"verdict": str(j.verdict), "how": m.how, "because": self.explanation, "note": s.note}
+        return words | theirs | numbers | marks | text | {"family": family}
 
 
 def _plain(value: Any) -> float | None:
@@ -133,10 +236,12 @@ def compare(figure: str, tables: EnsembleTables) -> list[Comparison]:
 
 
 def first_line(comparisons: Sequence[Comparison]) -> str:
-    """Write how many numbers of both papers agree, differ, and so on."""
-    counted = Counter(c.verdict for c in comparisons if c.statement.counted)
-    numbers = ", ".join(f"{verdict} {counted[verdict]}" for verdict in Verdict if counted[verdict])
-    return f"{counted.total()} numbers of both papers: {numbers}."
+    """Write how many numbers of both papers that can be tested agree, differ, and so on."""
+    counted = [c for c in comparisons if c.statement.counted]
+    tests = Counter(c.verdict for c in counted if c.statement.tested)
+    numbers = ", ".join(f"{verdict} {tests[verdict]}" for verdict in Verdict if tests[verdict])
+    rest = len(counted) - tests.total()
+    return f"{tests.total()} numbers of both papers: {numbers}; {rest} more are no test."
 
 
 def summary(comparisons: Sequence[Comparison]) -> list[str]:

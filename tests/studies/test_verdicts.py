@@ -4,44 +4,111 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from jamlab.statistics.bootstrap import Interval
-from studies.papers.statements import Measured, Statement
-from studies.papers.verdicts import Comparison, first_line
+from studies.papers.statements import Measured, Statement, statements
+from studies.papers.verdicts import Comparison, Verdict, first_line, judge, paper_error, scale
 
-ONE = Statement("x", "f", "[B] sec 1", "q", "$q$", 1.0, "=", 0.05, "line", 2.0, "exponent", "measured", "said")
+ONE = Statement("x", "f", "[B] sec 1", "q", "$q$", 1.0, "=", 0.005, "line", 2.0, "exponent", "measured", "said")
+AGREEMENT = (Verdict.AGREES, Verdict.SMALL)
+
+
+def found(value, error, *others, widen=1.0):
+    """A number with a standard error, and other analyses as pairs of both."""
+    ends = lambda v, u: (v, v - 1.96 * widen * u, v + 1.96 * widen * u)  # noqa: E731
+    moved = {f"{k}": Interval(*map(np.array, ends(value + widen * (v - value), u))) for k, (v, u) in enumerate(others)}
+    return Measured(*ends(value, error), moved)
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "others", "relation", "verdict"),
+    ("ours", "relation", "verdict"),
     [
-        (0.96, 1.04, (), "=", "agrees"),
-        (1.04, 1.1, (), "=", "undecided"),  # reaches the paper's value within its margin, and reaches beyond
-        (1.06, 1.1, (), "=", "differs"),
-        (1.06, 2.0, (), "=", "differs"),  # wide, and yet elsewhere
-        (1.0, 1.3, (), ">", "agrees"),
-        (0.9, 1.3, (), ">", "undecided"),
-        (0.7, 0.9, (), ">", "differs"),
-        (0.7, 0.9, (), "<", "agrees"),
-        (0.98, 1.02, ((1.01, 1.06),), "=", "undecided"),  # analyses count as packings do
-        (1.2, 1.24, ((0.7, 0.8),), "=", "undecided"),  # one on either side: some window between would agree
-        (1.2, 1.24, ((1.06, 1.07),), "=", "differs"),  # with the interval of the analysis, not that of the number
-        (1.2, 1.24, ((1.06, np.nan),), "=", "undecided"),  # which stands where the analysis has none
+        (found(1.03, 0.01), "=", "agrees"),
+        (found(1.03, 0.05), "=", "compatible, weak"),
+        (found(1.03, 0.3), "=", "not resolved"),
+        (found(1.15, 0.01), "=", "tension"),
+        (found(1.5, 0.01), "=", "differs"),
+        (found(1.5, 0.01, (1.02, 0.01)), "=", "not resolved"),  # another analysis meets the paper
+        (found(1.5, 0.01, (0.5, 0.01)), "=", "not resolved"),  # one between them would
+        (found(1.5, 0.01, (1.4, 0.01)), "=", "differs"),
+        (found(1.0, 0.01, (1.14, 0.01)), "=", "compatible, weak"),
+        (found(1.3, 0.05), ">", "agrees"),
+        (found(1.05, 0.05), ">", "not resolved"),
+        (found(0.88, 0.05), ">", "tension"),
+        (found(0.8, 0.05), ">", "differs"),
+        (found(0.8, 0.05, (1.0, 0.05)), ">", "not resolved"),
+        (found(0.8, 0.05), "<", "agrees"),
+        (found(np.nan, np.nan), "=", "no data"),
+        (Measured(1.0), "=", "no data"),  # a value without interval
     ],
 )
-def test_one_rule_for_packings_and_for_analyses(low, high, others, relation, verdict):
-    statement = replace(ONE, relation=relation, margin=0.05 if relation == "=" else 0.0)
-    variants = {str(k): Interval(*map(np.array, (np.nanmean(ends), *ends))) for k, ends in enumerate(others)}
-    assert Comparison(statement, Measured(0.5 * (low + high), low, high, variants)).verdict == verdict
+def test_classes(ours, relation, verdict):
+    """The paper shows a line over two decades: its error is 0.05; the tolerance is 0.1."""
+    stated = "bound" if relation != "=" else "line"
+    assert judge(replace(ONE, relation=relation, stated=stated), ours).verdict == verdict
 
 
-def test_what_is_no_test_is_no_agreement():
-    found = Measured(1.0, 0.99, 1.01)
-    expected = {"paper inconsistent": "paper inconsistent", "fit target": "calibrated", "not comparable": "undecided"}
-    for status, verdict in expected.items():
-        assert Comparison(replace(ONE, status=status), found).verdict == verdict
-    assert Comparison(ONE, Measured(1.0)).verdict == "not measured"  # a value without interval
-    rows = [Comparison(replace(ONE, status=status), found) for status in ("measured", "identity")]
-    rows.append(Comparison(replace(ONE, where="Tighe 2010"), found))
-    assert first_line(rows) == "1 numbers of both papers: agrees 1."
-    assert rows[0].row()["verdict"] == "agrees"
+def test_a_small_difference_is_one_that_is_seen_and_within_the_tolerance():
+    exact = replace(ONE, stated="theory")
+    assert judge(exact, found(1.05, 0.01)).verdict == Verdict.SMALL
+    assert judge(exact, found(1.05, 0.01, (1.01, 0.01))).verdict == Verdict.AGREES
+
+
+def test_by_hand():
+    """Off by 0.2: u = 0.03 of packings, 0.06/sqrt(3) of the analysis towards the paper, 0.05 of the paper."""
+    j = judge(ONE, found(1.2, 0.03, (1.14, 0.03)))
+    assert j.pull == pytest.approx(0.2 / np.sqrt(0.03**2 + 0.06**2 / 3 + 0.05**2))
+    assert j.kindest == pytest.approx(0.14 / np.hypot(0.03, 0.05))
+    assert j.resolution == pytest.approx(0.2 + 1.645 * np.hypot(0.03, 0.06 / 3**0.5))
+
+
+@pytest.mark.parametrize(
+    ("stated", "argument", "error"),
+    [
+        *(
+            ("stated", 0.2, 0.2),
+            ("fit", 0.0, np.hypot(0.005 / 3**0.5, 0.03)),
+            ("line", 2.0, 0.05),
+            ("read", 0.01, 0.01),
+        ),
+        *(("share", 0.001, 0.005 / 3**0.5), ("word", 0.05, 0.05), ("about", 0.1, 0.1), ("order", 0.29, 0.29)),
+        *(("theory", 0.0, 0.0), ("bound", 0.0, 0.0), ("digits", 0.0, 0.005 / 3**0.5)),
+    ],
+)
+def test_the_papers_error_follows_from_how_it_states_the_number(stated, argument, error):
+    assert paper_error(replace(ONE, stated=stated, argument=argument), 0.03) == pytest.approx(error)
+
+
+def test_scales():
+    kinds = ("exponent", "coefficient", "ratio", "density", "contacts", "shape", "void shape", "share", "decades")
+    assert [scale(kind, 1.5) for kind in kinds] == [1.5, 1.5, 1.0, 0.16, 2.0, 0.5, 1.5, 1.5, 5.0]
+    assert scale("exponent", 0.0) == 0.5 and scale("share", 0.02) == 0.2
+    assert {s.number for s in statements().values() if s.counted} <= set(kinds)
+
+
+numbers = st.floats(-3, 3)
+errors = st.floats(1e-6, 2)
+
+
+@given(
+    *(st.sampled_from([s for s in statements().values() if s.stated]), numbers, errors),
+    *(st.lists(st.tuples(numbers, errors), max_size=3), st.floats(1, 20)),
+)
+def test_a_wide_interval_can_only_lose_an_agreement(statement, off, error, others, widen):
+    """What does not agree does not come to agree by wider intervals, or analyses further apart."""
+    value = statement.value + off
+    moved = [(statement.value + other, u) for other, u in others]
+    narrow, wide = (judge(statement, found(value, error, *moved, widen=w)).verdict for w in (1.0, widen))
+    assert wide not in AGREEMENT or narrow in AGREEMENT
+
+
+def test_counts_are_of_tests():
+    """Neither identities, nor numbers that parameters were chosen for, nor those of other papers."""
+    rows = [Comparison(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
+    rows.append(Comparison(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
+    assert first_line(rows) == "1 numbers of both papers: agrees 1; 1 more are no test."
+    row = rows[0].row()
+    assert (row["verdict"], row["value"], row["paper"]) == ("agrees", 1.0, 1.0) and row["family"] == {}
+    assert rows[0].text.startswith("1 ± 0.01")
