@@ -192,6 +192,7 @@ void DiskDrag::choose_factors()
     if (last_iterations > SLOW) factorise();
     return;
   }
+  if (law.alpha != 1.0) return factorise();    // factors of other velocities judge a step of Newton's by a wrong norm
   if (++age == 1) fresh_iterations = last_iterations;
   if (last_iterations > std::max(FEW, GROWN * fresh_iterations)) factorise();
 }
