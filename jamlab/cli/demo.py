@@ -17,9 +17,12 @@ if TYPE_CHECKING:
 
 _ONSET = {"sp": 0.9, "dp": 0.5}  # share of a run to rho = 0.95 until onset; measured with 64 particles
 _LEAD = (
-    "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.01 in ρ to dense packings. The box "
-    "is sheared until no shear stress is left, so that no stable state has a negative shear modulus."
+    "From a random start at φ = 0.20 to jamming onset, and from there in steps of 0.001 in ρ to dense packings. "
+    "The box is sheared until no shear stress is left, so that no stable state has a negative shear modulus. "
+    "The page shows up to 40 states of each model, from onset to the densest; the HDF5 files hold all of them."
 )
+
+_SHOWN = 40  # states of each model on the page, at most
 
 
 def demo(
@@ -30,6 +33,8 @@ def demo(
     force: Force = False,
 ) -> None:
     """Take both models from a random start through jamming to rho = 0.95: tables, and one HTML page."""
+    import numpy as np
+
     from jamlab.checks import check_bidisperse, check_number
     from jamlab.figures.explorer.write_page import explorer_fragment, write_sections
     from jamlab.packing.hdf5 import read_observables
@@ -51,7 +56,9 @@ def demo(
     for model, packings in zip(names, found, strict=True):
         file = out / f"{model}.h5"
         print_packings(packings, file, False)
-        shown = explorer_fragment(packings, observables=read_observables(file))
+        kept = np.linspace(0, len(packings) - 1, min(len(packings), _SHOWN)).round().astype(int)
+        observables = {name: values[kept] for name, values in read_observables(file).items()}
+        shown = explorer_fragment([packings[k] for k in kept], observables=observables)
         sections.append((f"Sweep of {MODEL_STYLE[model]['label']}", shown))
     title = "Jamming of disks and deformable polygons"
     write_sections(out / "index.html", title, _LEAD, sections, {"seed": str(seed), **versions()})
