@@ -96,8 +96,9 @@ def _kinds(function: Callable[..., Any]) -> tuple[list[_Named], _Named, dict[str
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
     """Annotations of the arguments; what a function returns may be a name that only type checkers import."""
-    arguments = {name: hint for name, hint in function.__annotations__.items() if name != "return"}
-    return typing.get_type_hints(types.SimpleNamespace(__annotations__=arguments), globalns=function.__globals__)
+    plain = inspect.unwrap(function)
+    arguments = {name: hint for name, hint in plain.__annotations__.items() if name != "return"}
+    return typing.get_type_hints(types.SimpleNamespace(__annotations__=arguments), globalns=plain.__globals__)
 
 
 def _kind(hint: Any) -> _Kind:

@@ -33,6 +33,12 @@ def test_natural_units_and_back_lose_no_digit(model, length, stiffness):
     assert np.array_equal(back.positions, packing.positions) and np.array_equal(back.box, packing.box)
 
 
+@pytest.mark.parametrize("units", [(1e-3, 1.0), (1.0, 1e4), (3e5, 1e-9)])
+def test_a_session_refuses_units_in_which_skin_and_steps_of_lammps_mean_nothing(units):
+    with pytest.raises(jamlab.InputError):
+        jamlab.Session(scaled(packings()["sp"], *units))
+
+
 def test_packings_of_the_papers_are_left_as_they_are():
     for name in ("sp", "dense", "dp", "square"):
         packing = packings()[name]

@@ -5,8 +5,10 @@ this module reads, so each is written once.
 """
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 from jamlab.errors import EngineError, StorageError
 from jamlab.kernels.installed_files import installed
@@ -24,7 +26,7 @@ _OF_PYTHON: dict[str, dict[str, float | str]] = {
         "step_fine": 2.5e-4,  # where jammed, this close above unjammed: go down to onset
         "phi_carried": 0.80,  # droplets: up to here, or until they jam, disks carry them
     },
-    "strain": {"strain_droplets": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
+    "strain": {"strain_dp": 3e-7},  # their contacts are less linear: 1e-6 costs 1e-4 of G
 }
 
 
@@ -78,6 +80,12 @@ def defaults(name: str) -> dict[str, float | str]:
     if name not in _sections():
         raise EngineError(f"no deck has the section {name}: reinstall jamlab with `pip install --force-reinstall .`")
     return {key: _parsed(value) for key, value in _INDEX.findall(_sections()[name])} | _OF_PYTHON.get(name, {})
+
+
+@cache
+def numbers(name: str) -> Mapping[str, float]:
+    """Values of a section that holds numbers alone."""
+    return MappingProxyType({key: float(value) for key, value in defaults(name).items()})
 
 
 @cache

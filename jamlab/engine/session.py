@@ -4,8 +4,8 @@ The session runs the same parts as the decks in `lammps_inputs/`, so the force l
 LAMMPS instance serves a whole sweep: new positions or a new box cost a few microseconds, a new set of particles a few
 milliseconds.
 
-LAMMPS holds the packing in natural units (`jamlab.packing.natural_units`), since the skin of its neighbour lists and
-the time steps of its minimisers are absolute numbers; what goes in and comes out is in the units of the packing.
+A session speaks natural units (`jamlab.packing.natural_units`), since the skin of neighbour lists and the time steps of
+minimisers are absolute numbers. Functions of packings in any units, such as `evaluate`, convert before and after.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,20 +30,22 @@ from jamlab.engine.installation import check_lammps, start_lammps
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
-from jamlab.packing.natural_units import Scales, natural_scales
+from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import refuse_crossings, self_crossings
 from jamlab.packing.packing import MINIMUM, Packing
+from jamlab.packing.quantities import ENERGY, FORCE, STRESS
 from jamlab.packing.short_repr import short_repr
 
 _AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
+_FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Single point of a packing, in its own units.
+    """Single point of a packing.
 
     Attributes:
         energy: total potential energy. DP: line tension, area and contact terms.
@@ -58,6 +60,12 @@ class Evaluation:
         >>> bool(np.isclose(np.trace(e.stress) / 2, e.pressure)), e.energy == e.contact_energy
         (True, True)
     """
+
+    dimensions: ClassVar[dict[str, tuple[int, int]]] = {
+        **dict.fromkeys(("energy", "contact_energy"), ENERGY),
+        **dict.fromkeys(("forces", "max_force"), FORCE),
+        **dict.fromkeys(("stress", "pressure"), STRESS),
+    }
 
     energy: float
     contact_energy: float
@@ -80,25 +88,21 @@ class Descent:
     stuck: int  # searches along a step that found no lower energy
     bent: int  # steps along which the force did not fall
     largest_force: float
-    shift: float  # to try first the next time, in the units of LAMMPS
+    shift: float  # to try first the next time
     crossed: bool  # outlines crossed on the way
 
 
 class Session:
     """A LAMMPS instance that holds one packing.
 
-    All numbers are in the units of the packing, except where LAMMPS is spoken to directly: `command`, `set_variables`
-    and `fix_vector` are in units of `scales`.
-
     Args:
-        packing: what to build.
+        packing: what to build, in natural units: mean size and stiffness of order one, as `jam` and `pack` make them.
         newton: LAMMPS' newton setting; results agree to rounding.
         ranks: processors for `minimize`, SP: threads of FIRE, MPI ranks of conjugate gradients; all else runs on one.
             Pays from about 10 000 disks.
-        scales: units in which LAMMPS holds the packing; by default its natural ones, powers of two next to its mean
-            size and stiffness.
 
     Raises:
+        InputError: the packing is in units far from its natural ones.
         EngineError: LAMMPS is missing, of another version, without the plugin, or refuses a command: the message holds
             LAMMPS' own line.
 
@@ -119,9 +123,8 @@ class Session:
     """
 
     @checked
-    def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1, scales: Scales | None = None) -> None:
+    def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
         check_ranks(ranks, packing.model)
-        self._given_scales = scales
         self._hold(packing)
         self._newton = newton
         self._ranks = ranks
@@ -148,11 +151,6 @@ class Session:
     def close(self) -> None:
         """End LAMMPS and free its memory."""
         self._lmp.close()
-
-    @property
-    def scales(self) -> Scales:
-        """Units in which LAMMPS holds the packing, in those of the packing."""
-        return self._scales
 
     @property
     def model(self) -> str:
@@ -189,8 +187,7 @@ class Session:
 
     def _hold(self, packing: Packing) -> None:
         _check_fits(packing)
-        self._scales = self._given_scales or natural_scales(packing)
-        self._packing = self._scales.to_natural(packing).with_state(**MINIMUM)
+        self._packing = packing.with_state(**MINIMUM)
 
     @checked
     def command(self, line: str) -> None:
@@ -264,9 +261,6 @@ class Session:
                     "disks with style='fire'"
                 )
         stretch = min(stretch or steps, steps)
-        force = force / self._scales.force
-        if border is not None:
-            border = replace(border, pressure=border.pressure / self._scales.stress)
         component = COMPONENT * force
         if style == "fire" and self.model == "sp":
             found = minimize_disks(self._state(), force, steps, stretch, self._ranks, border, fire)
@@ -277,11 +271,11 @@ class Session:
                     self._packing = packing
                     self._place()
                 else:
-                    self.load(self._scales.from_natural(packing))
+                    self.load(packing)
                 return self.evaluate()
         if self._ranks > 1 and not types(self._packing).classes:  # decks take a size from its type
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
-            self._set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
+            self.set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
             return self.evaluate()
         self.use_minimizer(style)
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
@@ -301,14 +295,11 @@ class Session:
         self.set_positions(positions)
         self._run("run 1 post no" if self._stale else "jamlab/forces")
         self._stale = False
-        energy, forces = float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
-        if self._scales == Scales():
-            return energy, forces
-        return energy * self._scales.energy, forces * self._scales.force
+        return float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
 
     def descend(self, numbers: Sequence[float]) -> Descent:
         """Minimise droplets by preconditioned L-BFGS, `jamlab/descend`. `numbers`: its arguments after the force
-        tolerance, as the command lists them, in units of `scales`."""
+        tolerance, as the command lists them."""
         if self._stale:
             self.command("run 0 post no")
             self._stale = False
@@ -317,9 +308,7 @@ class Session:
         steps, forces, factors, refused, stuck, bent, largest, shift, crossed = found
         counts = {"steps": int(steps), "forces": int(forces), "factors": int(factors), "refused": int(refused)}
         counts |= {"stuck": int(stuck), "bent": int(bent)}
-        self.last_descent = Descent(
-            **counts, largest_force=largest * self._scales.force, shift=shift, crossed=bool(crossed)
-        )
+        self.last_descent = Descent(**counts, largest_force=largest, shift=shift, crossed=bool(crossed))
         return self.last_descent
 
     def steps(self) -> int:
@@ -333,7 +322,7 @@ class Session:
 
     def contact_energy(self) -> float:
         """Energy of the contacts at the last evaluation."""
-        return float(self._lmp.get_thermo("evdwl")) * self._scales.energy
+        return float(self._lmp.get_thermo("evdwl"))
 
     def packing(self, **changes: Any) -> Packing:
         """The present state as a Packing; keyword arguments as in `Packing.with_state`.
@@ -341,12 +330,12 @@ class Session:
         Raises:
             SelfCrossingError: a polygon has folded over itself; see `self_crossings`.
         """
-        packing = self._scales.from_natural(self._state())
+        packing = self._state()
         return packing.with_state(**changes) if changes else packing
 
     def _state(self) -> Packing:
-        """The present state in the units of LAMMPS: one object, with what was computed of it, until it moves."""
-        positions = self._positions()
+        """The present state: one object, with what was computed of it, until it moves."""
+        positions = self.positions()
         if not np.array_equal(positions, self._packing.positions):
             self._packing = self._packing.with_state(positions=positions)
         return self._packing
@@ -362,26 +351,20 @@ class Session:
         low, high, xy, *_ = self._lmp.extract_box()
         box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
         self._packing = self._packing.with_state(positions=self._atoms.positions(self.size, box), box=box)
-        return self._scales.from_natural(self._packing)
+        return self._packing
 
     def self_crossings(self) -> NDArray[np.int64]:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
         if self._packing.offsets is None:
             return np.empty(0, dtype=np.int64)
-        return self_crossings(self._positions(), self._packing.offsets)
+        return self_crossings(self.positions(), self._packing.offsets)
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""
-        return self._positions() * self._scales.length
-
-    def _positions(self) -> Array:
         return self._atoms.positions(self.size, self._packing.box)
 
     def set_positions(self, positions: Array) -> None:
         """Move every disk or vertex; `positions` as in `Packing.positions`."""
-        self._set_positions(positions / self._scales.length)
-
-    def _set_positions(self, positions: Array) -> None:
         self._atoms.set_positions(positions, self._packing.box)
 
     # building ---------------------------------------------------------------------------------------------------------
@@ -425,11 +408,10 @@ class Session:
     # reading ----------------------------------------------------------------------------------------------------------
 
     def _evaluation(self) -> Evaluation:
-        thermo, scales = self._lmp.get_thermo, self._scales
-        xx, yy, xy = (scales.stress * thermo(name) for name in ("pxx", "pyy", "pxy"))
-        forces = scales.force * self._atoms.forces(self.size)
+        thermo, forces = self._lmp.get_thermo, self._atoms.forces(self.size)
+        xx, yy, xy = map(thermo, ("pxx", "pyy", "pxy"))
         return Evaluation(
-            energy=scales.energy * float(thermo("pe")),
+            energy=float(thermo("pe")),
             contact_energy=self.contact_energy(),
             forces=forces,
             stress=np.array([[xx, xy], [xy, yy]]),
@@ -439,8 +421,9 @@ class Session:
 
 
 @checked
+@in_natural_units()
 def evaluate(packing: Packing) -> Evaluation:
-    """LAMMPS single point of a packing: energy, forces, stress, pressure.
+    """LAMMPS single point of a packing: energy, forces, stress, pressure, in its own units.
 
     Raises:
         InputError: outlines of two droplets cross: contact energies are of distances between outlines that do not.
@@ -479,6 +462,13 @@ def _plain_name(file: Path) -> Iterator[str]:
 def _check_fits(packing: Packing) -> None:
     if packing.n < 2:
         raise InputError(f"a packing of {packing.n} particle has no contacts: n must be at least 2")
+    scales = natural_scales(packing)
+    if not all(1 / _FROM_ONE <= unit <= _FROM_ONE for unit in (scales.length, scales.stress)):
+        raise InputError(
+            f"natural units of the packing are {scales.length:.3g} of its length and {scales.stress:.3g} of its "
+            "stress: LAMMPS takes one near them; give `natural_scales(packing).to_natural(packing)` of "
+            "jamlab.packing.natural_units"
+        )
     if packing.model == "dp":
         _check_edges(packing)
         return

@@ -127,15 +127,17 @@ class OverdampedSession:
         settings |= {"background": background, "fluid": 0.0}
         settings |= damping.lammps_variables()
         self._outlines = damping.outline_words() if packing.model == "dp" else ""
-        self._session = Session(packing, scales=unit_scales(packing))
+        self._scales = unit_scales(packing)
+        natural = self._scales.to_natural(packing)
+        self._session = Session(natural)
         try:
             self._session.set_variables(settings)
             if packing.model == "sp":
                 self._take_disk_style()
-                self._session.load(packing, anew=True)  # by the other pair style
+                self._session.load(natural, anew=True)  # by the other pair style
             else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
                 faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
-                eta = max(float(packing.params["eta"]), faded) / self._session.scales.length
+                eta = max(float(packing.params["eta"]), faded) / self._scales.length
                 self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
@@ -179,7 +181,7 @@ class OverdampedSession:
 
     def stress_drive(self, stress: float) -> str:
         """Say for `drive` that a shear stress, in the unit of the packing, is held."""
-        return f"stress {stress / self._session.scales.stress:.17g}"
+        return f"stress {stress / self._scales.stress:.17g}"
 
     def advance(self, steps: int | None = None) -> FlowState:
         """Go on to the end of the interval, or by so many steps if that comes first."""
@@ -239,7 +241,7 @@ class OverdampedSession:
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
-        stress = self._session.scales.stress
+        stress = self._scales.stress
         found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
         found = found._replace(**{name: stress * getattr(found, name) for name in _STRESSES})
         if self._before is None:
@@ -248,7 +250,7 @@ class OverdampedSession:
 
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
-        now = self._session.strained()
+        now = self._scales.from_natural(self._session.strained())
         # it may lean with a stress from now on, and its sizes are those given, to the last digit
         return self._given.with_state(positions=now.positions, box=now.box, ensemble="fixed-box")
 

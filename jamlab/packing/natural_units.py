@@ -7,13 +7,19 @@ whose mean diameter and stiffness are near one, as the papers have them, is left
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import functools
+import inspect
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
 from jamlab.packing.packing import Packing
+from jamlab.packing.quantities import NUMBER
 
+P = ParamSpec("P")
+R = TypeVar("R")
 _SAME = 1e-12  # by which rounding moves a mean size of 1
 
 
@@ -43,9 +49,18 @@ class Scales:
         """Energy over area; stiffness of a contact as well."""
         return self.energy / self.length**2
 
+    def unit(self, dimension: tuple[int, int]) -> float:
+        """Natural unit of a quantity; `dimension`: its powers of energy and length."""
+        return self.energy ** dimension[0] * self.length ** dimension[1]
+
+    @property
+    def inverse(self) -> Scales:
+        """The units of the packing, in natural ones."""
+        return Scales(1 / self.length, 1 / self.energy)
+
     def to_natural(self, packing: Packing) -> Packing:
         """The same packing in natural units."""
-        return _in_units(packing, Scales(1 / self.length, 1 / self.energy))
+        return _in_units(packing, self.inverse)
 
     def from_natural(self, packing: Packing) -> Packing:
         """The packing, given in natural units, in those that the scales are measured in."""
@@ -87,6 +102,53 @@ def unit_scales(packing: Packing) -> Scales:
     return Scales(length, strength * length**-power)
 
 
+def in_natural_units(
+    gives: tuple[int, int] = NUMBER,
+    units: Callable[[Packing], Scales] = natural_scales,
+    **takes: tuple[int, int],
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Let a function of a packing compute in natural units, whatever those of the packing: the one door at which units
+    change. Packings among its arguments and results are converted, and classes of results by their `dimensions`, powers
+    of energy and length by the name of a field.
+
+    Args:
+        gives: powers of energy and length of the numbers that it returns.
+        units: natural units of a packing.
+        takes: powers of energy and length of its arguments, by name.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        signature = inspect.signature(function)
+
+        @functools.wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            given = signature.bind(*args, **kwargs)
+            scales = units(cast("Packing", next(iter(given.arguments.values()))))
+            if scales == Scales():
+                return function(*args, **kwargs)
+            for name, value in given.arguments.items():
+                given.arguments[name] = _converted(value, scales.inverse, takes.get(name, NUMBER))
+            found = function(*given.args, **given.kwargs)
+            return cast("R", _converted(found, scales, gives))
+
+        return call
+
+    return decorate
+
+
+def _converted(value: Any, scales: Scales, dimension: tuple[int, int]) -> Any:
+    """What stands in natural units in others, or the other way round."""
+    if isinstance(value, Packing):
+        return _in_units(value, scales)
+    if isinstance(value, Iterator):
+        return (_converted(each, scales, dimension) for each in value)
+    if isinstance(value, list | tuple):
+        return type(value)(_converted(each, scales, dimension) for each in value)
+    if fields := getattr(value, "dimensions", None):
+        return replace(value, **{name: getattr(value, name) * scales.unit(power) for name, power in fields.items()})
+    return value if dimension == NUMBER or value is None else value * scales.unit(dimension)
+
+
 def _power_of_two(value: float) -> float:
     return float(2.0 ** round(np.log2(value)))
 
@@ -98,7 +160,7 @@ def _in_units(packing: Packing, scales: Scales) -> Packing:
 
     def convert(name: str, value: Any) -> Any:
         power = packing.parameters[name]
-        return value if power.choices else value * (scales.energy**power.energy * scales.length**power.length)
+        return value if power.choices else value * scales.unit((power.energy, power.length))
 
     diameters, forces = packing.diameters, (packing.max_force, packing.tolerance)
     max_force, tolerance = (None if force is None else force * scales.force for force in forces)

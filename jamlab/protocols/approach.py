@@ -4,6 +4,7 @@ What a state is, and how it is relaxed and judged, is up to the search: packings
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Generic, Protocol, TypeVar
 
 from jamlab.errors import ConvergenceError
@@ -24,7 +25,7 @@ State = TypeVar("State", bound=Dense)
 class Approach(ABC, Generic[State]):
     """Steps of phi up to a jammed state and down to onset."""
 
-    protocol: dict[str, float]  # numbers of the section `onset` of decks
+    protocol: Mapping[str, float]  # numbers of the section `onset` of decks
     settings: SolverSettings
 
     @abstractmethod

@@ -23,7 +23,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
@@ -83,6 +83,7 @@ LARGEST_TOLERANCE = 1e-3  # contact forces of disks are 2e-2 eps over length at 
 
 
 @checked
+@in_natural_units()
 def compress(
     packing: Packing,
     to: float,
@@ -167,7 +168,6 @@ def _unlike(state: Packing, start: Packing, by: str, target: float, error: float
     """What shows that a state is not the one of a sweep at this target; None if nothing does."""
     said = state.provenance
     wanted = {"by": by, "compression_version": COMPRESSION_PROTOCOL[start.model]}
-    force *= natural_scales(start).force
     if other := state.difference(start):
         return f"{other} differs"
     if not np.isclose(said.get("target", np.nan), target, rtol=1e-12, atol=0.0):
@@ -210,8 +210,7 @@ def _sweep(
     def measure(state: Packing) -> float:
         return packing_fraction(state) if by == "rho" else state.phi
 
-    numbers, scales = settings.sweep, natural_scales(packing)
-    packing = minimum = scales.to_natural(packing)
+    numbers, minimum = settings.sweep, packing
     value, slope = measure(packing), 1.0
     before, work = value, SweepWork(value, float(targets[-1]), progress)
     with Session(packing, ranks=ranks) as session:
@@ -252,7 +251,7 @@ def _sweep(
             minimum, value, stride = packing, reached, abs(target - before)
             before = reached
             work.reached(value)
-            yield scales.from_natural(packing)
+            yield packing
             if not found.converged and target != targets[-1]:
                 largest = found.evaluation.max_force
                 raise ConvergenceError(

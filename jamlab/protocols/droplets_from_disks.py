@@ -9,6 +9,8 @@ the box is set until they cover what the disks covered.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,12 +26,12 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import droplet_params
-from jamlab.protocols.relaxation import check_tolerance
+from jamlab.protocols.relaxation import Relaxed, check_tolerance
 from jamlab.protocols.saddles import relax_off_saddles
 from jamlab.storage.verified_file import versions
 
@@ -75,34 +77,31 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     began = time.perf_counter()
     packing = natural_scales(packing).to_natural(packing)
     droplets = inscribe(packing, seed=seed, **parameters)
-    scales = natural_scales(droplets)
-    start = scales.to_natural(droplets)
     rho = packing_fraction(packing)
+    found = relax_at_rho(droplets, rho, _RHO_TOLERANCE, partial(relax_off_saddles, tolerance=tolerance))
+    before, after = contacts(packing), contacts(found)
+    kept = _common(before.pairs, after.pairs)
+    continuous = bool(abs(after.z - before.z) <= _Z_JUMP and kept >= _KEPT)
+    handover = {"rho": rho, "z_disks": before.z, "z": after.z, "contacts_kept": kept, "continuous": continuous}
+    entries = {"protocol": "from disks", "handover": handover, "wall_time": time.perf_counter() - began}
+    return found.with_state(provenance=entries | versions())
+
+
+@in_natural_units()
+def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[Session], Relaxed]) -> Packing:
+    """Relax a packing at nominal packing fractions until the true one, rho, is met to a tolerance."""
     reached = float("nan")
     with Session(start) as session:
         for _ in range(_STEPS):
-            found = relax_off_saddles(session, tolerance)
+            found = relax(session)
             state = session.packing()
             reached = packing_fraction(state)
-            if abs(reached - rho) <= _RHO_TOLERANCE:
-                break
+            if abs(reached - rho) <= tolerance:
+                return record(state, found)
             session.load(at_phi(state, state.phi * rho / reached))
-        else:
-            raise ConvergenceError(
-                f"droplets cover rho = {reached:.6f}, not the {rho:.6f} of the disks: hand over at another rho"
-            )
-    before, after = contacts(packing), contacts(state)
-    kept = _common(before.pairs, after.pairs)
-    continuous = bool(abs(after.z - before.z) <= _Z_JUMP and kept >= _KEPT)
-    recorded = record(
-        state,
-        found,
-        protocol="from disks",
-        handover={"rho": rho, "z_disks": before.z, "z": after.z, "contacts_kept": kept, "continuous": continuous},
-        wall_time=time.perf_counter() - began,
-        **versions(),
+    raise ConvergenceError(
+        f"{start.kind.particles} cover rho = {reached:.6f}, not the {rho:.6f} asked for: try another one"
     )
-    return scales.from_natural(recorded)
 
 
 def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
@@ -21,8 +21,9 @@ from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, e
 from jamlab.mechanics.stiffness import pressure, pressure_of
 from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
-from jamlab.packing.natural_units import mean_size, natural_scales, stiffness_scale
+from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
+from jamlab.packing.quantities import STRESS
 from jamlab.protocols.relaxation import relax
 
 METHODS = ("linear-response", "finite-strain", "affine")
@@ -83,10 +84,7 @@ def shear_modulus(
     first = _first_strain(packing, strain)
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     if method == "finite-strain":
-        scales = natural_scales(packing)
-        state = scales.to_natural(packing)
-        with Session(state) as session:
-            moduli = scales.stress * np.array([_sheared(session, state, float(a), first) for a in angles])
+        moduli = _sheared(packing, angles, first)
     else:
         tensor = elastic_tensor(packing)
         moduli = modulus_along(tensor.affine if method == "affine" else tensor.relaxed, angles)
@@ -114,10 +112,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     _check_method(method)
     first = _first_strain(packing, strain)
     if method == "finite-strain":
-        scales = natural_scales(packing)
-        state = scales.to_natural(packing)
-        with Session(state) as session:
-            return scales.stress * _compressed(session, state, first)
+        return _compressed(packing, first)
     tensor = elastic_tensor(packing)
     return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure(packing))
 
@@ -128,29 +123,38 @@ def _check_method(method: str) -> None:
 
 def _first_strain(packing: Packing, strain: float | None) -> float:
     if strain is None:
-        return float(defaults("strain")["strain" if packing.model == "sp" else "strain_droplets"])
+        first = numbers("strain")
+        return first.get(f"strain_{packing.model}", first["strain"])
     check_number("strain", strain, 0.1)
     return strain
 
 
-def _sheared(session: Session, packing: Packing, angle: float, strain: float) -> float:
-    a = np.array([np.cos(angle), np.sin(angle)])
-    b = np.array([-a[1], a[0]])
-
+@in_natural_units(STRESS)
+def _sheared(packing: Packing, angles: Array, strain: float) -> Array:
+    """(m,) finite-strain G along m directions."""
     response = elastic_tensor(packing).displacements
 
-    def measure(step: float) -> float | None:
-        (up, turn_up), (down, turn_down) = (deformed(packing, simple_shear(s, angle)) for s in (step / 2, -step / 2))
-        above, below = (_minimum(session, state, response) for state in (up, down))
-        if not _same_contacts(above[1], below[1]):
-            return None
-        s_up, s_down = (a @ t.T @ s @ t @ b for t, s in ((turn_up, above[0]), (turn_down, below[0])))
-        return float((s_down - s_up) / step)
+    def along(angle: float) -> float:
+        a = np.array([np.cos(angle), np.sin(angle)])
+        b = np.array([-a[1], a[0]])
 
-    return _at_small_strain("G", packing, strain, measure)
+        def measure(step: float) -> float | None:
+            (up, to_up), (down, to_down) = (deformed(packing, simple_shear(s, angle)) for s in (step / 2, -step / 2))
+            above, below = (_minimum(session, state, response) for state in (up, down))
+            if not _same_contacts(above[1], below[1]):
+                return None
+            s_up, s_down = (a @ t.T @ s @ t @ b for t, s in ((to_up, above[0]), (to_down, below[0])))
+            return float((s_down - s_up) / step)
+
+        return _at_small_strain("G", packing, strain, measure)
+
+    with Session(packing) as session:
+        return np.array([along(float(angle)) for angle in angles])
 
 
-def _compressed(session: Session, packing: Packing, strain: float) -> float:
+@in_natural_units(STRESS)
+def _compressed(packing: Packing, strain: float) -> float:
+    """Finite-strain B."""
     response = elastic_tensor(packing).displacements
 
     def measure(step: float) -> float | None:
@@ -160,14 +164,15 @@ def _compressed(session: Session, packing: Packing, strain: float) -> float:
             return None
         return float(pressure_of(above[0] - below[0]) / (np.log1p(step / 2) - np.log1p(-step / 2)))
 
-    return _at_small_strain("B", packing, strain, measure)
+    with Session(packing) as session:
+        return _at_small_strain("B", packing, strain, measure)
 
 
 def _at_small_strain(name: str, packing: Packing, strain: float, measure: Callable[[float], float | None]) -> float:
     """Modulus at the first strain, halved again and again, at which no contact changes. Where contacts are no springs,
     weak ones stiffen within the strain: the error, which falls with its square, is extrapolated away by half the strain
     (Richardson)."""
-    for step in strain * 0.5 ** np.arange(int(defaults("strain")["halvings"])):
+    for step in strain * 0.5 ** np.arange(int(numbers("strain")["halvings"])):
         found = measure(step)
         if found is None:
             continue

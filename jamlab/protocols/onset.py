@@ -8,18 +8,19 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 """
 
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from inspect import signature
 from typing import Any
 
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked, name_meant
-from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.deck_defaults import defaults, numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
 from jamlab.models.pair_laws import PowerLaw
 from jamlab.packing.law_parameters import ENSEMBLES
-from jamlab.packing.natural_units import unit_scales
+from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
@@ -112,7 +113,7 @@ def jam(
         >>> droplets.params["gamma"], droplets.params["contact"]
         (0.4, 'outline')
     """
-    protocol = {name: float(value) for name, value in defaults("onset").items()}
+    protocol = numbers("onset")
     _check(model, search, ensemble, start, ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
@@ -121,21 +122,6 @@ def jam(
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
     placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
-    scales = unit_scales(placed)
-    loose = _without_last_digits(scales.to_natural(placed))
-    force = _force_at_onset(loose, protocol) if tolerance is None else tolerance
-    if model == "dp":
-        check_stiffness(loose.params, force)
-    with Session(loose, ranks=ranks) as session:
-        searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
-        rigid = search == "bisection" and may_be_rigid(loose, settings)
-        if search == "paper":
-            onset = searched.by_paper(loose, first_step)
-        elif rigid:
-            onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
-        else:
-            onset = searched.by_bisection(loose, first_step)
-        method = "rigid" if rigid else first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "onset",
         "protocol_version": ONSET_PROTOCOL[model if placed.law.springs else "stiffening"],
@@ -143,14 +129,43 @@ def jam(
         "start": start,
         "seed": seed,
         "step": first_step,
-        "minimizer": method,
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
-    recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
-    found = scales.from_natural(recorded)
+    how = (search == "paper", ensemble, tolerance, ranks, settings, OnsetWork(model, progress))
+    found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
-    return found.with_state(on_rattlers=onset.on_rattlers)
+    return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
+
+
+@in_natural_units(units=unit_scales)
+def _onset_above(
+    placed: Packing,
+    first_step: float,
+    by_paper: bool,
+    ensemble: str,
+    tolerance: float | None,
+    ranks: int,
+    settings: SolverSettings,
+    work: OnsetWork,
+) -> Packing:
+    """The onset that a loose packing is compressed to."""
+    protocol = numbers("onset")
+    loose = _without_last_digits(placed)
+    force = _force_at_onset(loose, protocol) if tolerance is None else tolerance
+    if loose.model == "dp":
+        check_stiffness(loose.params, force)
+    with Session(loose, ranks=ranks) as session:
+        searched = OnsetSearch(session, protocol, minimizer(ensemble), force, work, settings)
+        rigid = not by_paper and may_be_rigid(loose, settings)
+        if by_paper:
+            onset = searched.by_paper(loose, first_step)
+        elif rigid:
+            onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
+        else:
+            onset = searched.by_bisection(loose, first_step)
+        method = "rigid" if rigid else first_order_method(session, settings.relaxation)
+    packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble, on_rattlers=onset.on_rattlers)
+    return record(packing, onset.found, minimizer=method)
 
 
 _ARGUMENTS = tuple(signature(jam).parameters)
@@ -177,7 +192,7 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         disk_params("eps", **parameters)
 
 
-def _force_at_onset(packing: Packing, protocol: dict[str, float]) -> float:
+def _force_at_onset(packing: Packing, protocol: Mapping[str, float]) -> float:
     """Largest force at onset by default: of disks as small beside their contact forces as that of springs."""
     force = force_tolerance(packing.model)
     law, energy = packing.law, protocol["u_contact"]
@@ -202,7 +217,7 @@ def check_stiffness(law: dict[str, Any], tolerance: float | None) -> None:
         )
 
 
-def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> float:
+def _first_step(step: float | None, search: str, protocol: Mapping[str, float]) -> float:
     if step is None:
         return protocol["step" if search == "bisection" else "step_paper"]
     check_number("step", step, 0.5)

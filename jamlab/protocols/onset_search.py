@@ -1,5 +1,6 @@
 """Search for jamming onset of packings in one LAMMPS session, by the steps of Boromand et al. or by bisection."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,7 +54,7 @@ class OnsetSearch(Approach[SearchState]):
     """The search for onset in one LAMMPS session."""
 
     session: Session
-    protocol: dict[str, float]
+    protocol: Mapping[str, float]
     relax_state: Ensemble
     tolerance: float
     work: OnsetWork

@@ -9,23 +9,19 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
-from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, InputError
-from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.errors import InputError
 from jamlab.models.models import MODELS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
-from jamlab.protocols.droplets_from_disks import to_polygons
-from jamlab.protocols.provenance import record
-from jamlab.protocols.relaxation import Relaxed, relax
+from jamlab.protocols.droplets_from_disks import relax_at_rho, to_polygons
+from jamlab.protocols.relaxation import relax
 from jamlab.storage.verified_file import versions
 
 FEWEST = 8  # droplets: fewer are their own neighbours in a periodic patch
 RHO_TOLERANCE = 1e-4  # a picture tells rho to 0.02
 HAND_OVER = 0.87  # rho, beyond which disks have contacts that droplets have not; droplets are compressed from there
 STEP = 0.01  # of rho in that compression
-STEPS = 12  # of a secant in phi at most
 
 
 def packing_of_picture(
@@ -61,25 +57,13 @@ def packing_of_picture(
     low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
     box = np.diag(size / unit)
     start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
-    disks, found = _at_rho(start, rho if model == "sp" else min(rho, HAND_OVER))
-    done = record(disks, found, protocol="from a picture", wall_time=time.perf_counter() - began, **versions())
+    first = rho if model == "sp" else min(rho, HAND_OVER)
+    disks = relax_at_rho(at_phi(start, first), first, RHO_TOLERANCE, relax)
+    entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}
+    done = disks.with_state(provenance=entries | versions())
     if model == "sp":
         return done
     droplets = to_polygons(done, seed=seed, **parameters)
     if rho > HAND_OVER:
         *_, droplets = compress(droplets, to=rho, step=STEP)
     return droplets
-
-
-def _at_rho(start: Packing, rho: float) -> tuple[Packing, Relaxed]:
-    """Relax disks and set their nominal packing fraction until the true one is met."""
-    reached = float("nan")
-    with Session(at_phi(start, rho)) as session:
-        for _ in range(STEPS):
-            found = relax(session)
-            state = session.packing()
-            reached = packing_fraction(state)
-            if abs(reached - rho) <= RHO_TOLERANCE:
-                return state, found
-            session.load(at_phi(state, state.phi * rho / reached))
-    raise ConvergenceError(f"disks cover rho = {reached:.6f}, not the {rho:.6f} of the picture")

@@ -1,5 +1,6 @@
 """Random starts: disks placed at random, and loose droplets in their place, from which a search for onset starts."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
 from jamlab.models.models import MODELS, optional_parameters
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.law_parameters import UNITS, check_params
+from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.size_distributions import Sizes, disk_diameters
@@ -25,7 +27,7 @@ def place_loose(
     model: str,
     n: int,
     seed: int,
-    protocol: dict[str, float],
+    protocol: Mapping[str, float],
     highest: float,
     parameters: dict[str, Any],
     ratio: float | None = None,
@@ -49,16 +51,23 @@ def place_loose(
         box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
     )
     steps = max(0, int(np.ceil((highest - phi) / protocol["step"] - 1e-9)))
-    loose: Packing | None = None
-    with Session(holders) as session:
-        for reached in np.linspace(phi, max(phi, highest), steps + 1):
-            session.load(at_phi(loose or holders, holders.phi * reached / phi))
-            if relax(session).evaluation.energy > _TOUCHING * n:
-                break
-            loose = session.packing()
+    loose = _compressed(holders, np.linspace(phi, max(phi, highest), steps + 1))
     if loose is None:
         raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")
     return place_droplets(loose.positions, loose.box, nv, params, seed)
+
+
+@in_natural_units()
+def _compressed(holders: Packing, fractions: Array) -> Packing | None:
+    """Disks pushed apart at one packing fraction after the other until they jam; None if they do so at the first."""
+    loose: Packing | None = None
+    with Session(holders) as session:
+        for reached in fractions:
+            session.load(at_phi(loose or holders, holders.phi * reached / fractions[0]))
+            if relax(session).evaluation.energy > _TOUCHING * holders.n:
+                break
+            loose = session.packing()
+    return loose
 
 
 MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17

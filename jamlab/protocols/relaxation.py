@@ -244,14 +244,14 @@ def _descend_preconditioned(
     session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
 ) -> Evaluation:
     """DP: L-BFGS on a shifted Hessian, `jamlab/descend`; back to the start if outlines crossed on the way."""
-    numbers, start, scales = settings.lbfgs, session.positions(), session.scales
+    numbers, start = settings.lbfgs, session.positions()
     first_shift = session.last_descent.shift if session.last_descent is not None else numbers.least_shift
     found = session.descend(
         [
-            target / scales.force,
+            target,
             steps,
-            settings.relaxation.loose_force / scales.force,
-            loose / scales.energy,
+            settings.relaxation.loose_force,
+            loose,
             *astuple(numbers)[1:],
             first_shift,
             settings.newton.definite,

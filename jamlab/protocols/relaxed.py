@@ -4,7 +4,7 @@ import numpy as np
 
 from jamlab.checks import checked
 from jamlab.engine.session import Session
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
@@ -41,11 +41,13 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
         (True, True)
     """
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    scales = natural_scales(packing)
-    start = scales.to_natural(packing)
-    with Session(start) as session:
+    found = _relaxed(packing, tolerance)
+    moved = float(np.hypot(*(found.positions - packing.positions).T).max())
+    return found.with_state(rounding=0.0, provenance={"moved": moved})
+
+
+@in_natural_units()
+def _relaxed(packing: Packing, tolerance: float | None) -> Packing:
+    with Session(packing) as session:
         found = relax_off_saddles(session, tolerance)
-        state = session.packing()
-    moved = float(np.hypot(*(state.positions - start.positions).T).max())
-    recorded = record(state, found, precision="float64", moved=moved * scales.length)
-    return scales.from_natural(recorded).with_state(rounding=0.0)
+        return record(session.packing(), found, precision="float64")

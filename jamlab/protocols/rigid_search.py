@@ -5,6 +5,7 @@ of rigid polygons, with three coordinates of each instead of two of every vertex
 they hold a contact energy with which droplets, which are softer than their rims, lie in the window of onset.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -30,7 +31,7 @@ class RigidSearch(Approach[RigidDroplets]):
     """The search over rigid droplets. `droplets`: the search in the LAMMPS session that holds the droplets."""
 
     droplets: OnsetSearch
-    protocol: dict[str, float]
+    protocol: Mapping[str, float]
     settings: SolverSettings
 
     def run(self, packing: Packing, step: float) -> SearchState:

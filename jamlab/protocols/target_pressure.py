@@ -1,6 +1,7 @@
 """Pack disks at a target pressure, from a random start or down from a packing at a higher one."""
 
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.box_border import COMPRESSION, Border
-from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.mpi_ranks import check_ranks
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
@@ -17,8 +18,9 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.models.pair_laws import PowerLaw, power_law
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.law_parameters import ENSEMBLES
-from jamlab.packing.natural_units import Scales, natural_scales
+from jamlab.packing.natural_units import in_natural_units, mean_size, natural_scales
 from jamlab.packing.packing import Packing
+from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.box_shear import minimizer
@@ -92,7 +94,7 @@ def pack(
         0.01
     """
     force, law = check_pressure(pressure, tolerance, **parameters)
-    search = {name: float(value) for name, value in defaults("pressure").items()}
+    search = numbers("pressure")
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
 
@@ -116,6 +118,7 @@ def pack(
         raise
 
 
+@in_natural_units()
 def _from_random(
     given: Packing,
     pressure: float,
@@ -125,21 +128,17 @@ def _from_random(
     progress: Progress | None,
     entries: dict[str, Any],
 ) -> Packing:
-    """The packing at a pressure that random disks come to; `entries` go into its provenance."""
-    began, search = time.perf_counter(), {name: float(value) for name, value in defaults("pressure").items()}
-    scales = natural_scales(given)
-    with Session(scales.to_natural(given), ranks=ranks) as session:
+    """The packing at a pressure that random disks come to, in units of k = 1; `entries` go into its provenance."""
+    began, search = time.perf_counter(), numbers("pressure")
+    with Session(given, ranks=ranks) as session:
         _walk(session, pressure, search, settings, progress)
         found = relax_disks_and_box(session, Border(_strains(given.ensemble), pressure), force, settings=settings)
         packing = session.packing()
-    _check_met(
-        packing, found, pressure, Scales(), f"try another seed, or come down from a higher pressure: {_DECOMPRESS}"
-    )
+    _check_met(packing, found, pressure, f"try another seed, or come down from a higher pressure: {_DECOMPRESS}")
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
-    reached = found.evaluation.pressure * scales.stress
-    entries = entries | {"pressure": reached, "wall_time": time.perf_counter() - began}
-    return scales.from_natural(record(packing, found, **entries, **versions()))
+    entries = entries | {"pressure": found.evaluation.pressure, "wall_time": time.perf_counter() - began}
+    return record(packing, found, **entries, **versions())
 
 
 @checked
@@ -169,7 +168,7 @@ def decompress(
     Returns:
         Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, as it is
         not the one it was compressed from any more. `provenance["pressure"]` holds the value, and
-        `provenance["from_pressure"]` that from which it came down, by whatever steps.
+        `provenance["from_pressure"]` that of the packing given.
 
     Raises:
         InputError: droplets, a packing that is not jammed or not relaxed, or a pressure that is not below its own.
@@ -184,14 +183,23 @@ def decompress(
     if packing.model != "sp":
         raise InputError("decompress is for disks: take droplets down by `compress`, to a lower rho or phi")
     check_ranks(ranks)
-    began, scales = time.perf_counter(), natural_scales(packing)
-    force = _check_force(pressure, tolerance, scales.stress)
-    natural = scales.to_natural(packing)
-    start, end = _check_start(natural, pressure, scales), pressure / scales.stress
-    search = {name: float(value) for name, value in defaults("pressure").items()}
-    steps = int(np.ceil(np.log(end / start) / np.log(1 - search["fall"])))
-    with Session(natural, ranks=ranks) as session:
-        for step, target in enumerate(np.geomspace(start, end, steps + 1)[1:], 1):
+    began, force = time.perf_counter(), _check_force(pressure, tolerance, natural_scales(packing).stress)
+    found, reached, start = _decompressed(packing, pressure, force, ranks, settings, progress)
+    entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
+    entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
+    entries |= {"from_pressure": start, "wall_time": time.perf_counter() - began, **versions()}
+    return found._trusted(provenance=entries, onset=None)  # what others said of it does not hold any more
+
+
+@in_natural_units(STRESS, pressure=STRESS)
+def _decompressed(
+    packing: Packing, pressure: float, force: float, ranks: int, settings: SolverSettings, progress: Progress | None
+) -> tuple[Packing, float, float]:
+    """The packing at the lower pressure, the pressure met, and that where it came from."""
+    start, search = _check_start(packing, pressure), numbers("pressure")
+    steps = int(np.ceil(np.log(pressure / start) / np.log(1 - search["fall"])))
+    with Session(packing, ranks=ranks) as session:
+        for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
             how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target, "settings": settings}
             found = relax_disks_and_box(session, Border(_strains(packing.ensemble), target), noise, **how)
@@ -200,35 +208,26 @@ def decompress(
                 progress(step / steps, f"packing fraction {reached.phi:.4f}")
             if found.evaluation.pressure < how["least_pressure"]:
                 raise ConvergenceError(
-                    f"pressure {pressure:g} not met with n = {packing.n}: the packing came loose on its way, at "
-                    f"{target * scales.stress:.3g}; {_ANOTHER}"
+                    f"pressure not met with n = {packing.n}: the packing unjammed on its way, at "
+                    f"{target / pressure:.3g} times that asked for; {_ANOTHER}"
                 )
-    _check_met(reached, found, pressure, scales, _ANOTHER)
-    said = natural.provenance  # what it says of other protocols does not hold any more
-    entries: dict[str, Any] = {name: said[name] for name in _KEPT if name in said}
-    entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL}
-    entries |= {"pressure": found.evaluation.pressure * scales.stress, "from_pressure": start * scales.stress}
-    if said.get("protocol") == "decompress":
-        entries["from_pressure"] = said["from_pressure"]
-    entries["wall_time"] = time.perf_counter() - began
-    fresh = reached._trusted(provenance={}, onset=None)
-    return scales.from_natural(record(fresh, found, **entries, **versions()))
+    _check_met(reached, found, pressure, _ANOTHER)
+    return record(reached, found), found.evaluation.pressure, start
 
 
-def _check_start(natural: Packing, pressure: float, scales: Scales) -> float:
-    """Give the pressure of a packing in natural units; refuse one that cannot come down to `pressure`, in its own."""
-    state = evaluate(natural)
-    high = state.pressure * scales.stress
-    if contacts(natural).loose:
+def _check_start(packing: Packing, pressure: float) -> float:
+    """Give the pressure of a packing; refuse one that cannot come down to `pressure`."""
+    state = evaluate(packing)
+    if contacts(packing).loose:
         what, remedy = "not jammed", "give one jammed at a higher pressure"
     elif state.max_force > LEAST_NOISE * state.pressure:
-        force = state.max_force * scales.force
-        what, remedy = f"not relaxed, with a force of {force:.2g} at {high:g}", "give `jamlab.relaxed` of it"
-    elif pressure >= high:
-        what, remedy = f"at a pressure of {high:g}", "give one jammed at a higher pressure"
+        force = state.max_force / (state.pressure * mean_size(packing))
+        what, remedy = f"not relaxed, with a force of {force:.2g} of its pressure", "give `jamlab.relaxed` of it"
+    elif pressure >= state.pressure:
+        what, remedy = f"at {state.pressure / pressure:.6g} times this pressure", "give one jammed at a higher pressure"
     else:
         return state.pressure
-    raise InputError(f"pressure = {pressure:g}: the packing is {what}: {remedy}")
+    raise InputError(f"pressure: the packing is {what}: {remedy}")
 
 
 def _strains(ensemble: str) -> Array:
@@ -236,14 +235,13 @@ def _strains(ensemble: str) -> Array:
     return np.concatenate([COMPRESSION, minimizer(ensemble).shears])
 
 
-def _check_met(packing: Packing, found: Relaxed, pressure: float, scales: Scales, remedy: str) -> None:
-    """Refuse a state, found in natural units, whose pressure in units of the packing is not that asked for."""
-    reached = scales.stress * found.evaluation.pressure
-    force, tolerance = scales.force * found.evaluation.max_force, scales.force * found.tolerance
-    if not found.converged or abs(reached / pressure - 1) > float(defaults("pressure")["miss"]):
+def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -> None:
+    """Refuse a state whose pressure is not that asked for."""
+    reached, force = found.evaluation.pressure, found.evaluation.max_force
+    if not found.converged or abs(reached / pressure - 1) > numbers("pressure")["miss"]:
         raise ConvergenceError(
-            f"pressure {pressure:g} not met with n = {packing.n}: the search ended at {reached:g} with a force of "
-            f"{force:.2g}, where {tolerance:.2g} is asked for; {remedy}"
+            f"pressure not met with n = {packing.n}: the search for {pressure:g}, in natural units, ended at "
+            f"{reached:g} with a force of {force:.2g}, where {found.tolerance:.2g} is asked for; {remedy}"
         )
 
 
@@ -279,7 +277,7 @@ def _check_force(pressure: float, tolerance: float | None, unit: float = 1.0) ->
 def _walk(
     session: Session,
     pressure: float,
-    search: dict[str, float],
+    search: Mapping[str, float],
     settings: SolverSettings,
     progress: Progress | None,
 ) -> None:

@@ -56,7 +56,7 @@ def _measure_packing(name: str, packing: Packing, moves: float, seed: int) -> It
         run = partial(_modulus, start, tolerance)
         yield panel.trial("linear response", f"force {tolerance:g}", run, tolerance == usual)
     yield panel.trial("affine", "", partial(_modulus, start, usual, "affine"))
-    first = float(defaults("strain")["strain" if packing.model == "sp" else "strain_droplets"])
+    first = float(defaults("strain").get(f"strain_{packing.model}", defaults("strain")["strain"]))
     for strain in sorted({*_STRAINS, first}):
         run = partial(_modulus, start, usual, "finite-strain", strain)
         yield panel.trial("finite strain", f"strain {strain:g}", run)

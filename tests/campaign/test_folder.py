@@ -144,7 +144,7 @@ def test_pressures_one_from_the_other(tmp_path, monkeypatch):
     (name,) = campaign.finished()
     first, _, last = read_all(campaign.folder.task_file(name))
     assert first.provenance["protocol"] == "pressure"
-    assert last.provenance["from_pressure"] == pytest.approx(1e-2, rel=1e-6)
+    assert last.provenance["from_pressure"] == pytest.approx(1e-4, rel=1e-6)
     assert jamlab.open_campaign(written(path, **keys)).status().foreign == 1  # the key enters names
 
 

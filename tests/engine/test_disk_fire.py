@@ -8,7 +8,6 @@ from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
 from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings, lively_fire
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.natural_units import Scales
 from jamlab.protocols.random_start import random_disks as disks_of
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
@@ -16,7 +15,7 @@ ALL = np.concatenate([COMPRESSION, SHEARS])
 
 def by_lammps(packing, steps):
     """Positions after steps of `min_style fire` itself."""
-    with jamlab.Session(packing, scales=Scales()) as session:
+    with jamlab.Session(packing) as session:
         session.use_minimizer("fire")
         session.command(f"minimize 0.0 1e-13 {steps} {10 * steps}")
         return session.positions()

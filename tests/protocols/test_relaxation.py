@@ -9,7 +9,6 @@ import jamlab
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
-from jamlab.packing.natural_units import Scales
 from jamlab.protocols.box_shear import relax_with_box_shear
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
@@ -40,7 +39,7 @@ def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):
 def test_the_first_step_is_that_of_the_shifted_hessian_of_numpy(dp_dense, contact):
     """No longer than the reach; away from a minimum, where forces stretch and turn edges."""
     packing = at_phi(dp_dense, dp_dense.phi + 0.01).with_state(params={**dp_dense.params, "contact": contact})
-    with Session(packing, scales=Scales()) as session:
+    with Session(packing) as session:
         force = session.evaluate().forces.ravel()
         found = descent(session, 1e-12, 1, first_shift=30.0)
         moved = (session.positions() - packing.positions).ravel()
@@ -54,7 +53,7 @@ def test_the_first_step_is_that_of_the_shifted_hessian_of_numpy(dp_dense, contac
 def test_a_descent_near_a_minimum_needs_one_factorisation(dp_dense):
     """In steps to the tolerance, at an energy no higher than that of the minimum; nothing moves where it is enough."""
     kick = 1e-7 * np.random.default_rng(1).normal(size=dp_dense.positions.shape)
-    with Session(dp_dense, scales=Scales()) as session:
+    with Session(dp_dense) as session:
         least = session.evaluate().energy
         session.set_positions(dp_dense.positions + kick)
         loose = descent(session, 1e-10, 100, loose_energy=1e9)
@@ -72,7 +71,7 @@ def test_outlines_that_cross_end_a_descent():
     law = {"gamma": 0.01, "eta": 0.0, "ka": 10.0, "eps": 1.0, "delta": 0.1, "contact": "outline", "a0": [1.0, 1.0]}
     x = np.concatenate([square, square + np.array([1.0, 0.3])])
     packing = jamlab.Packing("dp", np.diag([5.0, 5.0]), x, law, offsets=[0, 4, 8])
-    with Session(packing, scales=Scales()) as session:
+    with Session(packing) as session:
         assert descent(session, 1e-10, 5).crossed
 
 
