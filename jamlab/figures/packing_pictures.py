@@ -128,10 +128,8 @@ def geometry_figure(packing: Packing) -> Figure:
 def _chords(packing: Packing) -> NDArray[np.float64]:
     """Common chords (m, 2, 2) of disks that bound power cells, in the primitive cell."""
     cells = disk_cells(packing)
-    assert packing.diameters is not None
-    half = np.sqrt(np.maximum((0.5 * packing.diameters[cells.chord_i]) ** 2 - cells.chord_height**2, 0.0))
-    kept = cells.chord_length > 0
-    foot = packing.positions[cells.chord_i] + cells.chord_height[:, None] * cells.chord_normal
+    chords = cells.chords
+    foot = packing.positions[chords.i] + chords.height[:, None] * chords.normal
     foot = foot + moves_home(foot, packing.box)
-    along = half[:, None] * np.column_stack([-cells.chord_normal[:, 1], cells.chord_normal[:, 0]])
-    return np.asarray(np.stack([foot - along, foot + along], axis=1)[kept])
+    along = chords.half[:, None] * np.column_stack([-chords.normal[:, 1], chords.normal[:, 0]])
+    return np.asarray(np.stack([foot - along, foot + along], axis=1)[cells.length > 0])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.rims import moved
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -75,23 +76,13 @@ def contact_lengths(packing: Packing) -> ContactLengths:
         >>> lengths.pairs.shape == (len(lengths.length), 2), bool((lengths.length > 0).all())
         (True, True)
     """
-    if packing.offsets is None:
-        raise InputError("only deformable polygons (model dp) have contact lengths; this packing has model sp")
-    x, network = packing.positions - packing.centroids[packing.particle], contacts(packing)
-    pairs, r = network.pairs, network.r
-    rings = shapely.linearrings(x, indices=packing.particle)
-    grown = shapely.buffer(shapely.polygons(rings), packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
-    i, j = pairs.T
-    sides = [_length_inside(rings[a], grown[b], s) for a, b, s in ((i, j, r), (j, i, -r))]
+    outlines, network = packing.outlines(), contacts(packing)
+    grown = shapely.buffer(outlines, packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
+    rings, (i, j), move = shapely.get_exterior_ring(outlines), network.pairs.T, network.shift @ packing.box
+    sides = [
+        shapely.length(shapely.intersection(rings[one], moved(grown[other], step)))
+        for one, other, step in ((i, j, move), (j, i, -move))
+    ]
     length = 0.5 * (sides[0] + sides[1])
     touching = length > 0
-    return ContactLengths(pairs[touching], length[touching], packing.unit_names.length)
-
-
-def _length_inside(
-    rings: NDArray[np.object_], grown: NDArray[np.object_], r: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(m,) length of each ring inside a grown polygon that is moved by r."""
-    points, index = shapely.get_coordinates(grown, return_index=True)
-    moved = shapely.set_coordinates(grown.copy(), points + r[index])
-    return np.asarray(shapely.length(shapely.intersection(rings, moved)))
+    return ContactLengths(network.pairs[touching], length[touching], packing.unit_names.length)

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.packing.neighbors import periodic_copies
+from jamlab.geometry.tessellation import find_power_walls
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
@@ -97,34 +96,15 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     """
     if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
         raise InputError(f"k = {k!r}: the symmetry must be a whole number, 1 or more")
-    i, bond = _find_bonds(packing.centroids, packing.box)
+    centres = packing.centroids
+    walls = find_power_walls(centres, np.zeros(packing.n), packing.box)  # sides of Delaunay triangles, from both
+    bonds = np.unique(np.column_stack([walls.i, walls.j, walls.shift]), axis=0)
+    i, j = bonds[:, :2].T
     neighbors = np.bincount(i, minlength=packing.n)
     if not neighbors.all():
         raise InputError(f"particle {neighbors.argmin()} lies in the place of another: move one of them")
-    waves = np.exp(1j * k * np.arctan2(bond[:, 1], bond[:, 0]))
+    x, y = (centres[j] + bonds[:, 2:] @ packing.box - centres[i]).T
+    waves = np.exp(1j * k * np.arctan2(y, x))
     local = np.zeros(packing.n, dtype=np.complex128)
     np.add.at(local, i, waves)
     return OrientationalOrder(local / neighbors, neighbors, int(k), packing)
-
-
-def _find_bonds(points: Array, box: Array) -> tuple[Indices, Array]:
-    """Find the bonds of the periodic Delaunay triangulation, from both of their ends: first point and vector."""
-    n = len(points)
-    reach = 3 * np.sqrt(abs(box[0, 0] * box[1, 1]) / n)  # of about the tenth neighbour; doubled where that is too near
-    while True:
-        source, shift = periodic_copies(points, box, reach)
-        copies = points[source] + shift @ box
-        corners = Delaunay(copies).simplices
-        corners = corners[(corners < n).any(axis=1)]  # the points themselves come first
-        sides = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
-        lengths = np.hypot(*(copies[sides[:, 1]] - copies[sides[:, 0]]).T).reshape(3, -1)
-        half = 0.5 * lengths.sum(axis=0)
-        area = np.sqrt(np.maximum(half * (half - lengths).prod(axis=0), 0.0))
-        # the circle through a triangle's corners must hold no copy: certain if it lies within reach
-        if (lengths.prod(axis=0) <= 2 * area * reach).all():
-            both = np.unique(np.concatenate([sides, sides[:, ::-1]]), axis=0)
-            both = both[both[:, 0] < n]
-            return both[:, 0].astype(np.int64), copies[both[:, 1]] - copies[both[:, 0]]
-        if reach > 10 * np.abs(box).sum():  # by far: no empty circle is larger than the cell
-            raise InputError("the centres have no triangulation: do several particles lie in one place?")
-        reach *= 2

@@ -7,18 +7,10 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
-from jamlab.geometry.particle_shape import particle_areas
-from jamlab.geometry.power_cells import (
-    cuts_overlap,
-    disk_cells,
-    disk_chords,
-    disk_radii,
-    nested,
-    radical_height,
-)
+from jamlab.geometry.particle_shape import disk_radii, particle_areas
+from jamlab.geometry.power_cells import cuts_overlap, disk_cells, disk_chords, radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import bound_voids
-from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 FRACTION_DEFINITION = 1  # version, see jamlab.campaign.versions
@@ -77,7 +69,7 @@ def cover_by_disks(packing: Packing) -> tuple[float, str]:
     """rho of an SP packing, and the way taken: "pairs" or "cells" (see `exact_method`)."""
     if cuts_overlap(disk_chords(packing)):
         return fraction_by_cells(packing), "cells"
-    return packing.phi - float(_lenses(touching_disks(packing), disk_radii(packing)).sum() / packing.area), "pairs"
+    return fraction_by_pairs(packing), "pairs"
 
 
 def cover_by_droplets(packing: Packing) -> tuple[float, str]:
@@ -95,8 +87,9 @@ def fraction_by_cells(packing: Packing) -> float:
 
 def fraction_by_pairs(packing: Packing) -> float:
     """Boromand et al. eq 9."""
-    lenses = _lenses(touching_disks(packing), disk_radii(packing))
-    return float((packing.phi * packing.area - lenses.sum()) / packing.area)
+    near, radius = touching_disks(packing), disk_radii(packing)
+    lenses = lens_area(np.hypot(*near.r.T), radius[near.i], radius[near.j])
+    return packing.phi - float(lenses.sum() / packing.area)
 
 
 def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:
@@ -115,14 +108,10 @@ def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:
         radius_j: (m,).
     """
     smaller = np.minimum(radius_i, radius_j)
-    inside = nested(distance, smaller, np.maximum(radius_i, radius_j))
+    inside = distance + smaller <= np.maximum(radius_i, radius_j)
     apart = distance >= radius_i + radius_j
     r = np.where(inside | apart, radius_i + radius_j, distance)
     h_i, h_j = radical_height(r, radius_i, radius_j), radical_height(r, radius_j, radius_i)
     chord = np.sqrt(np.maximum((radius_i - h_i) * (radius_i + h_i), 0.0))
     lens = radius_i**2 * np.arctan2(chord, h_i) + radius_j**2 * np.arctan2(chord, h_j) - r * chord
     return np.where(inside, np.pi * smaller**2, np.where(apart, 0.0, lens))
-
-
-def _lenses(near: Pairs, radius: Array) -> Array:
-    return lens_area(np.hypot(*near.r.T), radius[near.i], radius[near.j])

@@ -12,6 +12,13 @@ from jamlab.packing.packing import Packing
 SHAPE_DEFINITION = 1  # version, see jamlab.campaign.versions
 
 
+def disk_radii(packing: Packing) -> Array:
+    """(n,) radii of the disks of an SP packing."""
+    if packing.diameters is None:
+        raise InputError(f"only disks (model sp) have radii; this packing has model {packing.model}")
+    return 0.5 * packing.diameters
+
+
 @checked
 def particle_areas(packing: Packing) -> Array:
     """(n,) area of each particle, overlaps shared between those that overlap; the sum is the area they cover.
@@ -93,6 +100,4 @@ def edge_lengths(packing: Packing) -> Array:
         >>> len(edges) == len(drops.positions), bool(np.isclose(edges.sum(), drops.perimeters.sum()))
         (True, True)
     """
-    if packing.offsets is None:
-        raise InputError("only deformable polygons (model dp) have edges; this packing has model sp")
     return np.asarray(np.hypot(*packing.edges.T))

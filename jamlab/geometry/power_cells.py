@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.errors import InputError
+from jamlab.geometry.particle_shape import disk_radii
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
@@ -44,6 +44,36 @@ _cuts_overlap = kernel("cuts_overlap", INTEGER, INTEGERS, REALS, REALS, REALS)
 
 
 @dataclass(frozen=True)
+class Chords:
+    """Common chords of overlapping disks: chord m bounds disk i towards (an image of) disk j. Every overlap gives two
+    rows, one from each side; disks inside others give none."""
+
+    i: Indices  # (m,) int64, ascending
+    j: Indices
+    normal: Array  # (m, 2) unit vector from the centre of i to that of j
+    distance: Array  # (m,) of the centres
+    # (m,) h, distance of the chord from the centre of i along the normal; negative if the centre is cut off
+    height: Array
+    half: Array  # (m,) half length of the whole chord
+    pair: Indices  # (m,) int64, row of the same chord seen from disk j
+    shift: Indices  # (m, 2) int64, which image of disk j: multiples of the two rows of the box
+    first: Indices  # (n + 1,) int64, first row of each disk
+    swallowed: NDArray[np.bool_]  # (n,) bool, disks inside others
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """Arcs of circles that no other disk covers."""
+
+    i: Indices  # (k,) int64, disk of each arc
+    start: Array  # (k,) angle at which the arc begins; it runs counter-clockwise
+    angle: Array  # (k,) angle that the arc spans
+    # begin, end: (k,) int64, rows of the chords at which the arc begins and ends; -1 for a whole circle
+    begin: Indices
+    end: Indices
+
+
+@dataclass(frozen=True)
 class DiskCells:
     """Disks cut by their power cells. A disk that lies inside another (internally tangent counts as inside) has an
     empty cell. Of equal disks in one place the one with the lowest index keeps its cell."""
@@ -52,81 +82,25 @@ class DiskCells:
     perimeter: Array  # (n,) perimeter of each cut disk, arcs and chords; 0 where it is empty
     # (n,) Theta, angle of the circle that no other disk covers; sum(R Theta) is the length of the boundary of the union
     free_angle: Array
-    # chord_i, chord_j: (m,) int64, chord m bounds disk i towards (an image of) disk j. Every overlap gives two rows,
-    # one from each side; disks with empty cells inside others give none. Sorted by i.
-    chord_i: Indices
-    chord_j: Indices
-    chord_normal: Array  # (m, 2) unit vector from the centre of i to that of j
-    # (m,) h, distance of the chord from the centre of i along the normal; negative if the centre is cut off
-    chord_height: Array
-    chord_length: Array  # (m,) l, length of the part of the chord that bounds the cell; 0 if other disks hide it
-    chord_pair: Indices  # (m,) int64, row of the same chord seen from disk j
-    chord_shift: Indices  # (m, 2) int64, which image of disk j: multiples of the two rows of the box
-    arc_i: Indices  # (k,) int64, disk that each free arc belongs to
-    arc_start: Array  # (k,) angle at which the arc begins; it runs counter-clockwise
-    arc_angle: Array  # (k,) angle that the arc spans
-    # arc_from, arc_to: (k,) int64, rows of the chords at which the arc begins and ends; -1 for a whole circle
-    arc_from: Indices
-    arc_to: Indices
-
-
-@dataclass(frozen=True)
-class Chords:
-    """Common chords seen from disk i, not yet clipped by other disks, sorted by i."""
-
-    # i, j, normal, height, pair, shift: as `chord_...` of `DiskCells`
-    i: Indices
-    j: Indices
-    normal: Array
-    distance: Array  # (m,) of the centres
-    height: Array
-    half: Array  # (m,) half length of the whole chord
-    pair: Indices
-    shift: Indices
-    first: Indices  # (n + 1,) int64, first row of each disk
-    swallowed: NDArray[np.bool_]  # (n,) bool, disks inside others
-
-
-@dataclass(frozen=True)
-class Arcs:
-    """Free arcs, `arc_...` of `DiskCells`."""
-
-    i: Indices
-    start: Array
-    angle: Array
-    begin: Indices
-    end: Indices
-
-
-def disk_cells(packing: Packing) -> DiskCells:
-    """Cut every disk of an SP packing by its power cell."""
-    return _cells(packing)
+    chords: Chords
+    length: Array  # (m,) l, length of the part of each chord that bounds the cell; 0 if other disks hide it
+    arcs: Arcs
 
 
 @per_packing
-def _cells(packing: Packing) -> DiskCells:
-    return _cut(disk_chords(packing), disk_radii(packing))
-
-
-def disk_radii(packing: Packing) -> Array:
-    """(n,) radii of the disks of an SP packing."""
-    if packing.diameters is None:
-        raise InputError(f"power cells cut disks (model sp), this packing has model {packing.model}")
-    return 0.5 * packing.diameters
+def disk_cells(packing: Packing) -> DiskCells:
+    """Cut every disk of an SP packing by its power cell."""
+    return cut_disks(disk_chords(packing), disk_radii(packing))
 
 
 @per_packing
 def disk_chords(packing: Packing) -> Chords:
     """Find the common chords of the disks of an SP packing that overlap."""
-    return find_chords(touching_disks(packing), disk_radii(packing), 0.0)
+    return find_chords(touching_disks(packing), disk_radii(packing))
 
 
-def cut_disks(near: Pairs, radius: Array) -> DiskCells:
-    """Cut disks of the given radii, (n,), of which all pairs that overlap are listed; see `disk_cells`."""
-    return _cut(find_chords(near, radius, 0.0), radius)
-
-
-def _cut(chords: Chords, radius: Array) -> DiskCells:
+def cut_disks(chords: Chords, radius: Array) -> DiskCells:
+    """Cut disks of the given radii, (n,), by the chords of all pairs that overlap; see `disk_cells`."""
     arcs, length, n = find_free_arcs(chords), np.empty(len(chords.i)), len(radius)
     _clip_chords(n, chords.first, chords.normal, chords.distance, chords.height, chords.half, length)
     free = _sum_by_disk(arcs.i, arcs.angle, n)
@@ -135,10 +109,7 @@ def _cut(chords: Chords, radius: Array) -> DiskCells:
     empty = area <= EMPTY * radius**2
     area[empty] = perimeter[empty] = 0.0
     length[empty[chords.i]] = 0.0
-    return DiskCells(
-        area, perimeter, free, chords.i, chords.j, chords.normal, chords.height, length, chords.pair, chords.shift,
-        arcs.i, arcs.start, arcs.angle, arcs.begin, arcs.end,
-    )  # fmt: skip
+    return DiskCells(area, perimeter, free, chords, length, arcs)
 
 
 def cuts_overlap(chords: Chords) -> bool:
@@ -154,16 +125,11 @@ def radical_height(distance: Array, radius: Array, other: Array) -> Array:
     return 0.5 * (distance + (radius - other) * (radius + other) / distance)
 
 
-def nested(distance: Array, radius: Array, other: Array) -> NDArray[np.bool_]:
-    """Whether a disk lies inside the other, r + R_i <= R_j, which is h <= -R_i."""
-    return np.asarray(distance + radius <= other)
-
-
 def _sum_by_disk(disk: Indices, values: Array, n: int) -> Array:
     return np.asarray(np.bincount(disk, values, minlength=n), dtype=np.float64)
 
 
-def find_chords(near: Pairs, radius: Array, touch: float) -> Chords:
+def find_chords(near: Pairs, radius: Array, touch: float = 0.0) -> Chords:
     """Find the chords of all pairs that overlap or touch, seen from both disks. `touch`: disks that overlap or stand
     apart by no more than this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk
     where they touch."""

@@ -8,19 +8,53 @@ a + p w + pi w^2 (Steiner), and overlaps of outlines err only where an arc is cu
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.geometry.edge_rings import edge_rings
+from jamlab.errors import InputError
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
 Geometries = NDArray[np.object_]
 
 ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs by 1e-5 w^2 at most
+SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
+
+_OUT = (INTEGERS, REALS, REALS, REALS, REALS, INTEGERS, INTEGERS, REALS)
+_edge_rings = kernel("edge_rings", INTEGER, INTEGERS, REALS, REAL, *_OUT)
+
+
+@dataclass(frozen=True)
+class EdgeRings:
+    """Edges of the polygons of a DP packing, counter-clockwise, m of them."""
+
+    particle: Indices  # (m,) polygon of each edge, ascending
+    tail: Array  # (m, 2) position at which each edge begins
+    length: Array  # (m,)
+    along: Array  # (m, 2) unit vectors
+    normal: Array  # (m, 2) unit vectors that point outwards
+    # before, after: (m,) edges that end at the tail and begin at the head
+    before: Indices
+    after: Indices
+    turn: Array  # (m,) exterior angle at the tail, from -pi to pi; positive at convex corners
+    rim: float  # width of the rim around the polygons, delta/2
+
+
+def edge_rings(packing: Packing) -> EdgeRings:
+    """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
+    if packing.offsets is None:
+        raise InputError("only deformable polygons (model dp) have outlines and rims; this packing has model sp")
+    size = len(packing.positions)
+    (particle, before, after), (length, turn) = np.empty((3, size), dtype=np.int64), np.empty((2, size))
+    tail, along, normal = np.empty((3, size, 2))
+    rings: tuple[Any, ...] = (particle, tail, length, along, normal, before, after, turn)
+    m = _edge_rings(packing.n, packing.offsets, packing.positions, SHORTEST, *rings)
+    return EdgeRings(*[*(values[:m] for values in rings), 0.5 * packing.params["delta"]])
 
 
 @dataclass(frozen=True)
@@ -89,12 +123,12 @@ def rim_overlaps(packing: Packing, grown: Rims) -> RimOverlaps:
     i, j, r = near.i, near.j, near.r
     close = _boxes_meet(shapely.bounds(grown.outlines)[i], shapely.bounds(grown.outlines)[j] + np.tile(r, 2))
     i, j, r = i[close], j[close], r[close]
-    common = shapely.intersection(grown.outlines[i], _move(grown.outlines[j], r))
+    common = shapely.intersection(grown.outlines[i], moved(grown.outlines[j], r))
     real = shapely.area(common) > 0
     i, j, r, common = i[real], j[real], r[real], common[real]
     owner = np.concatenate([i, j])
     order = np.argsort(owner, kind="stable")
-    regions = np.concatenate([common, _move(common, -r)])
+    regions = np.concatenate([common, moved(common, -r)])
     return RimOverlaps(owner[order], np.concatenate([j, i])[order], regions[order])
 
 
@@ -127,10 +161,10 @@ def shared_areas(packing: Packing) -> Array:
     return shares
 
 
-def _move(shapes: Geometries, r: Array) -> Geometries:
-    moved = shapes.copy()
-    points, index = shapely.get_coordinates(moved, return_index=True)
-    return np.asarray(shapely.set_coordinates(moved, points + r[index]))
+def moved(shapes: Geometries, r: Array) -> Geometries:
+    """The same shapes, each moved by its row of r, (m, 2)."""
+    points, index = shapely.get_coordinates(shapes, return_index=True)
+    return np.asarray(shapely.set_coordinates(shapes.copy(), points + r[index]))
 
 
 def _boxes_meet(a: Array, b: Array) -> NDArray[np.bool_]:

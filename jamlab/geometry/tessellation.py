@@ -89,7 +89,7 @@ class Tessellation:
 
 
 @dataclass(frozen=True)
-class _Walls:
+class PowerWalls:
     """Half walls seen from points of the primitive cell, one per triangle and side; each ends in a corner."""
 
     i: Indices
@@ -121,7 +121,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     if not (np.isfinite(spacing) and spacing > 0):
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
     owner, points, radius = packing.kind.power_points(packing, spacing)
-    walls = _find_power_walls(points, radius, packing.box)
+    walls = find_power_walls(points, radius, packing.box)
     area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
     return _merge_cells(packing, owner, area, walls)
 
@@ -153,7 +153,7 @@ def covered_fraction(cells: Tessellation) -> Array:
     return fraction
 
 
-def _find_power_walls(points: Array, radius: Array, box: Array) -> _Walls:
+def find_power_walls(points: Array, radius: Array, box: Array) -> PowerWalls:
     """Half walls of the power cells of points, from as many copies as it takes until the cells fill the box."""
     area = abs(float(box[0, 0] * box[1, 1]))
     # mostly enough, else doubled: beyond the tenth neighbour, further where large disks push the cells of small ones
@@ -167,7 +167,7 @@ def _find_power_walls(points: Array, radius: Array, box: Array) -> _Walls:
         reach *= 2
 
 
-def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Walls:
+def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> PowerWalls:
     source, shift = periodic_copies(points, box, reach)
     x, r = points[source] + shift @ box, radius[source]
     middle = x.mean(axis=0)
@@ -187,7 +187,7 @@ def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> 
     h_ab, h_ac = radical_height(d_ab, r[a], r[b]), radical_height(d_ac, r[a], r[c])
     p, q = (d_ab * h_ab)[:, None], (d_ac * h_ac)[:, None]
     corner = (p * np.column_stack([ac[:, 1], -ac[:, 0]]) + q * np.column_stack([-ab[:, 1], ab[:, 0]])) / det[:, None]
-    return _Walls(
+    return PowerWalls(
         np.concatenate([a, a]),
         source[np.concatenate([b, c])],
         np.concatenate([shift[b] - shift[a], shift[c] - shift[a]]),
@@ -197,7 +197,7 @@ def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> 
     )
 
 
-def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tessellation:
+def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: PowerWalls) -> Tessellation:
     """Merge the cells of all points of a particle; walls between them vanish."""
     n, shortest = packing.n, SHORTEST * np.sqrt(packing.area / packing.n)
     i, j, shift = owner[walls.i], owner[walls.j], walls.shift

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.errors import InputError
+from jamlab.geometry.particle_shape import disk_radii
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.law_parameters import CONTACT_FORMS
@@ -36,9 +36,7 @@ def touching_disks(packing: Packing) -> Pairs:
     """Find all pairs of disks within the cutoff of their law: the sum of their radii, or farther by its range. Returns
     pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own image,
     touches each of them."""
-    if packing.diameters is None:
-        raise InputError(f"only disks (model sp) touch by their diameters; this packing has model {packing.model}")
-    return periodic_pairs(packing.positions, packing.box, 0.5 * (packing.diameters + packing.law.range))
+    return periodic_pairs(packing.positions, packing.box, disk_radii(packing) + 0.5 * packing.law.range)
 
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)

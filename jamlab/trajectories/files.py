@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -17,35 +17,21 @@ from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.file_endings import FORMATS, begins_as
 from jamlab.storage.verified_file import FilePath, is_hdf5
-from jamlab.trajectories.columns import COMPRESSED
-from jamlab.trajectories.disk_files import (
-    is_leiden,
-    kind_of_hdf5,
-    read_csv,
-    read_h5md,
-    read_leiden,
-    read_netcdf,
-    read_npy,
-    read_xyz,
-)
-from jamlab.trajectories.lammps_data import read_data, read_dump, sites
+from jamlab.trajectories import disk_files, lammps_data
+from jamlab.trajectories.columns import COMPRESSED, damage_named
 from jamlab.trajectories.sites import Radii
 
-DATA, DUMP = FORMATS["data"].endings, FORMATS["dump"].endings
-GSD = (".gsd",)
-XYZ = (".xyz", ".extxyz")
-CSV = (".csv", ".tsv")
-NPY = (".npy",)
-_OF_ENDING = {
-    ending: kind
-    for kind, endings in (("data", DATA), ("dump", DUMP), ("gsd", GSD), ("xyz", XYZ), ("csv", CSV), ("npy", NPY))
-    for ending in endings
+_READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files, each frame with a method `packing`
+    **{"data": lammps_data.read_data, "dump": lammps_data.read_dump, "leiden": disk_files.read_leiden},
+    **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "npy": disk_files.read_npy},
+    **{"netcdf": disk_files.read_netcdf},
 }
-_TEXT = ("data", "dump", "xyz", "csv")  # kinds that may be compressed
-_FOREIGN = {
-    **{"leiden": read_leiden, "netcdf": read_netcdf, "xyz": read_xyz},
-    **{"csv": read_csv, "npy": read_npy},
+_ENDINGS: dict[str, tuple[str, ...]] = {
+    **{"data": FORMATS["data"].endings, "dump": FORMATS["dump"].endings, "xyz": (".xyz", ".extxyz")},
+    **{"csv": (".csv", ".tsv"), "npy": (".npy",), "gsd": (".gsd",)},
 }
+_KIND_OF = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}
+_BINARY = ("npy", "gsd")  # kinds that are not read from compressed text
 
 
 @checked
@@ -91,15 +77,7 @@ def read(
     """
     if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
-    if _kind(path) == "hdf5":
-        own = hdf5.read(path, frame)
-        _refuse_law(path, radii, units, params, box)
-        return own
-    frames = _frames(path, (radii, units, params, box), frame)
-    found = next(frames, None)
-    if found is None:
-        raise StorageError(f"{path} has no frame {frame}")
-    return found
+    return _read(path, frame, (radii, units, params, box))[0]
 
 
 @checked
@@ -120,14 +98,35 @@ def read_all(
         >>> phi == sorted(phi)
         True
     """
-    if _kind(path) == "hdf5":
-        own = hdf5.read_all(path)
-        _refuse_law(path, radii, units, params, box)
+    return _read(path, None, (radii, units, params, box))
+
+
+_Given = tuple[Radii, str | None, Mapping[str, Any] | None, ArrayLike | None]  # radii, units, params, box
+
+
+def _read(path: FilePath, frame: int | None, given: _Given) -> list[Packing]:
+    """One frame of a file, or all."""
+    kind = _kind(path)
+    if kind == "hdf5":
+        own = hdf5.read_all(path) if frame is None else [hdf5.read(path, frame)]
+        if any(value is not None for value in given):
+            raise InputError(f"{path} holds box, sizes, units and force law: leave out radii, units, params and box")
         return own
-    frames = list(_frames(path, (radii, units, params, box), None))
-    if not frames:
-        raise StorageError(f"{path} holds no frame: copy it or write it again")
-    return frames
+    if kind == "gsd":
+        from jamlab.trajectories.from_universe import read_gsd
+
+        packings = read_gsd(path, frame, *given)
+    else:
+        packings = []
+        chosen = disk_files.read_h5md(path, frame) if kind == "h5md" else _chosen(_READERS[kind](path), frame)
+        for k, atoms in chosen:
+            with damage_named(f"{path}, frame {k}"):
+                packings.append(atoms.packing(*given))
+    if not packings:
+        raise StorageError(
+            f"{path} has no frame{'' if frame is None else f' {frame}'}: give another, or write it again"
+        )
+    return [packing.with_state(provenance={"source": Path(path).name}) for packing in packings]
 
 
 def _kind(path: FilePath) -> str:
@@ -137,60 +136,27 @@ def _kind(path: FilePath) -> str:
     if not file.exists() and any(mark in file.name for mark in "*?["):
         raise StorageError(f"there is no file {path}: give one name; `glob.glob` lists those that fit a pattern")
     if is_hdf5(path):
-        return kind_of_hdf5(path)
+        return disk_files.kind_of_hdf5(path)
     compressed = file.suffix.lower() in COMPRESSED
     ending = (file.with_suffix("") if compressed else file).suffix.lower()
-    kind = _OF_ENDING.get(ending, begins_as(path))
-    if kind and (kind in _TEXT or not compressed):
+    kind = _KIND_OF.get(ending, begins_as(path))
+    if kind and not (compressed and kind in _BINARY):
         return kind
-    if is_leiden(path):
+    if disk_files.is_leiden(path):
         return "leiden"
     if (compressed or ending not in ("", *FORMATS["packings"].endings)) and file.is_file():
         raise StorageError(
-            f"{path} is of no kind that is read: give HDF5 of jamlab, a LAMMPS data file ({', '.join(DATA)}) or dump "
-            f"({', '.join(DUMP)}), {', '.join((*XYZ, *CSV))}, each also with {', '.join(COMPRESSED)}, "
-            f"{', '.join((*GSD, *NPY))}, or packings of other groups; pictures go to `analyze`"
+            f"{path} is of no kind that is read: give HDF5 of jamlab, H5MD, {', '.join(_KIND_OF)}, packings of other "
+            f"groups, or text of these with {', '.join(COMPRESSED)}; pictures go to `analyze`"
         )
     return "hdf5"  # its reader refuses other files with a reason
-
-
-def _refuse_law(path: FilePath, *given: object) -> None:
-    if any(value is not None for value in given):
-        raise InputError(f"{path} holds box, sizes, units and force law: leave out radii, units, params and box")
-
-
-_Given = tuple[Radii, str | None, Mapping[str, Any] | None, ArrayLike | None]  # radii, units, params, box
-
-
-def _frames(path: FilePath, given: _Given, frame: int | None) -> Iterator[Packing]:
-    kind = _kind(path)
-    source = Path(path).name
-    if kind == "gsd":
-        from jamlab.trajectories.from_universe import read_gsd
-
-        yield from read_gsd(path, *given[:3], frame)
-        return
-    if kind == "data":
-        found: Iterable[Any] = [] if frame not in (None, 0, -1) else [(0, read_data(path))]
-    elif kind == "h5md":
-        found = read_h5md(path, frame)
-    elif kind in _FOREIGN:
-        found = _chosen(_FOREIGN[kind](path), frame)
-    else:
-        found = ((k, sites(path, text)) for k, text in _chosen(read_dump(path), frame))
-    for k, atoms in found:
-        try:
-            packing = atoms.packing(*given)
-        except InputError as error:
-            raise type(error)(f"{path}, frame {k}: {error}") from error
-        yield packing.with_state(provenance={"source": source})
 
 
 def _chosen(frames: Iterator[Any], frame: int | None) -> Iterator[tuple[int, Any]]:
     if frame is None:
         yield from enumerate(frames)
     elif frame >= 0:
-        yield from ((frame, text) for text in islice(frames, frame, frame + 1))
+        yield from ((frame, atoms) for atoms in islice(frames, frame, frame + 1))
     else:
         last = deque(enumerate(frames), maxlen=-frame)
         if len(last) == -frame:

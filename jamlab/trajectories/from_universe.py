@@ -62,7 +62,11 @@ class UniverseFrames:
         residues = _attribute(self.group.residues, "rest_areas", None)
         self._a0 = None if residues is None else self.group.rest_areas
         self._entries = _entries(self.group)
-        self._unread = _gsd_unread(str(self.trajectory.filename)) if self.trajectory.format == "GSD" else []
+        self._unread: list[str] = []
+        if self.trajectory.format == "GSD":
+            with _gsd(self.trajectory) as file:
+                names = file.file.find_matching_chunk_names("")
+            self._unread = [name for name in names if not name.startswith(_GSD)]
 
     def packing(self) -> Packing:
         """Convert the present frame. Errors as in `from_universe`."""
@@ -94,8 +98,10 @@ class UniverseFrames:
     def _radius(self, step: Any) -> Array | None:
         if self._rings is not None or self._given[0] is not None:
             return None
-        if self.trajectory.format == "GSD" and not _gsd_has_diameters(str(self.trajectory.filename), int(step.frame)):
-            return None  # MDAnalysis gives every particle the diameter 1 then
+        if self.trajectory.format == "GSD":
+            with _gsd(self.trajectory) as file:  # diameters of a frame, or in the first one for all
+                if not any(file.file.chunk_exists(k, "particles/diameter") for k in (0, int(step.frame))):
+                    return None  # MDAnalysis gives every particle the diameter 1 then
         if "radius" in step.data and len(step.data["radius"]) == len(self.group.universe.atoms):
             of_frame: Array = np.asarray(step.data["radius"], dtype=np.float64)[self.group.indices]
             return of_frame
@@ -152,9 +158,11 @@ def from_universe(
 
 
 def read_gsd(
-    path: FilePath, radii: Radii, units: str | None, params: Mapping[str, Any] | None, frame: int | None
+    path: FilePath, frame: int | None, radii: Radii, units: str | None, params: Mapping[str, Any] | None, box: Any
 ) -> list[Packing]:
     """One frame of a GSD file, or all; without that frame an empty list. Arguments as in `jamlab.read`."""
+    if box is not None:
+        raise InputError(f"box = {box!r:.60} was given, but {path} has one: leave it out")
     with damage_named(path):
         try:
             read = MDAnalysis.Universe(str(path))
@@ -205,8 +213,12 @@ def _source(trajectory: Any) -> str:
 def _box(trajectory: Any) -> Array:
     """Lattice vectors (2, 2) of the present frame."""
     step = trajectory.ts
-    if trajectory.format == "GSD":
-        return _gsd_box(str(trajectory.filename), int(step.frame))
+    if trajectory.format == "GSD":  # MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles
+        with _gsd(trajectory) as file:
+            lx, ly, _, xy, xz, yz = (float(value) for value in file[int(step.frame)].configuration.box)
+        if xz or yz:
+            raise InputError(f"frame {step.frame} has tilt factors xz = {xz:g}, yz = {yz:g}: it leans out of the plane")
+        return np.array([[lx, 0.0], [xy * ly, ly]])
     if step.dimensions is None or not np.any(step.dimensions[:2]):
         raise InputError(
             f"frame {step.frame} has no box: give box=((lx, 0), (xy, ly)), or set `dimensions` of the Universe"
@@ -214,33 +226,12 @@ def _box(trajectory: Any) -> Array:
     lx, b, _, alpha, beta, gamma = (float(value) for value in step.dimensions)
     if (alpha, beta) != (90.0, 90.0):
         raise InputError(f"frame {step.frame} has a box with angles {alpha:g}, {beta:g}: it leans out of the plane")
-    angle = np.radians(gamma)
-    xy = 0.0 if gamma == 90.0 else b * np.cos(angle)
-    return np.array([[lx, 0.0], [xy, b if gamma == 90.0 else b * np.sin(angle)]])
+    turn = np.exp(1j * np.radians(gamma)) if gamma != 90.0 else 1j
+    return np.array([[lx, 0.0], [b * turn.real, b * turn.imag]])
 
 
-def _gsd_has_diameters(path: str, frame: int) -> bool:
-    """Whether the file says diameters, for this frame or, as the format has it, in its first for all."""
+def _gsd(trajectory: Any) -> Any:
+    """The GSD file of a trajectory, open, for what MDAnalysis does not read, or not as it is meant."""
     import gsd.hoomd
 
-    with gsd.hoomd.open(path, "r") as file:
-        return any(file.file.chunk_exists(k, "particles/diameter") for k in (0, frame))
-
-
-def _gsd_unread(path: str) -> list[str]:
-    """Names in a GSD file of what is not read, and is more than states at rest have."""
-    import gsd.hoomd
-
-    with gsd.hoomd.open(path, "r") as file:
-        return [name for name in file.file.find_matching_chunk_names("") if not name.startswith(_GSD)]
-
-
-def _gsd_box(path: str, frame: int) -> Array:
-    """Box of a frame from the file itself: MDAnalysis 2.11 takes HOOMD's tilt factors for cosines of angles."""
-    import gsd.hoomd
-
-    with gsd.hoomd.open(path, "r") as file:
-        lx, ly, _, xy, xz, yz = (float(value) for value in file[frame].configuration.box)
-    if xz or yz:
-        raise InputError(f"frame {frame} has tilt factors xz = {xz:g}, yz = {yz:g}: the box leans out of the plane")
-    return np.array([[lx, 0.0], [xy * ly, ly]])
+    return gsd.hoomd.open(str(trajectory.filename), "r")

@@ -1,7 +1,7 @@
 """Read packings from LAMMPS data files and text dumps, and how far their numbers are rounded."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -13,8 +13,9 @@ from jamlab.errors import InputError
 from jamlab.packing.lammps_files import STATE, described
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
 from jamlab.packing.neighbors import shortest_images
+from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.columns import Columns, damage_named, rounding, text_of
+from jamlab.trajectories.columns import Columns, rounding, text_of
 from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
 
 _SAME_PLACE = 1e-12  # of the box: coordinates of one atom in two columns
@@ -40,8 +41,8 @@ STYLES = {
 }
 
 
-def read_data(path: FilePath) -> Sites:
-    """Read a data file: atoms unwrapped by their image counts, droplets where it has bonds."""
+def read_data(path: FilePath) -> Iterator[Sites]:
+    """Read the one state of a data file: atoms unwrapped by their image counts, droplets where it has bonds."""
     with text_of(path) as file:
         lines = [line.rstrip("\n") for line in file]
         header, sections = _sections(lines)
@@ -67,7 +68,7 @@ def read_data(path: FilePath) -> Sites:
         error += atoms.error("x", "y") + rounding(ends, box, chosen=True)
         bonds = [[place[int(word)] for word in row[2:4]] for row in sections.get("Bonds", ("", []))[1]]
         entries = described(lines)
-        return Sites(
+        yield Sites(
             box=box,
             positions=positions - low,
             types=atoms.types(),
@@ -117,14 +118,17 @@ def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
     """Lower left corner (2,) and lattice vectors (2, 2)."""
     if "avec" in header:
         raise InputError("a general triclinic box: let LAMMPS write a restricted one, whose first edge lies along x")
-    ends = np.array([_ends(header, axis) for axis in "xy"])
-    xy, xz, yz = (float(word) for word in header.get("xy xz yz", ("0", "0", "0")))
+    return _cell(_ends(header, "x"), _ends(header, "y"), header.get("xy xz yz", ("0", "0", "0")))
+
+
+def _cell(x: Sequence[float], y: Sequence[float], tilts: Sequence[str]) -> tuple[Array, Array]:
+    """Lower left corner (2,) and lattice vectors (2, 2), from the ends of either side and the tilts xy, xz and yz."""
+    xy, xz, yz = map(float, tilts)
     if xz or yz:
         raise InputError(f"the box leans out of the plane, xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
-    if not np.isfinite([*ends.ravel(), xy]).all():
+    if not np.isfinite([*x, *y, xy]).all():
         raise ValueError("its box has edges that are not finite")
-    (xlo, xhi), (ylo, yhi) = ends
-    return np.array([xlo, ylo]), np.array([[xhi - xlo, 0.0], [xy, yhi - ylo]])
+    return np.array([x[0], y[0]]), np.array([[x[1] - x[0], 0.0], [xy, y[1] - y[0]]])
 
 
 def _ends(header: dict[str, list[str]], axis: str) -> list[float]:
@@ -174,6 +178,10 @@ class Frame:
     rows: list[str]  # one line for each atom
     items: dict[str, str]  # what else the frame says
 
+    def packing(self, *given: Any) -> Packing:
+        """Make a packing of it, see `Sites.packing`."""
+        return sites(self).packing(*given)
+
 
 def read_dump(path: FilePath) -> Iterator[Frame]:
     """Read the frames of a dump as text, see `sites`."""
@@ -201,42 +209,41 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
             raise ValueError("the last frame has no atoms")
 
 
-def sites(path: FilePath, frame: Frame) -> Sites:
+def sites(frame: Frame) -> Sites:
     """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
     vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
-    with damage_named(path):
-        places = {_plain(name): k for k, name in reversed(list(enumerate(frame.columns)))}
-        if "id" not in places:
-            raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
-        atoms = Columns.of_rows([row.split() for row in frame.rows], places, len(frame.columns)).by_id()
-        low, box = _box_of_dump(*frame.bounds)
-        ends = [word for line in frame.bounds[1][:2] for word in line.split()]
-        of_box = rounding(ends, box, chosen=True)
-        positions, wrapped, error = _positions(atoms, low, box, of_box)
-        check_flat(*_heights(atoms, box))
-        entries, rings = _entries(atoms), rings_of_molecules(atoms.whole("mol")) if "mol" in atoms else None
-        radius, of_sizes = atoms.radius()
-        error += of_sizes + of_box
-        if rings is not None and radius is not None:
-            if np.ptp(radius):
-                raise InputError(f"vertices have rims of {radius.min():g} to {radius.max():g}: all must have one")
-            entries.setdefault("delta", 2 * float(radius[0]))
-        return Sites(
-            box=box,
-            positions=positions,
-            types=atoms.types(),
-            rings=rings,
-            wrapped=wrapped,
-            radius=radius,
-            a0=atoms.numbers("a0") if "a0" in atoms else None,
-            entries=entries,
-            rounding=max(error, entries.get("rounding", 0.0)),
-            provenance={"step": frame.step},
-            unread=[
-                *(n for k, n in enumerate(frame.columns) if places[_plain(n)] != k or _plain(n) not in _COLUMNS),
-                *frame.items,
-            ],
-        )
+    places = {_plain(name): k for k, name in reversed(list(enumerate(frame.columns)))}
+    if "id" not in places:
+        raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
+    atoms = Columns.of_rows([row.split() for row in frame.rows], places, len(frame.columns)).by_id()
+    low, box = _box_of_dump(*frame.bounds)
+    ends = [word for line in frame.bounds[1][:2] for word in line.split()]
+    of_box = rounding(ends, box, chosen=True)
+    positions, wrapped, error = _positions(atoms, low, box, of_box)
+    check_flat(*_heights(atoms, box))
+    entries, rings = _entries(atoms), rings_of_molecules(atoms.whole("mol")) if "mol" in atoms else None
+    radius, of_sizes = atoms.radius()
+    error += of_sizes + of_box
+    if rings is not None and radius is not None:
+        if np.ptp(radius):
+            raise InputError(f"vertices have rims of {radius.min():g} to {radius.max():g}: all must have one")
+        entries.setdefault("delta", 2 * float(radius[0]))
+    return Sites(
+        box=box,
+        positions=positions,
+        types=atoms.types(),
+        rings=rings,
+        wrapped=wrapped,
+        radius=radius,
+        a0=atoms.numbers("a0") if "a0" in atoms else None,
+        entries=entries,
+        rounding=max(error, entries.get("rounding", 0.0)),
+        provenance={"step": frame.step},
+        unread=[
+            *(n for k, n in enumerate(frame.columns) if places[_plain(n)] != k or _plain(n) not in _COLUMNS),
+            *frame.items,
+        ],
+    )
 
 
 def _plain(name: str) -> str:
@@ -256,14 +263,9 @@ def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
     if sides and not all(side == "pp" for side in sides):
         raise InputError(f"boundaries {' '.join(words[-3:])}: packings are periodic in x and y")
     rows = [line.split() for line in lines]
-    xy, xz, yz = (float(row[2]) for row in rows) if words[:3] == ["xy", "xz", "yz"] else (0.0, 0.0, 0.0)
-    if xz or yz:
-        raise InputError(f"the box leans out of the plane, xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
-    xlo, xhi = float(rows[0][0]) - min(0.0, xy), float(rows[0][1]) - max(0.0, xy)
-    ylo, yhi = float(rows[1][0]), float(rows[1][1])
-    if not np.isfinite([xlo, xhi, ylo, yhi, xy]).all():
-        raise ValueError("its box has edges that are not finite")
-    return np.array([xlo, ylo]), np.array([[xhi - xlo, 0.0], [xy, yhi - ylo]])
+    tilts = [row[2] for row in rows] if words[:3] == ["xy", "xz", "yz"] else ["0", "0", "0"]
+    lean, (x, y) = float(tilts[0]), ([float(word) for word in row[:2]] for row in rows[:2])
+    return _cell([x[0] - min(0.0, lean), x[1] - max(0.0, lean)], y, tilts)
 
 
 def _positions(atoms: Columns, low: Array, box: Array, of_box: float) -> tuple[Array, bool, float]:

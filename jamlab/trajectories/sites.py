@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, depth_first_order
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import check_choice, finite_array, is_number
@@ -14,7 +16,7 @@ from jamlab.errors import InputError
 from jamlab.models.models import MODELS, law_names, optional_parameters
 from jamlab.packing.law_parameters import UNITS
 from jamlab.packing.neighbors import shortest_images
-from jamlab.packing.outlines import cross, self_crossings
+from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing, check_box
 
 _JUMP = 3.0  # an edge that is so many times as long as its shortest image leads across the box
@@ -52,24 +54,6 @@ def complete_force_law(
     law = {name: value for name, value in known.items() if value is not None}
     assumed = [name for name in names if name not in law and name not in optional_parameters(model)]
     return chosen, law | {name: defaults(model)[name] for name in assumed}, assumed
-
-
-def deck_diameters(types: NDArray[np.str_]) -> Array | None:
-    """(n,) diameters of disks of type 1 (small) and 2 (large) of the decks; None if there are other types."""
-    small = 2 / (1 + float(defaults("sp")["ratio"]))
-    sizes = {"1": small, "2": float(defaults("sp")["ratio"]) * small}
-    if not set(types.tolist()) <= set(sizes):
-        return None
-    return np.array([sizes[name] for name in types.tolist()])
-
-
-def deck_rest_areas(vertices: NDArray[np.int64]) -> Array | None:
-    """(n,) rest areas of the decks' droplets by their number of vertices; None if the decks have no such droplets."""
-    law = defaults("dp")
-    sizes = np.array([float(law["nv_small"]), float(law["nv_large"])])
-    if not np.isin(vertices, sizes).all():
-        return None
-    return np.asarray((2 * vertices / sizes.sum()) ** 2)
 
 
 def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
@@ -141,24 +125,19 @@ class Rings:
         vertices = positions[self.order]
         if wrapped is None or wrapped:
             vertices = self._whole(vertices, box, wrapped, areas)
-        starts = np.repeat(self.offsets[:-1], np.diff(self.offsets))
-        clockwise = self._areas(vertices) < 0
-        place = np.arange(len(vertices))
-        ends = np.repeat(self.offsets[1:], np.diff(self.offsets))
+        place, counts = np.arange(len(vertices)), np.diff(self.offsets)
+        starts, ends = np.repeat(self.offsets[:-1], counts), np.repeat(self.offsets[1:], counts)
         turned = np.where(place == starts, place, starts + ends - place)  # the first vertex stays the first
-        place = np.where(np.repeat(clockwise, np.diff(self.offsets)), turned, place)
+        place = np.where(np.repeat(polygon_areas(vertices, self.offsets) < 0, counts), turned, place)
         return self.order[place], vertices[place]
-
-    def _following(self) -> Indices:
-        following = np.arange(1, len(self.order) + 1)
-        following[self.offsets[1:] - 1] = self.offsets[:-1]
-        return following
 
     def _whole(self, vertices: Array, box: Array, wrapped: bool | None, areas: Array | None) -> Array:
         """Shift vertices by lattice vectors so that every edge of what the box cut is the shortest one. What is whole
         keeps its bits."""
         starts, counts = self.offsets[:-1], np.diff(self.offsets)
-        edges = vertices[self._following()] - vertices
+        following = np.arange(1, len(vertices) + 1)
+        following[self.offsets[1:] - 1] = starts
+        edges = vertices[following] - vertices
         steps = shortest_images(edges, box)
         if not steps.any():
             return vertices
@@ -178,7 +157,8 @@ class Rings:
         jumps = steps.any(axis=1) & (np.hypot(*edges.T) >= _JUMP * np.hypot(*(edges - steps @ box).T))
         likely = np.full(len(starts), bool(jumps.any()))
         if areas is not None:
-            right, too = (np.abs(np.abs(self._areas(x)) / areas - 1) < _SAME_AREA for x in (vertices, unwrapped))
+            found = [np.abs(polygon_areas(x, self.offsets)) for x in (vertices, unwrapped)]
+            right, too = (np.abs(area / areas - 1) < _SAME_AREA for area in found)
             likely = np.where(right != too, too, likely)
         cut = self._in_one_cell(vertices, box) & ~winding & ~left & (crossed | likely)
         return np.where(np.repeat(cut, counts)[:, None], unwrapped, vertices)
@@ -195,12 +175,6 @@ class Rings:
             inside |= (high - low <= 1 + _ONE_CELL).all(axis=1)
         return inside
 
-    def _areas(self, vertices: Array) -> Array:
-        """(n,) areas, positive if counter-clockwise."""
-        r = vertices - np.repeat(vertices[self.offsets[:-1]], np.diff(self.offsets), axis=0)
-        s = r[self._following()]
-        return np.add.reduceat(0.5 * cross(r, s), self.offsets[:-1])
-
 
 def rings_of_bonds(bonds: Indices, count: int) -> Rings:
     """Rings that bonds (m, 2), of which one may occur twice, close between so many points."""
@@ -213,21 +187,13 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
             f"point {k} has {degree[k]} bonds: droplets are closed rings in which every vertex has two; for disks "
             "leave the bonds out"
         )
-    both = np.concatenate([ends, ends[:, ::-1]])
-    neighbors = both[np.lexsort((both[:, 1], both[:, 0])), 1].reshape(-1, 2)
-    order: list[int] = []
-    offsets = [0]
-    seen = np.zeros(count, dtype=bool)
-    for start in range(count):
-        before, here = int(neighbors[start, 1]), start
-        while not seen[here]:
-            seen[here] = True
-            order.append(here)
-            left, right = (int(k) for k in neighbors[here])
-            before, here = here, right if left == before else left
-        if len(order) > offsets[-1]:
-            offsets.append(len(order))
-    return Rings(np.array(order), np.array(offsets))
+    i, j = np.concatenate([ends, ends[:, ::-1]]).T
+    ring = connected_components(coo_array((np.ones(len(i)), (i, j)), (count, count)))[1]
+    _, first, sizes = np.unique(ring, return_index=True, return_counts=True)
+    i, j = np.append(i, np.full(len(first), count)), np.append(j, np.sort(first))  # from one more point to all rings
+    graph = coo_array((np.ones(len(i)), (i, j)), (count + 1, count + 1)).tocsr()
+    order = depth_first_order(graph, count, return_predecessors=False)[1:]
+    return Rings(order.astype(np.int64), np.concatenate([[0], np.cumsum(sizes[np.argsort(first)])]))
 
 
 def rings_of_molecules(molecule: Indices) -> Rings | None:
@@ -285,7 +251,9 @@ class Sites:
             known = None if "a0" in assumed else law["a0"]
             _, vertices = self.rings.polygons(self.positions, cell, self.wrapped, known)
             common |= {"positions": vertices, "offsets": self.rings.offsets}
-        return Packing(params=law, provenance=self._history(assumed), **common)
+        history = {"assumed": assumed, "unread": sorted(set(self.unread))}
+        history = {**self.provenance, **{name: names for name, names in history.items() if names}}
+        return Packing(params=law, provenance=history, **common)
 
     def _cell(self, given: ArrayLike | None) -> Array:
         box = None if given is None else plane_box("box", given)
@@ -299,14 +267,6 @@ class Sites:
         check_box(cell)
         return cell
 
-    def _history(self, assumed: list[str]) -> dict[str, Any]:
-        history = dict(self.provenance)
-        if assumed:
-            history["assumed"] = assumed
-        if self.unread:
-            history["unread"] = sorted(set(self.unread))
-        return history
-
     def _diameters(self, radii: Radii, assumed: list[str]) -> Array:
         by_type = {
             name[1:]: 0.5 * value for name, value in self.entries.items() if name.startswith("d") and name[1:].isdigit()
@@ -319,14 +279,14 @@ class Sites:
         known = given if known is None else known
         if known is not None:
             return 2 * known
-        sizes = deck_diameters(self.types) if self.deck else None
-        if sizes is None:
+        kinds, ratio = sorted(set(self.types.tolist())), float(defaults("sp")["ratio"])
+        if not self.deck or not {*kinds} <= {"1", "2"}:
             raise InputError(
                 "the sizes of the disks are unknown: give radii, a number, one for each disk or {type: radius} "
-                f"for the types {', '.join(sorted(set(self.types.tolist()))[:9])}"
+                f"for the types {', '.join(kinds[:9])}"
             )
         assumed.append("diameters")
-        return sizes
+        return np.where(self.types == "1", 1.0, ratio) * 2 / (1 + ratio)
 
     def _rest_areas(self, rings: Rings, given: Any, assumed: list[str]) -> Array:
         vertices = np.diff(rings.offsets)
@@ -338,10 +298,10 @@ class Sites:
             return values
         if known is not None:
             return known
-        areas = deck_rest_areas(vertices)
-        if areas is None:
+        sizes = [float(defaults("dp")[name]) for name in ("nv_small", "nv_large")]
+        if not np.isin(vertices, sizes).all():
             raise InputError(
                 "the rest areas of the droplets are unknown: give params={'a0': one number or one for each}"
             )
         assumed.append("a0")
-        return areas
+        return np.asarray((2 * vertices / sum(sizes)) ** 2)

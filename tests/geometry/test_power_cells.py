@@ -50,7 +50,7 @@ def scenes(draw, most=8):
 def test_free_disk_is_whole():
     cells = disk_cells(disks([3.0, 4.0], 2.0))
     np.testing.assert_allclose([cells.area[0], cells.perimeter[0], cells.free_angle[0]], [np.pi, 2 * np.pi, 2 * np.pi])
-    assert (cells.arc_from.tolist(), cells.arc_to.tolist(), len(cells.chord_i)) == ([-1], [-1], 0)
+    assert (cells.arcs.begin.tolist(), cells.arcs.end.tolist(), len(cells.chords.i)) == ([-1], [-1], 0)
 
 
 @pytest.mark.parametrize(("r", "height"), [(1.5, 1.0), (1.2, 0.78541666666667), (0.8, 0.55625), (0.52, 0.0)])
@@ -86,14 +86,14 @@ def test_nested_disk_has_no_cell(x):
     cells = disk_cells(disks([[x, 0.0], [0.0, 0.0]], [1.0, 2.0]))  # x = 0.5 touches from inside
     np.testing.assert_allclose(cells.area, [0.0, np.pi], rtol=1e-14)
     np.testing.assert_array_equal(cells.perimeter[0], 0.0)
-    assert len(cells.chord_i) == 0
+    assert len(cells.chords.i) == 0
 
 
 def test_of_coincident_disks_the_lowest_index_keeps_its_cell():
     cells = disk_cells(disks([[1.0, 1.0], [2.0, 1.0], [2.0, 1.0], [2.0, 1.0]], 2.0))
     pair = disk_cells(disks([[1.0, 1.0], [2.0, 1.0]], 2.0))
     np.testing.assert_array_equal(cells.area, [*pair.area, 0.0, 0.0])
-    np.testing.assert_array_equal(cells.chord_length, pair.chord_length)
+    np.testing.assert_array_equal(cells.length, pair.length)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.1, 0.7, 2.0, 3.0])
@@ -105,7 +105,7 @@ def test_circles_through_the_same_two_points(angle):
     three, two = disk_cells(disks(centres, diameters)), disk_cells(disks(centres[::2], diameters[::2]))
     np.testing.assert_allclose(three.area, [two.area[0], 0.0, two.area[1]], atol=1e-13)
     np.testing.assert_allclose(three.perimeter, [two.perimeter[0], 0.0, two.perimeter[1]], atol=1e-6)
-    assert not three.chord_length[three.chord_i == 1].any()
+    assert not three.length[three.chords.i == 1].any()
 
 
 @given(scenes())
@@ -135,21 +135,21 @@ def test_each_cell_is_the_disk_clipped_by_its_radical_lines():
 def test_free_arcs_join_into_closed_loops(packing):
     """An arc that ends on the chord of i towards j goes on along j, from the chord towards i."""
     cells = disk_cells(packing)
-    cut = cells.arc_from >= 0
+    cut = cells.arcs.begin >= 0
 
     def places(angle):
-        radius = 0.5 * packing.diameters[cells.arc_i[cut]]
-        x = packing.positions[cells.arc_i[cut]] + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        radius = 0.5 * packing.diameters[cells.arcs.i[cut]]
+        x = packing.positions[cells.arcs.i[cut]] + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
         return x @ np.linalg.inv(packing.box)
 
-    start, end = places(cells.arc_start[cut]), places((cells.arc_start + cells.arc_angle)[cut])
+    start, end = places(cells.arcs.start[cut]), places((cells.arcs.start + cells.arcs.angle)[cut])
     apart = start[None] - end[:, None]
     apart = np.abs(apart - np.rint(apart)).max(axis=2)
-    own, to, come = cells.arc_i[cut], cells.chord_j[cells.arc_to[cut]], cells.chord_j[cells.arc_from[cut]]
+    own, to, come = cells.arcs.i[cut], cells.chords.j[cells.arcs.end[cut]], cells.chords.j[cells.arcs.begin[cut]]
     follows = (to[:, None] == own) & (own[:, None] == come)
     assert (np.count_nonzero(follows & (apart < 1e-7), axis=1) >= 1).all()
-    assert (cells.arc_i[cut] == cells.chord_i[cells.arc_from[cut]]).all()
-    assert (cells.arc_i[cut] == cells.chord_i[cells.arc_to[cut]]).all()
+    assert (cells.arcs.i[cut] == cells.chords.i[cells.arcs.begin[cut]]).all()
+    assert (cells.arcs.i[cut] == cells.chords.i[cells.arcs.end[cut]]).all()
 
 
 def test_hexagonal_and_square_lattice():

@@ -62,48 +62,29 @@ def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Arr
     periodic image of it; `box`: (2, 2); `size`: radius that `JOINT` refers to."""
     loose = np.flatnonzero(following < 0)
     if len(loose):
-        free = find_missing(following, len(following))
+        free = np.setdiff1d(np.arange(len(following)), following)
         after, shift[loose] = match_ends(pieces.end[loose], pieces.start[free], box, JOINT * size)
         following[loose] = free[after]
-
-
-def find_missing(taken: Indices, count: int) -> Indices:
-    """Find the numbers below count that do not occur, ascending; negative entries do not matter."""
-    left = np.ones(count, dtype=bool)
-    left[taken[taken >= 0]] = False
-    return np.flatnonzero(left)
 
 
 def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
     """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance. `ends`:
     (k, 2); `starts`: (k, 2); `box`: (2, 2); `tolerance`: largest distance. Returns (k,) int64, start that belongs to
     each end, and (k, 2) int64, which periodic image of it."""
-    near = periodic_neighbors(ends, starts, box, tolerance)
-    result, shift = np.full(len(ends), -1), np.zeros((len(ends), 2), dtype=np.int64)
-    alone = (np.bincount(near.i, minlength=len(ends))[near.i] == 1) & (
-        np.bincount(near.j, minlength=len(starts))[near.j] == 1
-    )
-    result[near.i[alone]], shift[near.i[alone]] = near.j[alone], near.shift[alone]
-    crowded = np.flatnonzero(result < 0)
-    if not len(crowded):
-        return result, shift
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-    i, j, r, image = near.i[~alone], near.j[~alone], near.r[~alone], near.shift[~alone]
-    free = find_missing(result, len(starts))
-    weight = np.hypot(*r.T) + 1e-3 * tolerance  # any positive constant will do: a sparse matrix would lose zeros
-    rows, columns = np.searchsorted(crowded, i), np.searchsorted(free, j)
+    near, k = periodic_neighbors(ends, starts, box, tolerance), len(ends)
+    weight = np.hypot(*near.r.T) + 1e-3 * tolerance  # any positive constant will do: a sparse matrix would lose zeros
     try:
-        pairs = csr_array((weight, (rows, columns)), shape=(len(crowded), len(free)))
-        end, start = min_weight_full_bipartite_matching(pairs)
+        end, start = min_weight_full_bipartite_matching(csr_array((weight, (near.i, near.j)), shape=(k, k)))
     except ValueError:
+        lone = ends[np.bincount(near.i, minlength=k).argmin()]
         raise BoundaryError(
-            f"the boundary of the particles does not close near {ends[crowded[0]].tolist()}: too many "
+            f"the boundary of the particles does not close near {lone.tolist()}: too many "
             "boundaries meet in one point; move a particle there by 1e-6 of its size"
         ) from None
-    key = rows * len(free) + columns
+    key = near.i * k + near.j
     order = np.argsort(key, kind="stable")
-    chosen = order[np.searchsorted(key[order], end * len(free) + start)]
-    result[crowded[end]], shift[crowded[end]] = free[start], image[chosen]
-    return result, shift
+    chosen = order[np.searchsorted(key[order], end * k + start)]
+    return start[np.argsort(end)].astype(np.int64), near.shift[chosen][np.argsort(end)]

@@ -15,8 +15,9 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.errors import BoundaryError
-from jamlab.geometry.edge_rings import edge_rings
+from jamlab.geometry.particle_shape import disk_radii
 from jamlab.geometry.power_cells import find_chords, find_free_arcs
+from jamlab.geometry.rims import edge_rings
 from jamlab.geometry.voids.boundary_loops import Boundary, Pieces, chain_pieces, join_loose_ends
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import MOST_IMAGES, periodic_pairs, search_lattice
@@ -33,8 +34,7 @@ TOUCH = 1e-12
 
 def trace_disks(packing: Packing) -> Boundary:
     """Trace the boundary of the union of the disks of an SP packing."""
-    assert packing.diameters is not None
-    radius = 0.5 * packing.diameters
+    radius = disk_radii(packing)
     near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * TOUCH))
     chords = find_chords(near, radius, TOUCH)
     arcs = find_free_arcs(chords)

@@ -6,12 +6,7 @@ that from island to island the rays end at the loop around the void; where nothi
 torus.
 A loop that winds around the torus casts its ray across the void, perpendicular to its winding.
 
-Loops and rays are a graph on a torus, of which connected components are wanted. Every link carries the lattice
-translation from the periodic image that its tail lies in to that of its head. Along a spanning tree the translations
-add up to one for every node; a link that is not in the tree and disagrees with them closes a path around the torus.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,52 +17,21 @@ from jamlab.geometry.voids.boundary_loops import Boundary, Pieces
 from jamlab.packing.neighbors import periodic_neighbors
 
 
-@dataclass(frozen=True)
-class Components:
-    """Connected components of a graph on a torus."""
-
-    count: int  # number of components
-    label: Indices  # (n,) int64, component of each node
-    # (n, 2) int64, translation of each node relative to the first node of its component, in lattice vectors
-    image: Indices
-    # (m, 2) int64, translation around the torus that each link closes; zero for links of the tree and for links that
-    # agree with it
-    winding: Indices
-
-
-def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
-    """Find the connected components of n nodes and their images. `n`: nodes; `tail, head`: (m,) int64, nodes that each
-    link joins; `shift`: (m, 2) int64, image of the head minus that of the tail, in lattice vectors."""
-    from scipy.sparse import coo_array  # slow to load, and needed where particles float in voids alone
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
-    count, label = connected_components(coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n)), directed=False)
-    first = np.unique(label, return_index=True)[1]
-
-    # one more node, n, holds the first nodes of all components together: one search then covers all
-    rows, columns = np.concatenate([tail, np.full(count, n)]), np.concatenate([head, first])
-    _, before = breadth_first_order(coo_array((np.ones(len(rows)), (rows, columns)), (n + 1, n + 1)).tocsr(), n, False)
-    before = before[:n].astype(np.int64)
-
-    key = np.concatenate([tail * n + head, head * n + tail])
-    steps = np.concatenate([shift, -shift])
-    key, index = np.unique(key, return_index=True)
-    grown = np.flatnonzero(before < n)
-    image = np.zeros((n, 2), dtype=np.int64)
-    image[grown] = steps[index[np.searchsorted(key, before[grown] * n + grown)]]
-    before[before == n] = np.flatnonzero(before == n)
-    image = sum_images(before, image)
-    return Components(int(count), label.astype(np.int64), image, image[tail] + shift - image[head])
-
-
-def sum_images(before: Indices, step: Indices) -> Indices:
-    """Sum the steps from the root of a tree to each node, (n, 2). `before`: (n,) int64, node that leads to each node;
-    roots lead to themselves; `step`: (n, 2) int64, step from there; zero for roots."""
-    while True:  # each node looks twice as far back every time
-        further = before[before]
-        if np.array_equal(further, before):
-            return step
-        step, before = step + step[before], further
+def follow_rays(loops: int, casting: Indices, hit: Indices, shift: Indices) -> tuple[Indices, Indices]:
+    """Follow rays from loop to loop to their end. `loops`: number of loops; `casting`, `hit`, `shift`: of
+    `find_first_hits`. Returns (loops,) int64, loop at which the rays from each one end, and (loops, 2) int64, in which
+    image relative to it each one lies. Where rays go around the torus without end, one of the loops on their way stands
+    for all."""
+    ahead, image = np.arange(loops), np.zeros((loops, 2), dtype=np.int64)
+    ahead[casting], image[casting] = hit, -shift
+    lowest, far = np.arange(loops), ahead
+    for _ in range(loops.bit_length()):  # each loop looks twice as far ahead every time
+        lowest, far = np.minimum(lowest, lowest[far]), far[far]
+    end = far[lowest[far] == far]  # of rays that end, and the lowest of those that go around
+    ahead[end], image[end] = end, 0
+    while not np.array_equal(further := ahead[ahead], ahead):
+        image, ahead = image + image[ahead], further
+    return ahead, image
 
 
 Flags = NDArray[np.bool_]

@@ -21,13 +21,14 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.geometry.voids.boundary_loops import Boundary
-from jamlab.geometry.voids.void_rays import find_components, find_first_hits
+from jamlab.geometry.voids.void_rays import find_first_hits, follow_rays
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
+from jamlab.plotting.palette import OTHER, SIDE_COLOURS, side_names
 
 VOIDS_DEFINITION = 1  # version, see jamlab.campaign.versions
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
@@ -92,13 +93,33 @@ class Voids:
 
         >>> ax = jamlab.voids(jamlab.jam(n=64, seed=1)).plot()
         """
-        from jamlab.geometry.voids.void_plot import draw_voids
+        from matplotlib.collections import PathCollection
+        from matplotlib.patches import Patch
+        from matplotlib.path import Path
 
-        paths = void_paths(self)
-        draw_voids(axes, self.packing, paths, self.sides, self.percolating, self.area, self.centroid, **style)
+        from jamlab.packing.packing_plot import draw_background
+        from jamlab.plotting.axes import legend_below, merged
+        from jamlab.plotting.periodic_cell import frame_cell, lattice_moves
+
+        packing, paths, closed = self.packing, void_paths(self), np.flatnonzero(self.percolating == 0)
+        sides = self.sides[closed].tolist()
+        draw_background(axes, packing)
+        colours = [SIDE_COLOURS.get(count, OTHER) for count in sides]
+        look = merged(PathCollection, {"facecolor": colours, "edgecolor": "black", "linewidth": 0.5}, style)
+        for move in lattice_moves(packing.box):
+            moved = [Path(paths[k].vertices + move, paths[k].codes) for k in closed]
+            axes.add_collection(PathCollection(moved, **look))
+        for k in closed[self.area[closed] > _LABELLED * packing.area / packing.n]:
+            axes.text(*self.centroid[k], str(self.sides[k]), ha="center", va="center", fontsize=7)
+        frame_cell(axes, packing.box)
+        names = side_names(sides) | ({"white": "percolates"} if len(closed) < len(self.sides) else {})
+        if names:
+            handles = [Patch(facecolor=colour, edgecolor="black", label=name) for colour, name in names.items()]
+            legend_below(axes, handles, "sides of voids")
 
 
 _ARC_STEP = 0.05  # radians, of drawn arcs
+_LABELLED = 0.03  # voids larger than this fraction of the cell per particle have room for a digit
 
 
 class LoopKind(IntEnum):
@@ -170,8 +191,14 @@ class BoundedVoids:
 def bound_voids(packing: Packing) -> BoundedVoids:
     """Find the voids of a packing and their areas alone."""
     boundary: Boundary = packing.kind.boundary(packing)
-    signed = _sign_areas(boundary, packing.box)
-    kind = _classify_loops(boundary, signed, EMPTY * packing.area / packing.n)
+    pieces, signed = boundary.pieces, np.empty(len(boundary.winding))  # to the right of each loop
+    _loop_areas(
+        len(boundary.loop), len(signed), pieces.start, pieces.end, pieces.radius, pieces.angle, boundary.loop,
+        boundary.image, boundary.winding, boundary.origin, packing.box, signed,
+    )  # fmt: skip
+    kind = np.where(signed > 0, LoopKind.AROUND, LoopKind.ISLAND)
+    kind[np.abs(signed) < EMPTY * packing.area / packing.n] = LoopKind.ROUNDING
+    kind[(boundary.winding != 0).any(axis=1)] = LoopKind.WINDING
     count, void, image = _group_loops(boundary, packing.box, kind)
     enclosing, winding, islands = (
         np.bincount(void[kind == which], minlength=count)
@@ -184,40 +211,16 @@ def bound_voids(packing: Packing) -> BoundedVoids:
     return BoundedVoids(area, percolating, islands, boundary, kind, void, image)
 
 
-def _classify_loops(boundary: Boundary, signed: Array, smallest: float) -> Indices:
-    """(loops,) `LoopKind` of each loop, from its signed area."""
-    kind = np.where(signed > 0, LoopKind.AROUND, LoopKind.ISLAND)
-    kind[np.abs(signed) < smallest] = LoopKind.ROUNDING
-    kind[(boundary.winding != 0).any(axis=1)] = LoopKind.WINDING
-    return kind
-
-
-def _sign_areas(boundary: Boundary, box: Array) -> Array:
-    """(loops,) area to the right of each loop; of a loop that winds, up to multiples of the cell."""
-    pieces, area = boundary.pieces, np.empty(len(boundary.winding))
-    _loop_areas(
-        len(boundary.loop), len(area), pieces.start, pieces.end, pieces.radius, pieces.angle, boundary.loop,
-        boundary.image, boundary.winding, boundary.origin, box, area,
-    )  # fmt: skip
-    return area
-
-
 def _group_loops(boundary: Boundary, box: Array, kind: Indices) -> tuple[int, Indices, Indices]:
     """Number of voids, the void that each loop bounds (-1: none), and in which image of the void the loop lies."""
     rounding = kind == LoopKind.ROUNDING
     casting = np.flatnonzero((kind == LoopKind.ISLAND) | (kind == LoopKind.WINDING))
-    group, image = np.arange(len(kind)), np.zeros((len(kind), 2), dtype=np.int64)
-    if len(casting):
-        hit, shift = find_first_hits(boundary, box, casting, rounding)
-        joined = np.union1d(casting, hit)  # few: other loops bound a void each
-        found = find_components(len(joined), np.searchsorted(joined, casting), np.searchsorted(joined, hit), shift)
-        lowest = joined[np.unique(found.label, return_index=True)[1]]
-        group[joined], image[joined] = lowest[found.label], found.image
-        held = np.zeros(len(kind), dtype=bool)
-        held[group[kind != LoopKind.ISLAND]] = True
-        free = ~held[group]
-        if free.any():  # islands that nothing encloses share the one void that percolates in both directions
-            group[free] = group[free].min()
+    group, image = follow_rays(len(kind), casting, *find_first_hits(boundary, box, casting, rounding))
+    held = np.zeros(len(kind), dtype=bool)
+    held[group[kind != LoopKind.ISLAND]] = True
+    free = ~held[group]
+    if free.any():  # islands that nothing encloses share the one void that percolates in both directions
+        group[free] = group[free].min()
     bounding = np.zeros(len(kind), dtype=bool)
     bounding[group[~rounding]] = True
     number = np.cumsum(bounding) - 1
