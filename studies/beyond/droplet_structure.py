@@ -24,7 +24,7 @@ SHARES = {
 
 
 def droplet_contacts(tables: EnsembleTables) -> Drawing:
-    """Contacts of droplets at onset: pairs, contacts of vertices, states of self-stress and motions left free."""
+    """Contacts of droplets at onset: pairs, contacts of vertices, states of self-stress and floppy modes."""
     table = counts_at_onset(tables.onset)
     n = [16, 32, 64, 128, 256]
     out, (pairs, stresses, more, shares) = drawing("beyond-droplet-contacts", 2, 2, 4.7, 3.8)

@@ -1,8 +1,10 @@
 """A chart of cost against error: every method at every setting of its parameter, on many packings."""
 
+import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +27,7 @@ SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a bu
 ALIKE = 1.25  # errors within this ratio are the same: means over twenty packings
 BETTER = 100.0  # times, that a reference must be known than what is compared with it
 BAND = (0.1, 0.9)  # quantiles
+WORDS: dict[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_name("charts.toml").read_text(encoding="utf-8"))
 
 # Okabe & Ito, light yellow left out
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
@@ -249,41 +252,49 @@ class Panel:
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart before it is measured."""
+    """A chart before it is measured; its words stand in `charts.toml`."""
 
     name: str  # of its table and its files
-    title: str  # what it shows, in one line
-    error: str  # label of the axis of errors
-    parameter: str  # what the settings are
-    reference: str  # what the error is measured against, and how well that is known
     measure: Callable[[int], Iterable[Trial]]  # function of a seed that makes the trials of one packing
     seeds: Sequence[int] = SEEDS  # of the packings
     # function that makes the points of the curves from all trials
     average: Callable[[pd.DataFrame], list[Point]] = points_of
-    reason: str = ""  # why a default may lie off its front, in one line; "" if none does
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        """Title; error: label of its axis; parameter: what settings are; reference: what errors are measured against,
+        and how well that is known; of some a reason why a default lies off its front."""
+        return WORDS[self.name]
 
     @property
     def study(self) -> Study:
         """The chart as a study, with one task for each packing."""
         tasks = {f"{seed}": partial(_rows, self.measure, seed) for seed in self.seeds}
-        return Study(self.name, self.title, tasks, self.draw)
+        return Study(self.name, self.words["title"], tasks, self.draw)
 
     def draw(self, tables: EnsembleTables) -> Drawing:
         """Draw the mean cost and error of every setting, and say which defaults lie off their front."""
-        points = self.average(tables.read(self.name))
+        points, words = self.average(tables.read(self.name)), self.words
         beaten = dominated(points)
         prices = [price(point, points) for point in points]
         front = [p.ranked and not b for p, b in zip(points, beaten, strict=True)]
         rows = [{"topic": self.name, **asdict(p), "on_front": f} for p, f in zip(points, front, strict=True)]
         off = [
-            (p.panel, f"{p.method} {p.setting}".rstrip(), f"{p.seconds:.2g} s", _error(p), f"{paid:.1f}", self.reason)
+            (
+                p.panel,
+                f"{p.method} {p.setting}".rstrip(),
+                f"{p.seconds:.2g} s",
+                _error(p),
+                f"{paid:.1f}",
+                words.get("reason", ""),
+            )
             for p, paid in zip(points, prices, strict=True)
             if p.default and paid > SLACK
         ]
         text = [TextTable(OFF_COLUMNS, off, "Defaults off their front", words=True)] if off else []
-        caption = f"Reference: {self.reference}. Settings: {self.parameter}."
-        figure = curve_figure(self.title, self.error, points)
-        text.append(_table(self.error, points, beaten))
+        caption = f"Reference: {words['reference']}. Settings: {words['parameter']}."
+        figure = curve_figure(words["title"], words["error"], points)
+        text.append(_table(words["error"], points, beaten))
         return Drawing(self.name, figure, caption, rows=[pd.DataFrame(rows)], text=text)
 
 

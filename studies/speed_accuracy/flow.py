@@ -133,17 +133,6 @@ def _in_short_steps(packing: Packing, rate: float, longest: float) -> Array:
         return np.array([session.advance().stress for _ in range(_ROWS)])
 
 
-INERTIA = Chart(
-    "flow-in-time",
-    f"Start-up of shear of {_FLOWING} disks to a strain of {_STRAIN:g}",
-    "relative error of the stress",
-    "tolerance: relative error of velocities in a step; mass of a disk in k τ₁²",
-    "massless disks at a tolerance of 1e-9 in steps of at most 0.003 τ₁ (rate 0.01) and 0.03 τ₁ (0.001), its error by "
-    "steps three times as long. Costs of small inertia are without the start of LAMMPS",
-    measure_inertia,
-)
-
-
 def measure_solvers(seed: int) -> Iterator[Trial]:
     """Measure droplets in Stokes drag along both dials, disks with contact drag along the residual."""
     droplets = bring_on(default_way(DROPLETS), jam("sp", DROPLETS, seed), RHO)
@@ -195,15 +184,4 @@ def _distance(stress: Array, exact: Array) -> float:
     return float(np.sqrt(((stress - exact) ** 2).mean() / (exact**2).mean()))
 
 
-SOLVERS = Chart(
-    "flow-solvers",
-    f"Start-up of shear to a strain of {_SOLVER_STRAIN:g}: steps of droplets, and the solver of velocities",
-    "relative error of the stress",
-    "tolerance: relative error of velocities in a step; residual of conjugate gradients over the driving force, at the "
-    "default tolerance",
-    f"droplets at a tolerance of {_PAIR[1]:g}, its error by one of {_PAIR[0]:g}; along the residual the same steps "
-    f"with one of {_TIGHTEST[1]:g}, or, for solver and steps, those of a tolerance of {_PAIR[1]:g}. Droplets at "
-    f"ρ = {RHO} in Stokes drag, whose solver is preconditioned by a factorisation; disks at p = {_PRESSURE:g} k with "
-    "contact drag",
-    measure_solvers,
-)
+CHARTS = (Chart("flow-in-time", measure_inertia), Chart("flow-solvers", measure_solvers))

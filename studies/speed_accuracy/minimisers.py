@@ -19,28 +19,12 @@ from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.onset import jam
-from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from studies.other_codes.compare import jolted_minimum
 from studies.other_codes.peers import MOST_STEPS, PEERS, Descent, Jamlab
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 from studies.tables import shortest
 
-_SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
-    "fire, jamlab": ("timestep 0.1", "min_style fire", "min_modify norm max dmax 0.1 tmax 4"),
-    "fire, LAMMPS": ("timestep 0.1", "min_style fire", "min_modify norm max dmax 0.1 tmax 10"),
-    "cg, energy": ("min_style cg", "min_modify norm max line quadratic dmax 0.1"),
-    "cg, force": ("min_style cg", "min_modify norm max line forcezero dmax 0.1"),
-    "hftn": ("min_style hftn", "min_modify norm two dmax 0.1"),
-    "quickmin": ("timestep 0.1", "min_style quickmin", "min_modify norm max dmax 0.1"),
-    "sd": ("min_style sd", "min_modify norm max line forcezero dmax 0.1"),
-}
-_PANELS = ((64, 0.85, "near onset"), (64, 1.0, "far from onset"), (1024, 0.87, ""), (1024, 1.0, "far from onset"))
-_LARGE = ("fire, jamlab", "cg, energy", "cg, force")  # large packings are left to the quickest
-_STEPS = 5000  # bound, so that slow minimisers end too
-_BEFORE = 30  # steps of FIRE that take the worst overlaps out of the random start
-_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-_ROUNDING = 1e-16  # of a sum of forces of order 0.1
 _RHO = (0.88, 0.95)
 _DROPLETS = 8
 _KICK = 0.003  # mean diameters: far more than any force tolerance leaves, less than half a rim
@@ -48,25 +32,6 @@ _STYLES = ("fire", "cg")  # with the settings of the decks
 _DROPLET_STEPS = 20_000  # bound
 _DROPLET_TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
 _DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the stiffness of a rim is 1/delta^2
-
-
-def measure_disks(seed: int) -> Iterator[Trial]:
-    """Measure every minimiser at every tolerance, from the loosest until one is not met within the steps."""
-    for n, phi, place in _PANELS:
-        with Session(random_disks(n, seed, phi=phi)) as session:
-            session.minimize(1e-6, style="fire", steps=_BEFORE)
-            start = session.packing()
-        name = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
-        panel = Panel(name, 0.0, _ROUNDING, operator.sub, {"runs": 2, "budget": 0.05})
-        for style in _SETTINGS if n == 64 else _LARGE:
-            with Session(start) as session:
-                for line in _SETTINGS[style]:
-                    session.command(line)
-                yield from _until_missed(panel, style, _TOLERANCES, partial(_descend, session, start))
-        with Session(start) as session:
-            for tolerance in _TOLERANCES:
-                run, usual = partial(_relax, session, start, tolerance), tolerance == force_tolerance("sp")
-                yield panel.trial("jamlab relax", f"{tolerance:g}", run, usual)
 
 
 def _until_missed(
@@ -91,29 +56,6 @@ def _met(descend: Callable[[float], float], tolerance: float) -> float:
     return left
 
 
-def _descend(session: Session, start: Packing, tolerance: float) -> float:
-    session.load(start)
-    # LAMMPS compares components, jamlab norms
-    session.command(f"minimize 0.0 {0.5 * tolerance:.17g} {_STEPS} {10 * _STEPS}")
-    return session.evaluate().max_force
-
-
-def _relax(session: Session, start: Packing, tolerance: float) -> float:
-    session.load(start)
-    return relax(session, tolerance).evaluation.max_force
-
-
-DISKS = Chart(
-    "disk-minimisers",
-    "Minimisers of disks",
-    "largest force left, ε/d",
-    "force tolerance",
-    "no force at all, to the rounding of a sum of forces, 1e-16; all start from one random start after 30 steps of "
-    "FIRE, and end where their basin takes them. What ends above its tolerance counts as failed",
-    measure_disks,
-)
-
-
 def measure_droplets(seed: int) -> Iterator[Trial]:
     """Measure at both packing fractions, from the loosest tolerance until one is not met."""
     onset = jam("sp", _DROPLETS, seed)
@@ -134,18 +76,6 @@ def _descend_droplets(session: Session, start: Packing, style: str, tolerance: f
     if style in _STYLES:
         return session.minimize(tolerance, style=style, steps=_DROPLET_STEPS).max_force
     return relax(session, tolerance).evaluation.max_force
-
-
-DROPLETS = Chart(
-    "droplet-minimisers",
-    f"Minimisers of {_DROPLETS} droplets",
-    "largest force left, ε/d",
-    "force tolerance",
-    "no force at all, to the rounding of a sum of forces, 1e-14; all start from one minimum whose vertices are moved "
-    "by 0.003 diameters. What ends above its tolerance, after 20 000 steps or where its line search finds no way down, "
-    "counts as failed",
-    measure_droplets,
-)
 
 
 # Codes on jax compile for ten seconds before every packing; with JAX_COMPILATION_CACHE_DIR set to a folder and
@@ -241,18 +171,7 @@ def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[n
     return float(np.sqrt(((moved - moved.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
-CODES = Chart(
-    "other-codes",
-    "One minimum in other codes",
-    "distance, mean diameters",
-    "force tolerance",
-    "jamlab relaxed to a largest force of 1e-14, known to its distance from the state at 1e-13. φ = 0.88; disks moved "
-    f"out of it by {', '.join(f'{jolt:g} (N = {n})' for n, jolt in _JOLT.items())} mean diameters. Packings: "
-    f"{', '.join(f'{m} of N = {n}' for n, m in _PACKINGS.items())}. Times are of a run after the first: compiling and "
-    f"set-up are not counted, notes tell them. A run has {_LIMIT:g} s of CPU time, in steps by the cost of the first "
-    f"{_TRIED}; where it ends then is drawn, for tighter tolerances too",
-    measure_codes,
-    reason="LAMMPS' conjugate gradients are what jamlab starts with; with LAMMPS' own line search they miss the "
-    "tolerance on other starts",
-    seeds=range(20, 0, -1),  # from those of 64 disks alone, since the first one is measured twice
+CHARTS = (
+    Chart("droplet-minimisers", measure_droplets),
+    Chart("other-codes", measure_codes, range(20, 0, -1)),  # from those of 64 disks alone: the first is measured twice
 )

@@ -89,17 +89,6 @@ def relaxed(start: Packing, tolerance: float | None = None) -> Packing:
         return session.packing()
 
 
-SHEAR_MODULUS = Chart(
-    "shear-modulus",
-    "Static shear modulus, with the minimisation before it",
-    "relative error of G",
-    "force: tolerance of the minimum, strain: the first one tried, which is halved while contacts change",
-    "dense pseudo-inverse of the Hessian of the same packing, relaxed to 1e-14 (droplets 1e-12); its error is a tenth "
-    "of what changes from ten times that force",
-    measure_moduli,
-)
-
-
 _SPECTRUM_SIZES = (64, 256)
 _SPECTRUM_PRESSURE = 1e-3
 _OMEGA = np.geomspace(1e-8, 1e2, 31)
@@ -170,17 +159,8 @@ def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Dampi
     return np.array(values), unsure
 
 
-SPECTRUM = Chart(
-    "spectrum",
-    "Complex shear modulus at 31 frequencies over ten decades",
-    "largest relative error of G' or G''",
-    "tolerance at which shifts end, one quiet update; or Krylov steps at a shift",
-    "a sparse factorisation for each frequency, refined with numbers of 64 bits of mantissa until it stands",
-    measure_spectra,
-)
-DROPLET_SPECTRUM = replace(
-    SPECTRUM,
-    name="droplet-spectrum",
-    title=f"Complex shear modulus of {DROPLETS} droplets at ρ = {RHO}, 31 frequencies over ten decades",
-    measure=measure_droplets,
+CHARTS = (
+    Chart("shear-modulus", measure_moduli),
+    Chart("spectrum", measure_spectra),
+    Chart("droplet-spectrum", measure_droplets),
 )

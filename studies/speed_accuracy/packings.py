@@ -67,21 +67,6 @@ def points_of_onsets(trials: pd.DataFrame) -> list[Point]:
     return found
 
 
-ONSET = Chart(
-    "onset-search",
-    f"Search for the onset of {_N} disks",
-    "error of φ at onset",
-    "first step in φ",
-    "compression from φ = 0.2 in steps of 1e-4 all the way, search='paper'. φ_J of a packing is known to 1e-8. Errors "
-    "of the mean are its paired difference and the standard error of that, squares added; the largest standard error "
-    "is what twenty packings leave unknown of any mean",
-    search_onset,
-    average=points_of_onsets,
-    reason="twenty packings do not tell first steps of 0.05 from 0.01; hundreds hold the default to the paper's "
-    "distribution, benchmark_onset.py",
-)
-
-
 _DISKS = 256
 _PRESSURES = (1e-2, 1e-3, 1e-4)
 _FORCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # over the pressure
@@ -148,18 +133,6 @@ def _secant(panel: Panel, pressure: float, seed: int) -> Iterator[Trial]:
         yield Trial(panel.name, "secant in φ", f"miss {miss:g}", *numbers, note=f"{_MOST} minima")
 
 
-PRESSURE = Chart(
-    "pressure-packing",
-    f"Packing {_DISKS} disks at a pressure, from a random start",
-    "relative error of the pressure",
-    "force tolerance, in k d or over the pressure; miss of the pressure at which the secant ends",
-    "the pressure asked for, exact to the rounding of a stress, 1e-16 k",
-    pack_to_pressures,
-    reason="FIRE with a free box right from the quench ends in other packings: over 40 seeds, paired, phi is higher by "
-    "1(2)e-4 at p = 1e-2, 1.5(3)e-3 at 1e-3 and 2.5(4)e-3 at 1e-4; so pack walks there by stages at every pressure",
-)
-
-
 _DROPLETS, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 20, 24)  # of a small droplet
 _FINEST = (24, 32, 48)  # of the reference: with more some packings do not converge
@@ -215,21 +188,6 @@ def _values(disks: Packing, form: str, count: int, ratio: float) -> tuple[Values
     seconds = time.process_time() - began
     free = free_shape(way.nv)  # a polygon is no circle even at rest
     return {key: row[key] - (free if key == "shape" else 0.0) for key in _MEASURED}, seconds, note
-
-
-VERTICES = Chart(
-    "droplet-vertices",
-    f"Contact forms and vertices of {_DROPLETS} droplets at ρ = {_RHO}",
-    "error",
-    "vertices of a small and of a large droplet",
-    "smooth outlines, default contact form, from the same disks: 32 and 48 vertices of a small droplet, carried on by "
-    "the power -2 of their number; z that of 48. Its own error is its distance from what 24 and 32 give so. States of "
-    "the form segment, which has no minima, are those where the search ends",
-    hand_over,
-    seeds=range(1, 25),  # some packings jam beyond rho
-    average=partial(points_of, better=1.0),
-    reason="12 and 17 vertices are those of Boromand et al., by which their tables are met",
-)
 
 
 _PRESSURE = 1e-3
@@ -288,15 +246,9 @@ def _means(size: Array, limit: float, part: float, exponent: float) -> Array:
     return limit + part * size**-exponent
 
 
-MEANS = Chart(
-    "ensemble-means",
-    f"Means over packings of disks at p = {_PRESSURE:g} k",
-    "error of the mean",
-    "number of packings",
-    "limit a of large N, by a + b/N^c through the means of all sizes, c from {:g} to {:g}, with ".format(*_EXPONENTS)
-    + f"{' and '.join(f'{packings} packings of {n}' for n, packings in _LARGE.items())} among them. Its own error is "
-    "that of the fit: a mean known a hundred times better would take ten thousand times as many packings",
-    means_of_sizes,
-    seeds=range(1, 101),
-    average=points_of_means,
+CHARTS = (
+    Chart("onset-search", search_onset, average=points_of_onsets),
+    Chart("pressure-packing", pack_to_pressures),
+    Chart("droplet-vertices", hand_over, range(1, 25), partial(points_of, better=1.0)),  # some jam beyond rho
+    Chart("ensemble-means", means_of_sizes, range(1, 101), points_of_means),
 )

@@ -1,7 +1,5 @@
-"""Maps where droplets fail: parameters, wide rims, few vertices, packing fraction, time steps, broken shapes."""
+"""Maps where droplets fail: line tension and stiffness, wide rims, few vertices, packing fraction, broken shapes."""
 
-from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,28 +7,15 @@ import numpy as np
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.packing.packing import Packing
-from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
-from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import force_tolerance, relax
-from studies.stability.disks import Jolted, jolt, try_fire
 from studies.stability.map import Axis, Map, Trial, balanced, linear_axis, log_axis, worst_of
+from studies.stability.packings import swept
 from studies.stability.plain_physics import plain_packing_fraction
 
-_N = 4
-_LAW = defaults("dp")
-_GAMMA, _KA, _DELTA = (float(_LAW[name]) for name in ("gamma", "ka", "delta"))
+_GAMMA, _KA, _DELTA = (float(defaults("dp")[name]) for name in ("gamma", "ka", "delta"))
 _COVERED = 2e-4  # error of rho that the plain union of outlines leaves room for
-_JOLT = 2e-3  # l
-_LOOSE = 1e-4  # force: kinks keep FIRE above the tolerance of a minimum
-
-
-@lru_cache(maxsize=64)
-def jammed_disks(rho: float, seed: int) -> Packing:
-    """Disks at a true packing fraction, to be handed over."""
-    *_, disks = compress(jam("sp", _N, seed), rho, 0.02)
-    return disks
 
 
 def try_hand_over(disks: Packing, **parameters: Any) -> Trial:
@@ -52,18 +37,6 @@ def collapse(ka: float) -> float:
     nv, params = droplet_params(2)
     c = nv[0] * np.tan(np.pi / nv[0])
     return float(2 * ka * (params["a0"][0] / 3) ** 1.5 / np.sqrt(c))
-
-
-@lru_cache(maxsize=64)
-def jolt_droplets(ka: float, seed: int) -> Jolted:
-    """Relax droplets of an area stiffness and move their vertices a little."""
-    return jolt(to_polygons(jammed_disks(0.88, seed), ka=ka), seed, _JOLT)
-
-
-def try_loose_fire(jolted: Jolted, timestep: float) -> Trial:
-    """FIRE of plain LAMMPS decks with another time step, to the force that it can reach, in any basin."""
-    trial = try_fire(jolted, _LOOSE, timestep)
-    return replace(trial, verdict="converged") if trial.verdict == "another basin" else trial
 
 
 def place_pair(shape: np.ndarray, second: np.ndarray, gap: float, **parameters: Any) -> Packing:
@@ -127,67 +100,26 @@ def large_count(vertices: int) -> int:
     return round(vertices * 17 / 12)
 
 
-_CHECK = "Forces anew from the energy terms, every vertex against every edge in every image; ρ as area of a union."
 _FORMS = ("outline", "segment/smooth", "segment")  # seeds take one after the other
+_RHO = (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99)
 
 MAPS = (
     Map(
-        "droplet-elasticity",
-        f"Droplets: line tension against area stiffness, N = {_N}, ρ = 0.88",
-        log_axis("γ, ε/l", 1e-3, 300.0, _GAMMA),
-        log_axis("kₐ, ε/l⁴", 1.0, 3e4, _KA),
-        2,
-        lambda gamma, ka, seed: try_hand_over(jammed_disks(0.88, seed), gamma=gamma, ka=ka),
-        "Handed over from disks. Where line tension squeezes soft areas to half their size, jamlab refuses.",
-        _CHECK,
-        (lambda ka, seed: collapse(ka), "a free droplet collapses"),
-        elsewhere="contacts change in the hand-over",
+        *("droplet-elasticity", log_axis(1e-3, 300.0, _GAMMA), log_axis(1.0, 3e4, _KA), 2),
+        lambda gamma, ka, seed: try_hand_over(swept(4, 0.88, seed), gamma=gamma, ka=ka),
+        lambda ka, seed: collapse(ka),
     ),
     Map(
-        "droplet-rims",
-        f"Droplets: width of rims against number of vertices, N = {_N}, ρ = 0.88",
-        log_axis("δ, l", 0.01, 1.5, _DELTA),
-        Axis("vertices of a small droplet", (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12),
-        1,
-        lambda delta, nv, seed: try_hand_over(
-            jammed_disks(0.88, seed), delta=delta, nv_small=nv, nv_large=large_count(nv)
-        ),
-        "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",
-        _CHECK,
-        (lambda nv, seed: edge_at_rest(nv), "edge at rest"),
-        elsewhere="contacts change in the hand-over",
+        *("droplet-rims", log_axis(0.01, 1.5, _DELTA), Axis((3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12), 1),
+        lambda delta, nv, seed: try_hand_over(swept(4, 0.88, seed), delta=delta, nv_small=nv, nv_large=large_count(nv)),
+        lambda nv, seed: edge_at_rest(nv),
     ),
     Map(
-        "droplet-density",
-        f"Droplets from disks: packing fraction against line tension, N = {_N}",
-        Axis("ρ", (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99), logarithmic=False),
-        log_axis("γ, ε/l", 0.02, 20.0, _GAMMA),
-        2,
-        lambda rho, gamma, seed: try_hand_over(jammed_disks(rho, seed), gamma=gamma),
-        "Near onset droplets may come loose, near confluence the disks have contacts that droplets have not.",
-        _CHECK,
-        elsewhere="contacts change in the hand-over",
+        *("droplet-density", Axis(_RHO, logarithmic=False), log_axis(0.02, 20.0, _GAMMA), 2),
+        lambda rho, gamma, seed: try_hand_over(swept(4, rho, seed), gamma=gamma),
     ),
     Map(
-        "droplet-timestep",
-        f"FIRE of plain LAMMPS decks, droplets: time step against area stiffness, N = {_N}",
-        log_axis("time step, τ", 1e-3, 10.0, 0.1),
-        log_axis("kₐ, ε/l⁴", 3.0, 3e5, _KA),
-        3,
-        lambda timestep, ka, seed: try_loose_fire(jolt_droplets(ka, seed), timestep),
-        "Converged: forces below 1e-4, since kinks of the contact energy keep FIRE from less.",
-        "Forces anew from the energy terms, every vertex against every edge in every image.",
-        (lambda ka, seed: 2 / np.sqrt(jolt_droplets(ka, seed).stiffnesses[-1]), "$2/\\omega_{\\max}$"),
-    ),
-    Map(
-        "droplet-shapes",
-        "Droplets: broken and awkward shapes beside a regular one",
-        linear_axis("gap between outlines, δ", -1.2, 1.2, count=13),
-        Axis("shape", tuple(shapes())),
-        3,
+        *("droplet-shapes", linear_axis(-1.2, 1.2, count=13), Axis(tuple(shapes())), 3),
         lambda gap, name, seed: try_shape(_FORMS[(seed - 1) % 3], name, gap),
-        "One run for each contact form. Outlines that cross themselves, each other, or run clockwise are refused or "
-        "said to be at no minimum.",
-        "Forces anew from the energy terms, every vertex against every edge in every image.",
     ),
 )

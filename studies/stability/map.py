@@ -1,9 +1,11 @@
 """A stability map: two conditions, the runs at every pair of them, and how they ended."""
 
-from collections.abc import Callable, Iterator
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,6 +36,7 @@ COLOURS = {"converged": GREEN, "another basin": SKY, "stalled": ORANGE, "blew up
 VERDICTS = tuple(COLOURS)
 _CLAIMS = ("converged", "another basin")  # give a number as if it were right
 _FILLED = 0.9  # of a cell, so that cells stand apart
+WORDS: dict[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_name("maps.toml").read_text(encoding="utf-8"))
 LEAD = (
     "Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Converged: met its "
     "tolerance where it should; another basin: met it in another minimum, or on another path; stalled: says that it "
@@ -107,7 +110,6 @@ def worst_of(*trials: Trial) -> Trial:
 class Axis:
     """One condition of a map."""
 
-    label: str  # with its unit
     values: tuple[float | str, ...]  # numbers, or names on an axis without a scale
     default: float | None = None  # jamlab's own, None where it has none
     logarithmic: bool = True  # whether factors count, or differences
@@ -119,50 +121,56 @@ class Axis:
             x, known = np.log(x), np.log(known)
         return np.interp(x, known, np.arange(len(known))) - 0.5 * (x < known[0]) + 0.5 * (x > known[-1])
 
-    def text(self, value: float | str) -> str:
-        """A value as a label."""
-        return value if isinstance(value, str) else f"{value:.3g}"
 
-
-def log_axis(label: str, low: float, high: float, default: float | None = None, count: int = 12) -> Axis:
+def log_axis(low: float, high: float, default: float | None = None, count: int = 12) -> Axis:
     """An axis with equal factors between its values, each rounded to three digits."""
-    return Axis(label, tuple(float(f"{v:.3g}") for v in np.geomspace(low, high, count)), default)
+    return Axis(tuple(float(f"{v:.3g}") for v in np.geomspace(low, high, count)), default)
 
 
-def linear_axis(label: str, low: float, high: float, default: float | None = None, count: int = 12) -> Axis:
+def linear_axis(low: float, high: float, default: float | None = None, count: int = 12) -> Axis:
     """An axis with equal differences between its values, each rounded to four digits."""
-    return Axis(label, tuple(float(f"{v:.4g}") for v in np.linspace(low, high, count)), default, logarithmic=False)
+    return Axis(tuple(float(f"{v:.4g}") for v in np.linspace(low, high, count)), default, logarithmic=False)
+
+
+def text_of(value: float | str) -> str:
+    """A value of a condition as text."""
+    return value if isinstance(value, str) else f"{value:.3g}"
 
 
 @dataclass(frozen=True)
 class Map:
-    """A map before it is measured."""
+    """A map before it is measured; its words stand in `maps.toml`."""
 
     name: str  # of its table and its files
-    title: str  # what it shows, in one line
     # x, y: conditions: x a parameter of a method, y what it works on
     x: Axis
     y: Axis
     seeds: int  # runs at every pair
     attempt: Callable[[Any, Any, int], Trial]  # function of x, y and seed: one run
-    meaning: str  # what the map shows
-    check: str  # what the independent check of every run is
-    # function of y and seed: x where theory puts the boundary; and what that is
-    limit: tuple[Callable[[Any, int], float], str] | None = None
-    elsewhere: str = "another basin"  # what "another basin" is in this map
+    limit: Callable[[Any, int], float] | None = None  # function of y and seed: x where theory puts the boundary
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        """Title, names of both conditions, meaning, check; of some also the limit, and what "another basin" is."""
+        return WORDS[self.name]
+
+    @property
+    def elsewhere(self) -> str:
+        """What "another basin" is in this map."""
+        return self.words.get("elsewhere", "another basin")
 
     @property
     def study(self) -> Study:
         """The map as a study, with one task for each row."""
-        tasks = {self.y.text(y): partial(self.rows, y) for y in self.y.values}
-        return Study(self.name, self.title, tasks, self.draw)
+        tasks = {text_of(y): partial(self.rows, y) for y in self.y.values}
+        return Study(self.name, self.words["title"], tasks, self.draw)
 
     def rows(self, y: float | str) -> Iterator[dict[str, Any]]:
         """Make all runs of one y, and count their verdicts for every x."""
         seeds, limits = range(1, self.seeds + 1), []
         for seed in seeds if self.limit else ():
             with suppress(JamlabError):  # then every run of the seed is refused
-                limits.append(float(self.limit[0](y, seed)))  # type: ignore[index]
+                limits.append(float(self.limit(y, seed)))  # type: ignore[misc]
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
             trials = [attempt(partial(self.attempt, x, y, seed)) for seed in seeds]
@@ -170,16 +178,13 @@ class Map:
 
     def draw(self, tables: EnsembleTables) -> Drawing:
         """Draw the map, and list the conditions at which some run did not converge."""
-        table = tables.read(self.name)
+        table, words = tables.read(self.name), self.words
         shown = table[table["converged"] < table["runs"]].to_dict("records")
         marks = [SILENT if row[SILENT] else max(VERDICTS, key=row.__getitem__) for row in shown]
-        lines = [
-            [self.x.text(row["x"]), self.y.text(row["y"]), *(str(row[v]) for v in VERDICTS), row["note"]]
-            for row in shown
-        ]
-        columns = [self.x.label, self.y.label, *VERDICTS, "worst run"]
+        lines = [[text_of(row["x"]), text_of(row["y"]), *(str(row[v]) for v in VERDICTS), row["note"]] for row in shown]
+        columns = [words["x"], words["y"], *VERDICTS, "worst run"]
         text = TextTable(columns, lines, marks=marks, folded=f"{len(lines)} pairs of conditions in numbers")
-        caption = f"{self.meaning} Check: {self.check} {table['runs'].max()} seeds."
+        caption = f"{words['meaning']} Check: {words['check']} {table['runs'].max()} seeds."
         return Drawing(self.name, failure_figure(self, table), caption, rows=[table], text=[text])
 
 
@@ -205,15 +210,15 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     figure = Figure(figsize=(7.6, 5.6), layout="constrained")
     axes = figure.subplots()
     handles = [*_fill_cells(axes, chart, table), *_draw_limit(axes, chart, table), *_draw_defaults(axes, chart)]
-    for axis, side in ((chart.x, axes.xaxis), (chart.y, axes.yaxis)):
+    for axis, side, name in ((chart.x, axes.xaxis, "x"), (chart.y, axes.yaxis, "y")):
         side.set_ticks(range(len(axis.values)), [tick_text(value) for value in axis.values], fontsize=TICK - 1)
-        side.set_label_text(axis.label, fontsize=LABEL)
+        side.set_label_text(chart.words[name], fontsize=LABEL)
     axes.tick_params(axis="x", rotation=45)
     axes.tick_params(length=0)
     axes.set_xlim(-0.55, len(chart.x.values) - 0.45)
     axes.set_ylim(-0.55, len(chart.y.values) - 0.45)
     axes.spines[:].set_visible(False)
-    axes.set_title(chart.title, fontsize=LABEL)
+    axes.set_title(chart.words["title"], fontsize=LABEL)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=LEGEND, frameon=False)
     return figure
 
@@ -251,7 +256,7 @@ def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
         return []
     places = chart.x.places(limits[rows])
     halo = [withStroke(linewidth=5, foreground="w")]
-    return axes.plot(places, rows, color="black", linewidth=2.2, path_effects=halo, label=chart.limit[1])
+    return axes.plot(places, rows, color="black", linewidth=2.2, path_effects=halo, label=chart.words["limit"])
 
 
 def _draw_defaults(axes: Axes, chart: Map) -> list[Line2D]:

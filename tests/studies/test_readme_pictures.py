@@ -31,7 +31,7 @@ def readme_picture(name):
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
     points = [p for p in chart.average(reference_tables().read(chart.name)) if p.panel != "N = 1024"]
-    return curve_figure(chart.title, chart.error, points)
+    return curve_figure(chart.words["title"], chart.words["error"], points)
 
 
 @readme_picture("where_methods_fail.png")

@@ -16,13 +16,13 @@ from jamlab.protocols.relaxation import relax
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.rounding_error import ROUNDING
-from studies.stability.disks import modulus_trial, packed
 from studies.stability.map import Axis, Map, Trial, log_axis
+from studies.stability.packings import modulus_trial, packed
 from studies.stability.plain_physics import plain_complex_modulus, plain_shear_modulus
 
 _FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot
 _NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
-_PRESSURES = (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2, 5e-2, 0.2)
+_PRESSURES = Axis((1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2, 5e-2, 0.2))
 
 
 def same_contacts(packing: Packing, strain: float) -> bool:
@@ -37,9 +37,8 @@ def same_contacts(packing: Packing, strain: float) -> bool:
 
 def try_strain(packing: Packing, strain: float) -> Trial:
     """G by finite strain, which starts at the strain given and halves it where contacts change."""
-    trial = modulus_trial(packing, float(shear_modulus(packing, "finite-strain", strain=strain)), _FINITE)
-    verdict = "converged" if same_contacts(packing, strain) else "another basin"
-    return Trial(verdict, trial.note, trial.error, trial.allowed)
+    found = float(shear_modulus(packing, "finite-strain", strain=strain))
+    return modulus_trial(packing, found, _FINITE, "converged" if same_contacts(packing, strain) else "another basin")
 
 
 def opening_strain(packing: Packing, *, affine: bool = False) -> float:
@@ -69,12 +68,6 @@ def try_moved(packing: Packing, seed: int, distance: float) -> Trial:
     return Trial("converged", f"G = {found:.3g}", abs(found - _plain_modulus(packing)) / affine, _NEAR)
 
 
-_START = float(defaults("strain")["strain"])
-_CHECK = (
-    "G anew, from a dense Hessian by complex steps of the force law; an error above 1 % of the affine modulus fails."
-)
-
-
 _GOOD = 1e-4  # relative error of G' or G'' beyond which a result counts as failed: it would show in a plot or a fit
 _ESTIMATE = 10.0  # by which an error may exceed the estimate of the solver
 _METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
@@ -97,55 +90,27 @@ def try_spectrum(omega: float, beta: float, pressure: float, seed: int) -> Trial
     return Trial("converged", f"{method}: error {error:.1g}", error, max(_GOOD, _ESTIMATE * estimate))
 
 
-_DENSE_CHECK = "G* anew: dense matrices by complex steps and plain loops, eliminated in extended precision."
-
 MAPS = (
     Map(
-        "strain",
-        "G by finite strain: strain against pressure, N = 16",
-        log_axis("strain to start with", 1e-9, 0.05, _START),
-        Axis("pressure, k", _PRESSURES),
-        2,
+        *("strain", log_axis(1e-9, 0.05, float(defaults("strain")["strain"])), _PRESSURES, 2),
         lambda strain, p, seed: try_strain(packed(16, p, seed), strain),
-        "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
-        "those of rattlers that barely touch do.",
-        _CHECK,
-        # half of the strain goes either way
-        (lambda p, seed: 2 * opening_strain(packed(16, p, seed)), "linear response opens a contact"),
-        elsewhere="contacts change",
+        lambda p, seed: 2 * opening_strain(packed(16, p, seed)),  # half of the strain goes either way
     ),
     Map(
-        "moved",
-        "G by linear response: disks moved off their minimum, N = 16",
-        log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
-        Axis("pressure, k", _PRESSURES),
-        6,
+        *("moved", log_axis(1e-15, 1e-2), _PRESSURES, 6),
         lambda distance, p, seed: try_moved(packed(16, p, seed), seed, distance),
-        "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
-        _CHECK,
         # where the largest force is 1 % of the pressure times the diameter: stiffness is 1
-        (lambda p, seed: LARGEST_IMBALANCE * float(packed(16, p, seed).provenance["pressure"]), "1 % of the overlap"),
+        lambda p, seed: LARGEST_IMBALANCE * float(packed(16, p, seed).provenance["pressure"]),
     ),
     Map(
         "spectrum-frequency",
-        f"G*: frequency against pressure, three solvers, N = {_N}",
-        Axis("ω, 1/τ₁", tuple(float(f"{w:.3g}") for w in np.geomspace(1e-30, 1e30, 16))),
-        Axis("pressure, k", (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)),
-        6,
+        log_axis(1e-30, 1e30, count=16),
+        *(Axis((1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)), 6),
         lambda omega, p, seed: try_spectrum(omega, 1.0, p, seed),
-        "Stalled would be: the solver says that the error of G' or of G'' is above 1e-4.",
-        _DENSE_CHECK,
     ),
     Map(
-        "spectrum-sliding",
-        f"G*: sliding damping against frequency, three solvers, N = {_N}, p = 10⁻³ k",
-        log_axis("β", 1e-16, 1e12, 1.0, count=15),
-        log_axis("ω, 1/τ₁", 1e-8, 1e8),
-        6,
+        *("spectrum-sliding", log_axis(1e-16, 1e12, 1.0, count=15), log_axis(1e-8, 1e8), 6),
         lambda beta, omega, seed: try_spectrum(omega, beta, 1e-3, seed),
-        "Without damping of sliding rotations carry no drag, and with much of it both dampings share 16 digits. "
-        "Stalled: the solver says that the error of G' or of G'' is above 1e-4.",
-        _DENSE_CHECK,
-        (lambda *_: _GOOD / ROUNDING, "rounding leaves 4 digits of drag"),
+        lambda *_: _GOOD / ROUNDING,
     ),
 )

@@ -15,10 +15,9 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.relaxation import force_tolerance
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
-from studies.stability.disks import packed
-from studies.stability.droplets import jammed_disks
-from studies.stability.elastic_moduli import opening_strain
 from studies.stability.map import Axis, Map, Trial, linear_axis, log_axis, worst_of
+from studies.stability.moduli import opening_strain
+from studies.stability.packings import packed, swept
 from studies.stability.plain_physics import (
     plain_complex_modulus,
     plain_drag,
@@ -31,7 +30,6 @@ _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
 _SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one
 _PARTED = 0.01  # of the largest stress: beyond, the last one is that of another path
 _ENERGY = 1e-8  # of the work: stored energy is a difference of two larger ones
-_BACKGROUND = float(defaults("flow.sp")["background"])
 _ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
 _BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
 _NOT_LINEAR = 0.05  # of G*
@@ -45,7 +43,7 @@ _packed = partial(packed, _N, _PRESSURE)  # function of a seed
 @lru_cache(maxsize=32)
 def droplets(seed: int) -> Packing:
     """A few droplets in the place of disks."""
-    return to_polygons(jammed_disks(0.88, seed))
+    return to_polygons(swept(4, 0.88, seed))
 
 
 def try_shear(
@@ -147,85 +145,36 @@ def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
     return found
 
 
-_STEPS = log_axis("step of strain", 1e-3, _STRAIN)
-_RATES = log_axis("rate, 1/τ₁", 1e-3, 2e3)
-_CHECK = (
-    "Stored energy, elastic stress, and of disks under linear drag velocities with their viscous stress, all anew from "
-    "the positions."
-)
+_RATES = log_axis(1e-3, 2e3)
+_PRESSURES = Axis((1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25))
 
 MAPS = (
     Map(
-        "flow-tolerance",
-        f"Start-up of disks: tolerance of steps against rate, N = {_N}",
-        log_axis("tolerance of velocities in a step", 1e-8, 0.3, TOLERANCE),
-        _RATES,
-        2,
+        *("flow-tolerance", log_axis(1e-8, 0.3, TOLERANCE), _RATES, 2),
         lambda tolerance, rate, seed: try_tolerance(_packed(seed), rate, tolerance),
-        f"Another path: the last stress is more than {100 * _PARTED:g} % of the largest one from that of the finest "
-        f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
-        "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
-        _CHECK,
-        (lambda *_: LARGEST_TOLERANCE, "largest tolerance that is taken"),
-        elsewhere="another path",
+        lambda *_: LARGEST_TOLERANCE,
     ),
     Map(
-        "flow-background",
-        f"Start-up of disks: background drag against rate, N = {_N}",
-        log_axis("background drag, kτ₁", 1e-10, 10.0, _BACKGROUND),
-        _RATES,
-        3,
+        *("flow-background", log_axis(1e-10, 10.0, float(defaults("flow.sp")["background"])), _RATES, 3),
         lambda background, rate, seed: try_shear(_packed(seed), rate, background=background),
-        "Without background some motion costs hardly any drag; refused where it outruns every step.",
-        _CHECK,
     ),
     Map(
-        "flow-power",
-        f"Start-up of disks: power of the drag law against rate, N = {_N}",
-        linear_axis("α", 0.34, 1.0, 1.0),
-        _RATES,
-        3,
+        *("flow-power", linear_axis(0.34, 1.0, 1.0), _RATES, 3),
         lambda alpha, rate, seed: try_shear(_packed(seed), rate, alpha=alpha),
-        "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
-        _CHECK,
-        (lambda *_: LEAST_ALPHA, "least power that is taken"),
+        lambda *_: LEAST_ALPHA,
     ),
     Map(
-        "flow-droplets",
-        "Start-up of droplets: tolerance of steps against rate, N = 4",
-        log_axis("tolerance of velocities in a step", 1e-5, 0.3, TOLERANCE),
-        log_axis("rate, 1/τ₁", 1e-2, 2e3),
-        3,
+        *("flow-droplets", log_axis(1e-5, 0.3, TOLERANCE), log_axis(1e-2, 2e3), 3),
         lambda tolerance, rate, seed: try_shear(droplets(seed), rate, tolerance),
-        "Stalled: more than 2 % of the work is neither stored nor lost, and the run shows it.",
-        _CHECK,
     ),
     Map(
-        "oscillation-amplitude",
-        f"Oscillation of disks: amplitude against frequency, N = {_N}",
-        log_axis("amplitude of the strain", 1e-7, 0.3),
-        log_axis("ω, 1/τ₁", 1e-3, 300.0),
-        2,
+        *("oscillation-amplitude", log_axis(1e-7, 0.3), log_axis(1e-3, 300.0), 2),
         lambda amplitude, omega, seed: try_oscillation(_packed(seed), omega, amplitude),
-        f"Not linear: the first harmonic is more than {100 * _NOT_LINEAR:g} % off G*, since contacts open.",
-        "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
-        "stress at the end.",
-        (
-            lambda omega, seed: opening_strain(_packed(seed), affine=True),
-            "linear response opens a contact",
-        ),
-        elsewhere="not linear",
+        lambda omega, seed: opening_strain(_packed(seed), affine=True),
     ),
     Map(
-        "quasistatic-step",
-        f"Quasi-static shear to a strain of {_STRAIN}: step against pressure, N = {_N}",
-        _STEPS,
-        Axis("pressure, k", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
-        2,
+        *("quasistatic-step", log_axis(1e-3, _STRAIN), _PRESSURES, 2),
         lambda step, pressure, seed: try_quasistatic(packed(_N, pressure, seed), step),
-        f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
-        f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
-        "Forces and elastic stress at the end, anew from the positions.",
-        (lambda pressure, seed: opening_strain(packed(_N, pressure, seed)), "linear response opens a contact"),
+        lambda pressure, seed: opening_strain(packed(_N, pressure, seed)),
     ),
 )
