@@ -1,6 +1,7 @@
 """What the documentation must hold: every style has its page, every link its target, the map all functions."""
 
 import ast
+import json
 import re
 from pathlib import Path
 
@@ -96,12 +97,24 @@ def test_the_map_of_the_package_names_everything_that_can_be_called():
     assert len(jamlab.__doc__.splitlines()) <= 30
 
 
+def first_script():
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    return script
+
+
 @pytest.mark.slow
 def test_the_first_script_of_the_readme_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    exec(script, {})
+    exec(first_script(), {})
     assert jamlab.read("dense.h5").converged and (tmp_path / "page.html").stat().st_size > 1e4
+
+
+def test_the_notebook_holds_the_first_script():
+    """What else it has installs the package or draws a result."""
+    cells = json.loads((ROOT / "docs" / "examples" / "first_script.ipynb").read_text(encoding="utf-8"))["cells"]
+    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code").splitlines()
+    more = [line for line in code if line.startswith("%pip install") or line.endswith(".plot();")]
+    assert [line for line in code if line and line not in more] == [line for line in first_script().splitlines() if line]
 
 
 def test_the_library_knows_its_evidence_by_no_word():
