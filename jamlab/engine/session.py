@@ -30,14 +30,13 @@ from jamlab.engine.installation import check_lammps, start_lammps
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
+from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
-from jamlab.packing.neighbors import shortest_images
-from jamlab.packing.outlines import refuse_crossings, self_crossings
-from jamlab.packing.packing import MINIMUM, Packing
+from jamlab.packing.outlines import self_crossings
+from jamlab.packing.packing import MINIMUM, Model, Packing
 from jamlab.packing.quantities import ENERGY, FORCE, STRESS
 from jamlab.packing.short_repr import short_repr
 
-_AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from its own
@@ -153,14 +152,14 @@ class Session:
         self._lmp.close()
 
     @property
-    def model(self) -> str:
-        """ "sp" or "dp"."""
-        return self._packing.model
+    def kind(self) -> Model:
+        """Model of the packing."""
+        return self._packing.kind
 
     @property
-    def springs(self) -> bool:
-        """Whether contact forces grow in proportion to overlaps."""
-        return self._packing.law.springs
+    def law(self) -> PairLaw:
+        """Law of its contacts."""
+        return self._packing.law
 
     @property
     def size(self) -> int:
@@ -243,26 +242,26 @@ class Session:
             steps: iterations at most; force evaluations at most ten times as many.
             stretch: iterations after which the minimiser starts anew, by default never. FIRE's only brake is that the
                 power of all forces together turns negative; in large packings soft modes then swing for long.
-            border: FIRE over disks: strains that the box takes as well, by default none. A box of less than three
-                diameters keeps its shape.
-            fire: FIRE over disks: numbers of the method, default those of decks, by which LAMMPS descends
-                where the box is too small for the kernel.
+            border: FIRE in the kernel: strains that the box takes as well, by default none.
+            fire: FIRE in the kernel: numbers of the method, default those of decks, by which LAMMPS descends as well
+                where the kernel takes neither the law nor a box less than three diameters wide.
 
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
 
         Raises:
-            InputError: `border` or `fire` for droplets or another style, which would not use them.
+            InputError: `border` or `fire` where they would not be used: another style, or a law or a box that the
+                kernel does not take.
         """
-        for name, given in (("border", border), ("fire", fire)):
-            if given is not None and (style != "fire" or self.model != "sp"):
-                raise InputError(
-                    f"{name}: style = {style!r} of model {self.model!r} does not use it; leave it out, or minimise "
-                    "disks with style='fire'"
-                )
+        by_kernel = style == "fire" and self.law.kernel_arguments() is not None
+        if (border is not None or fire is not None) and not by_kernel:
+            raise InputError(
+                f"border, fire: style = {style!r} of these {self.kind.particles} does not use them; leave them out, or "
+                "minimise disks that repel by a power law with style='fire'"
+            )
         stretch = min(stretch or steps, steps)
         component = COMPONENT * force
-        if style == "fire" and self.model == "sp":
+        if by_kernel:
             found = minimize_disks(self._state(), force, steps, stretch, self._ranks, border, fire)
             if found is not None:
                 packing, taken = found
@@ -273,6 +272,8 @@ class Session:
                 else:
                     self.load(packing)
                 return self.evaluate()
+            if border is not None or fire is not None:
+                raise InputError(f"border, fire: box {self._packing.box.tolist()} is less than three diameters wide")
         if self._ranks > 1 and not types(self._packing).classes:  # decks take a size from its type
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
             self.set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
@@ -374,7 +375,7 @@ class Session:
         table, kind = types(packing), packing.kind
         section = section_of_sizes(packing, table)
         settings = kind.lammps_variables(packing)
-        settings |= {"out": packing.model, "of_python": "yes", "skin": defaults(f"{packing.model}.minimum")["skin"]}
+        settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
             settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
@@ -392,7 +393,7 @@ class Session:
             write_data(file, packing)
             with _plain_name(file) as name:
                 self.set_variables(settings | {"data": name})
-                self.command(f'include "{deck(f"parts/{packing.model}")}"')
+                self.command(f'include "{deck(f"parts/{kind.name}")}"')
         self.command("thermo 1")  # so that energy and virial are summed at every step
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
@@ -435,8 +436,7 @@ def evaluate(packing: Packing) -> Evaluation:
         >>> round(e.pressure, 8), e.forces.shape, e.max_force < 1e-11
         (0.01, (32, 2), True)
     """
-    if packing.model == "dp":
-        refuse_crossings(packing)
+    packing.kind.points(packing)  # refuses outlines that cross
     with Session(packing) as session:
         found = session.evaluate()
     if not np.isfinite(found.pressure + found.max_force):
@@ -469,24 +469,7 @@ def _check_fits(packing: Packing) -> None:
             "stress: LAMMPS takes one near them; give `natural_scales(packing).to_natural(packing)` of "
             "jamlab.packing.natural_units"
         )
-    if packing.model == "dp":
-        _check_edges(packing)
-        return
-    order = np.lexsort(packing.positions.T)
-    if len(same := np.flatnonzero((np.diff(packing.positions[order], axis=0) == 0).all(axis=1))):
-        i, j = sorted(order[same[0] : same[0] + 2])
-        raise EngineError(f"disks {i} and {j} lie in one place; move one of them")
-
-
-def _check_edges(packing: Packing) -> None:
-    """Refuse an edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
-    edges = packing.edges
-    if (wrong := np.flatnonzero(shortest_images((1 + _AT_HALF) * edges, packing.box).any(axis=1))).size:
-        raise EngineError(
-            f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
-            f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "
-            "another image of its end: use a larger box, such as two periods of it, or more vertices per polygon"
-        )
+    packing.kind.check_for_lammps(packing)
 
 
 @contextmanager

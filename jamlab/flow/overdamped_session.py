@@ -19,7 +19,6 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.contact_network import count_pressing
 from jamlab.packing.natural_units import unit_scales
-from jamlab.packing.outlines import refuse_crossings
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -114,8 +113,7 @@ class OverdampedSession:
         check_flowing(damping, tolerance, background)
         if length is not None:
             _refuse_endless(packing, damping, background, length)
-        if packing.model == "dp":
-            refuse_crossings(packing)
+        packing.kind.points(packing)  # refuses outlines that cross
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
@@ -197,7 +195,7 @@ class OverdampedSession:
             if now == _LOOK and state.time < end * (1 - 1e-12):
                 self._check_pace(before, state)
             self._check_length(state)
-        return self._counted(state if self._session.model == "sp" else self._corrected(state))
+        return self._counted(self._corrected(state) if self._session.kind.deforms else state)
 
     def _counted(self, state: FlowState) -> FlowState:
         """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets."""

@@ -12,15 +12,11 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.packing.derived import per_packing
+from jamlab.packing.law_parameters import LEAST_CONTACTS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
-
-# A particle held by fewer forces than this is not in stable equilibrium: two forces balance only on one line. Boromand
-# et al. say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts,
-# written again because analysis reads no deck; tests/engine/test_decks.py compares the two.
-LEAST_CONTACTS = 3
 
 # Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.versions; files of flows hold it too.
 # In 2 contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices on edges in flows.
@@ -30,7 +26,7 @@ CONTACTS_DEFINITION = 3
 def find_rattlers(
     pairs: NDArray[np.int64], suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Remove particles with fewer than three contacts, again and again, until all others have three or more. `pairs`:
+    """Remove particles with too few contacts, again and again, until all others have enough. `pairs`:
     (m, 2) particles that touch; `suspects`: (n,) particles that may rattle; the others count as held; `least`: contacts
     of a particle that is held. Returns (n,) rattlers, and (m,) contacts that bear force, those between two particles
     that do not rattle."""
@@ -121,7 +117,8 @@ class Contacts:
     @property
     def loose(self) -> bool:
         """Whether every particle rattles, contacts below `min_force` counted too: the packing is not jammed."""
-        return bool(find_rattlers(self.pairs, np.ones(self.packing.n, dtype=bool))[0].all())
+        every = np.ones(self.packing.n, dtype=bool)
+        return bool(find_rattlers(self.pairs, every, self.packing.law.least_contacts)[0].all())
 
     @property
     def z(self) -> float:
@@ -209,7 +206,7 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
         return found
     size = found.forces.size
     counted = size * len(size) >= min_force * size.sum()
-    rattlers, bearing = find_rattlers(found.pairs[counted], np.ones(packing.n, dtype=bool))
+    rattlers, bearing = find_rattlers(found.pairs[counted], np.ones(packing.n, dtype=bool), packing.law.least_contacts)
     counted[counted] = bearing
     return replace(found, rattlers=rattlers, bearing=counted)
 
@@ -219,7 +216,8 @@ def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDAr
     """First five attributes of `Contacts`, whatever their force."""
     near = packing.kind.pairs(packing)
     pairs = np.column_stack([near.i, near.j])
-    return pairs, *find_rattlers(pairs, np.ones(packing.n, dtype=bool)), near.r, near.shift
+    rattlers, bearing = find_rattlers(pairs, np.ones(packing.n, dtype=bool), packing.law.least_contacts)
+    return pairs, rattlers, bearing, near.r, near.shift
 
 
 STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops of sliding droplets, see quantities.md

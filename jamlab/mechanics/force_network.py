@@ -75,7 +75,7 @@ def without_load(packing: Packing) -> Mask:
     """(n,) rattlers, but for the droplets that bear a load between two contacts. Two forces hold a disk on one line
     only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of
     balance. A load below the imbalance that is allowed is left out as before."""
-    network, least = contacts(packing), packing.kind.least_bearing
+    network, least = contacts(packing), packing.kind.least_bearing(packing)
     rattlers = network.rattlers
     squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least)[0]
     if not squeezed.any():

@@ -81,7 +81,7 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     network, kind = contacts(packing), packing.kind
-    rattlers, bearing = find_rattlers(network.pairs, np.ones(packing.n, dtype=bool), kind.least_bearing)
+    rattlers, bearing = find_rattlers(network.pairs, np.ones(packing.n, dtype=bool), kind.least_bearing(packing))
     if rattlers.all():
         return np.zeros((0, 0)), 0, 0
     loose, rows = np.repeat(rattlers, kind.motions), kind.rigidity(packing)

@@ -9,14 +9,14 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import check_positive, finite_array
-from jamlab.errors import InputError
+from jamlab.errors import EngineError, InputError
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_cells, fraction_by_pairs
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.polygon_boundary import trace_disks
 from jamlab.models.pair_laws import PowerLaw
-from jamlab.packing.law_parameters import Parameter, check_magnitudes
+from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing, UnitNames
 from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
@@ -30,7 +30,8 @@ class Disks:
     size_name = "diameter"
     size_label = "diameter"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("σ", "ε/σ", "ε/σ²"), "k": UnitNames("d", "k d", "k")}
-    least_bearing = 3  # contacts of a disk that may bear load
+    descent = "disks"
+    deforms = False
     motions = 2  # of a rigid particle: no contact holds a disk from turning
     atom_style = "atomic"
     size_column = "diameter"
@@ -62,8 +63,8 @@ class Disks:
         check_magnitudes(packing.box, packing.positions, diameters)
         return {"diameters": diameters}
 
-    def law(self, params: Mapping[str, Any]) -> PowerLaw:
-        return PowerLaw.of(params)
+    def law(self, packing: Packing) -> PairLaw:
+        return PowerLaw.of(packing.params)
 
     def sizes(self, packing: Packing) -> Array:
         return diameters(packing)
@@ -94,6 +95,9 @@ class Disks:
         _, r, distance, s = _touching(packing)
         push = -packing.law(s, distance)[1]
         return ContactForces(per_length(push, distance)[:, None] * r, distance - s)
+
+    def least_bearing(self, packing: Packing) -> int:
+        return packing.law.least_contacts
 
     def loads(self, packing: Packing) -> Array:
         return np.zeros(packing.n)
@@ -157,8 +161,14 @@ class Disks:
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
 
+    def check_for_lammps(self, packing: Packing) -> None:
+        order = np.lexsort(packing.positions.T)
+        if len(same := np.flatnonzero((np.diff(packing.positions[order], axis=0) == 0).all(axis=1))):
+            i, j = sorted(order[same[0] : same[0] + 2])
+            raise EngineError(f"disks {i} and {j} lie in one place; move one of them")
+
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
-        return PowerLaw.of(packing.params).lammps_variables()
+        return packing.law.lammps_variables()
 
     def dump_columns(self, packing: Packing) -> dict[str, Array]:
         return {"radius": 0.5 * diameters(packing)}

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import check_positive, finite_array
-from jamlab.errors import InputError, SelfCrossingError
+from jamlab.errors import EngineError, InputError, SelfCrossingError
 from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_droplets
 from jamlab.geometry.rims import rims, shared_areas
@@ -23,7 +23,7 @@ from jamlab.geometry.vertex_contacts import name_pairs, pair_polygons, vertex_co
 from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.models.pair_laws import RimLaw
 from jamlab.packing.law_parameters import CONTACT_FORMS, Parameter, check_magnitudes
-from jamlab.packing.neighbors import Pairs
+from jamlab.packing.neighbors import Pairs, shortest_images
 from jamlab.packing.outlines import cross, polygon_areas, self_crossings
 from jamlab.packing.packing import Packing, UnitNames
 from jamlab.packing.terms import ContactJacobian, Terms, central_block, pair_terms, spread
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
 _SAME = 1e-7  # directions and levers of one contact, seen from both sides, in mean sizes
+_AT_HALF = 1e-9  # relative: an edge as long as its way to another image of its end, but for rounding, is refused too
 _PARAMETERS = {
     "gamma": Parameter(energy=1, length=-1, may_vanish=True),  # line tension
     "ka": Parameter(energy=1, length=-4),  # area elasticity
@@ -52,12 +53,13 @@ class Droplets:
     size_name = "rest area"
     size_label = r"$\sqrt{a_0}$"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
-    least_bearing = 2  # contacts of a droplet that may bear load: its flats hold it between two opposite ones
     motions = 3
     atom_style = "molecular"
     size_column = "a0"
     sizes_by_atom = True
     least_force = 1e-13
+    descent = "droplets"
+    deforms = True
     points = staticmethod(vertex_contacts)
     boundary = staticmethod(trace_polygons)
     cover = staticmethod(cover_by_droplets)
@@ -95,8 +97,8 @@ class Droplets:
             raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
 
-    def law(self, params: Mapping[str, Any]) -> RimLaw:
-        return RimLaw(float(params["eps"]), float(params["delta"]))
+    def law(self, packing: Packing) -> RimLaw:
+        return RimLaw(float(packing.params["eps"]), float(packing.params["delta"]))
 
     def sizes(self, packing: Packing) -> Array:
         return np.asarray(np.sqrt(packing.params["a0"]))
@@ -132,6 +134,9 @@ class Droplets:
         closest = np.full(len(pairs), np.inf)
         np.minimum.at(closest, row, distance)
         return ContactForces(vectors, closest - delta)
+
+    def least_bearing(self, packing: Packing) -> int:
+        return 2  # the flats of a droplet hold it between two opposite ones
 
     def loads(self, packing: Packing) -> Array:
         load, found = np.zeros(packing.n), vertex_contacts(packing)
@@ -220,6 +225,16 @@ class Droplets:
         return fills, edges
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
+
+    def check_for_lammps(self, packing: Packing) -> None:
+        """An edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
+        edges = packing.edges
+        if (wrong := np.flatnonzero(shortest_images((1 + _AT_HALF) * edges, packing.box).any(axis=1))).size:
+            raise EngineError(
+                f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
+                f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "
+                "another image of its end: use a larger box, such as two periods of it, or more vertices per polygon"
+            )
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         return {"law": "eps"} | {name: packing.params[name] for name, each in _PARAMETERS.items() if not each.each}

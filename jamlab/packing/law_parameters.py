@@ -82,9 +82,16 @@ class Parameter:
                 )
 
 
+# A particle held by fewer forces that push is not in stable equilibrium: two balance only on one line. Boromand et al.
+# say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, written again
+# because analysis reads no deck; tests/engine/test_decks.py compares the two.
+LEAST_CONTACTS = 3
+
+
 class PairLaw(ABC):
     """What every law of a contact can be asked, so that nobody needs to ask which one it is."""
 
+    least_contacts: ClassVar[int] = LEAST_CONTACTS  # that hold a particle
     parameters: ClassVar[Mapping[str, Parameter]]  # beside the strength that the units name; declared here alone
 
     @abstractmethod
@@ -94,7 +101,7 @@ class PairLaw(ABC):
 
     @property
     def range(self) -> float:
-        """How far beyond contact the law acts; 0 for pure repulsion, whose cutoff is the contact itself."""
+        """How far beyond contact the law acts and pulls; 0 for pure repulsion, whose cutoff is the contact itself."""
         return 0.0
 
     def drag_stiffness(self, contact: Array, distance: Array) -> Array:
@@ -105,6 +112,14 @@ class PairLaw(ABC):
     def springs(self) -> bool:
         """Whether the force grows in proportion to the overlap."""
         return True
+
+    def stiffness_at(self, pressure: float) -> float:
+        """Typical stiffness of contacts over the strength at a pressure, lengths in the unit of length."""
+        return 1.0
+
+    def lammps_variables(self) -> dict[str, object]:
+        """Variables by which a deck knows the law."""
+        return {}
 
     def kernel_arguments(self) -> tuple[float, int, float] | None:
         """What the compiled FIRE of disks takes; None where it does not know the law, and LAMMPS minimises alone."""

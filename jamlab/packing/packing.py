@@ -50,10 +50,11 @@ class Model(Protocol):
     size_name: str
     size_label: str  # of a scale of colours
     unit_names: Mapping[str, UnitNames]  # by `Packing.units`
-    least_bearing: int  # contacts of a particle that may bear load
     motions: int  # of a rigid particle
     least_force: float  # that rounding leaves at a minimum, over the energy of the law and the mean size
     fraction_methods: Mapping[str, Callable[[Packing], float]]  # of `packing_fraction`
+    descent: str  # first-order steps, see `jamlab.protocols.relaxation`
+    deforms: bool  # whether particles have a shape, which may rest on corners, where a minimum has no Hessian
     atom_style: str  # of LAMMPS; molecular ones have bonds
     size_column: str  # name of the property of atoms that holds the size
     sizes_by_atom: bool  # whether data files always hold it
@@ -61,7 +62,7 @@ class Model(Protocol):
     # state
     def parameters(self, units: str) -> dict[str, Parameter]: ...  # of the force law, declared once
     def checked(self, packing: Packing) -> dict[str, Any]: ...  # attributes as kept; refuses what is no state
-    def law(self, params: Mapping[str, Any]) -> PairLaw: ...  # of its contacts
+    def law(self, packing: Packing) -> PairLaw: ...  # of its contacts
     def sizes(self, packing: Packing) -> Array: ...  # (n,) whose mean is the unit of length in packings of jamlab
     def rest_areas(self, packing: Packing) -> Array: ...  # (n,) of single particles, rims left out
     def free_area(self, packing: Packing) -> float: ...  # of all undeformed particles, rims included
@@ -72,6 +73,7 @@ class Model(Protocol):
     def points(self, packing: Packing, /) -> Any: ...  # what presses on what, sites by number
     def pairs(self, packing: Packing) -> Pairs: ...  # particles i <= j that press on each other
     def contact_forces(self, packing: Packing) -> Any: ...  # `ContactForces`, force and gap of every pair
+    def least_bearing(self, packing: Packing) -> int: ...  # contacts of a particle that may bear load
     def loads(self, packing: Packing) -> Array: ...  # (n,) largest push on each particle that two contacts may hold
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]: ...  # of the potential energy
     def shape_terms(self, packing: Packing) -> list[Terms]: ...  # those that need no contact
@@ -90,6 +92,7 @@ class Model(Protocol):
     def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]: ...  # to fill and to outline, as stored
 
     # LAMMPS
+    def check_for_lammps(self, packing: Packing) -> None: ...  # refuses what LAMMPS would take for something else
     def type_sizes(self, packing: Packing) -> Array: ...  # (n,) by which particles have types
     def lammps_variables(self, packing: Packing) -> dict[str, object]: ...  # of the deck that holds the force law
     def dump_columns(self, packing: Packing) -> dict[str, Array]: ...  # of which each particle has its own value
@@ -269,7 +272,7 @@ class Packing:
     @per_packing
     def law(self) -> PairLaw:
         """The law of its contacts."""
-        return self.kind.law(self.params)
+        return self.kind.law(self)
 
     @property
     def unit_names(self) -> UnitNames:

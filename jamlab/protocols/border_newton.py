@@ -26,6 +26,7 @@ from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import factorise
+from jamlab.protocols.relaxation import load
 from jamlab.protocols.solver_settings import SOLVERS, BorderSettings, SolverSettings
 
 
@@ -80,7 +81,7 @@ def descend_with_box(
     model: Model | None = None
     size = mean_size(packing)
     for _ in range(numbers.steps if steps is None else steps):
-        noise = stress_noise(packing, state.pressure, numbers)
+        noise = stress_noise(packing, state, numbers)
         at_rest, excess = state.max_force <= tolerance, border.excess(state.stress)
         if (at_rest and excess <= noise) or shift > numbers.last_shift:
             break
@@ -109,9 +110,9 @@ def descend_with_box(
     return taken
 
 
-def stress_noise(packing: Packing, pressure: float, settings: BorderSettings = SOLVERS.border) -> float:
-    """Unbalanced stress below which a packing counts as balanced: 1e-12 of the pressure, or what rounding leaves."""
-    return max(settings.digits * pressure, settings.rounding * stiffness_scale(packing))
+def stress_noise(packing: Packing, state: Evaluation, settings: BorderSettings = SOLVERS.border) -> float:
+    """Unbalanced stress below which a packing counts as balanced: 1e-12 of its load, or what rounding leaves."""
+    return max(settings.digits * load(packing, state), settings.rounding * stiffness_scale(packing))
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:
 def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float, settings: SolverSettings) -> bool:
     """Whether forces are balanced, and stress as well where anything is held."""
     excess = border.excess(state.stress)
-    noise = stress_noise(packing, state.pressure, settings.border)
+    noise = stress_noise(packing, state, settings.border)
     balanced = excess <= settings.box_relaxation.balanced * noise
     return state.max_force <= tolerance and (balanced or contacts(packing).loose)
 

@@ -5,7 +5,6 @@ negative. At a minimum over both shears of the box as well, G is positive in eve
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
-from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, relax
+from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax
 from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSettings
 
 
@@ -29,7 +28,6 @@ from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSe
 class Ensemble:
     """What the box of packings does while they are relaxed at a packing fraction; called as `relax` is."""
 
-    relax: Minimizer
     shears: Array  # (m, 2, 2) strains of no area that it takes
 
     @property
@@ -37,16 +35,26 @@ class Ensemble:
         """Whether the box is sheared until no shear stress is left."""
         return len(self.shears) > 0
 
-    def __call__(self, session: Session, tolerance: float | None = None, **how: Any) -> Relaxed:
-        """Relax the packing in a session."""
-        return self.relax(session, tolerance, **how)
+    def __call__(
+        self,
+        session: Session,
+        tolerance: float | None = None,
+        *,
+        near: bool = False,
+        least_pressure: float = 0.0,
+        settings: SolverSettings = SOLVERS,
+    ) -> Relaxed:
+        """Relax the packing in a session; one that shears is given up where its pressure falls below the least."""
+        if not self.may_shear:
+            return relax(session, tolerance, near=near, settings=settings)
+        return relax_with_box_shear(session, tolerance, near=near, least_pressure=least_pressure, settings=settings)
 
 
 def minimizer(ensemble: str) -> Ensemble:
     """The ensemble of a name: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no
     shear stress is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012))."""
     check_choice("ensemble", ensemble, ENSEMBLES)
-    return Ensemble(relax, SHEARS[:0]) if ensemble == "fixed-box" else Ensemble(relax_with_box_shear, SHEARS)
+    return Ensemble(SHEARS[:0] if ensemble == "fixed-box" else SHEARS)
 
 
 def shear_stress(state: Evaluation) -> float:
@@ -74,7 +82,8 @@ def relax_with_box_shear(
         session: is left in the minimum; without contacts it is left where contacts were lost.
         tolerance: see `relax`.
         near: see `relax`.
-        least_pressure: see `relax`.
+        least_pressure: give up a packing whose pressure falls below this on the way; the last digits of one that just
+            loses its contacts cost most.
         settings: numbers of the solvers.
 
     Returns:
@@ -82,8 +91,8 @@ def relax_with_box_shear(
         leaves; droplets: 1e-8, or as low as the forces left allow, largest force over particle size. A packing that
         comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
     """
-    if session.model == "sp":
-        force = force_tolerance("sp") if tolerance is None else tolerance
+    if not session.kind.deforms:
+        force = force_tolerance(session.kind.name) if tolerance is None else tolerance
         return relax_disks_and_box(
             session, Border(SHEARS), force, near=near, least_pressure=least_pressure, settings=settings
         )
@@ -94,7 +103,7 @@ def _shear_droplets(
     session: Session, tolerance: float | None, near: bool, least_pressure: float, settings: SolverSettings
 ) -> Relaxed:
     numbers = settings.box_shear
-    found = relax(session, tolerance, near=near, least_pressure=least_pressure, settings=settings)
+    found = relax(session, tolerance, near=near, settings=settings)
     radius = curvature = None
     last = np.inf
     for _ in range(numbers.steps):
@@ -119,7 +128,7 @@ def _shear_droplets(
             radius = numbers.reach * state.pressure / stiffness
         step, length = _step(work, curvature, radius, numbers)
         session.load(follow_box(packing, np.einsum("a,aij->ij", step, PURE_SHEARS), tensor))
-        trial = relax(session, tolerance, near=True, least_pressure=least_pressure, settings=settings)
+        trial = relax(session, tolerance, near=True, settings=settings)
         gained = 0.5 * (work + shear_work(trial.evaluation)) @ step
         predicted = work @ step - 0.5 * step @ curvature @ step
         curvature = _secant(curvature, step, work - shear_work(trial.evaluation), numbers.softest)

@@ -19,7 +19,6 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import pressure, pressure_of
-from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
 from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
@@ -197,7 +196,7 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
 
 def _force_tolerance(packing: Packing) -> float:
     """Largest force left, smaller where contacts are softer than springs: the same force moves those farther."""
-    softness = 1.0 if packing.law.springs else power_law(packing).stiffness_at(pressure(packing))
+    softness = packing.law.stiffness_at(pressure(packing))
     return packing.kind.least_force * max(1.0, _typical_force(packing)) * softness
 
 

@@ -122,6 +122,8 @@ def jam(
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
     placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
+    if placed.law.range:
+        raise InputError("onset is where the energy of contacts vanishes, and these pull: use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
         "protocol_version": ONSET_PROTOCOL[model if placed.law.springs else "stiffening"],

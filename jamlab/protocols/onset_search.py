@@ -121,9 +121,9 @@ class OnsetSearch(Approach[SearchState]):
         """A bounded effort at another packing fraction."""
         self.session.load(at_phi(start.packing, phi))
         tolerance = (
-            self.tolerance if self.session.model == "sp" else max(self.tolerance, self.settings.onset.search_tolerance)
+            max(self.tolerance, self.settings.onset.search_tolerance) if self.session.kind.deforms else self.tolerance
         )
-        if not self.session.springs:  # softer and softer, loose disks need ever longer to part altogether
+        if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
             tolerance = max(
                 tolerance,
                 power_law(start.packing).force_at(self.settings.onset.loose_energy * self.protocol["u_contact"]),
@@ -134,7 +134,7 @@ class OnsetSearch(Approach[SearchState]):
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
-        if self.session.model == "dp" and not self.relax_state.may_shear:
+        if self.session.kind.deforms and not self.relax_state.may_shear:
             found = settle(self.session, self.settings.onset.loose_tolerance, settings=self.settings)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self.measure(Relaxed(found, self.settings.onset.loose_tolerance, False, 0))
@@ -143,7 +143,7 @@ class OnsetSearch(Approach[SearchState]):
     def _relax(self, near: bool = False) -> Relaxed:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         start = self.session.packing()
-        sheared = start.model == "dp" and self.relax_state.may_shear
+        sheared = start.kind.deforms and self.relax_state.may_shear
         least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else 0.0
         return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
 

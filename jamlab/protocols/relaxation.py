@@ -9,9 +9,7 @@ the way; FIRE and Newton steps help where it stalls.
 import logging
 from collections.abc import Callable
 from dataclasses import astuple, dataclass, replace
-from typing import Protocol
-
-import numpy as np
+from typing import Any, Protocol
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number
@@ -20,10 +18,11 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
-from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.factors import PositiveSolver
+from jamlab.mechanics.force_network import force_scale
 from jamlab.mechanics.stiffness import hessian
-from jamlab.models.pair_laws import power_law
+from jamlab.packing.natural_units import mean_size
+from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
@@ -46,21 +45,6 @@ class Relaxed:
     off_saddles: bool = False  # whether it is known to be no saddle, or to be held by what its Hessian leaves out
 
 
-class Minimizer(Protocol):
-    """What `relax` and `relax_with_box_shear` have in common."""
-
-    def __call__(
-        self,
-        session: Session,
-        tolerance: float | None = None,
-        *,
-        near: bool = False,
-        least_pressure: float = 0.0,
-        settings: SolverSettings = SOLVERS,
-    ) -> Relaxed:
-        """Minimise the packing in a session, see `relax`."""
-
-
 def force_tolerance(model: str) -> float:
     """Largest force at a minimum by default, in units of the packing: `force` of `*.minimum.parameters`."""
     return float(defaults(f"{model}.minimum")["force"])
@@ -79,15 +63,7 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0, settings: 
     """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most. `session`: is
     left in the state reached; `tolerance`: on the largest force; `loose`: DP: give up a packing whose contact energy
     per vertex is below this when forces are nearly gone; `settings`: numbers of the solvers."""
-    if session.model == "sp":
-        return _descend_disks(session, tolerance, 0, 0.0, settings.relaxation)
-    state = _descend_preconditioned(
-        session, tolerance, settings.relaxation.settle_steps, settings, loose * session.size
-    )
-    if state.max_force > tolerance and not _loose(session, state.max_force, loose * session.size, settings.relaxation):
-        descend_by_newton(session, tolerance, settings=settings.newton)
-        state = session.evaluate()
-    return state
+    return descent_of(session).settle(session, tolerance, loose, settings)
 
 
 def relax(
@@ -95,33 +71,23 @@ def relax(
     tolerance: float | None = None,
     *,
     near: bool = False,
-    least_pressure: float = 0.0,
     settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box. `session`: is left in the minimum; `tolerance`: on
     the largest force; default `force_tolerance` of the model; `near`: the state is a good guess of the minimum: try
-    Newton steps before anything else; `least_pressure`: SP: give up a packing whose pressure falls below this on the
-    way; the last digits of one that just loses its contacts cost most; `settings`: numbers of the solvers. Returns the
-    state reached; `converged` is False if no round met the tolerance."""
+    Newton steps before anything else; `settings`: numbers of the solvers. Returns the state reached; `converged` is
+    False if no round met the tolerance."""
     if tolerance is None:
-        tolerance = force_tolerance(session.model)
+        tolerance = force_tolerance(session.kind.name)
     newton_steps = 0
     if near:
         newton_steps = descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
         state = session.evaluate()
         if state.max_force <= tolerance:
             return Relaxed(state, tolerance, True, newton_steps)
+    descent = descent_of(session)
     for round_ in range(settings.relaxation.rounds):
-        if session.model == "sp" and round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
-            state = _descend_along_valley(session, tolerance, settings)
-        elif session.model == "sp":
-            state = _descend_disks(session, tolerance, round_, least_pressure, settings.relaxation)
-            if state.pressure < least_pressure:
-                return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
-        else:
-            if round_:
-                descend_by_fire(session, tolerance, settings.relaxation)
-            state = _descend_preconditioned(session, tolerance, settings.lbfgs.steps, settings)
+        state = descent.descend(session, tolerance, round_, settings)
         if state.max_force > tolerance:
             newton_steps += descend_by_newton(session, tolerance, settings=settings.newton)
             state = session.evaluate()
@@ -142,40 +108,78 @@ def descend_by_fire(session: Session, tolerance: float, settings: RelaxationSett
 
 def _entangled(session: Session) -> bool:
     """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing."""
-    if session.model == "sp":
-        return False
+    packing = session.packing()
     try:
-        vertex_contacts(session.packing())
+        packing.kind.points(packing)
     except InputError:
         return True
     return False
 
 
+class Descent(Protocol):
+    """First-order steps of a kind of particles, which bring a packing near its minimum."""
+
+    def name(self, session: Session, settings: RelaxationSettings) -> str: ...  # of the method
+    def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation: ...
+    def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation: ...
+
+
+class DescentOfDisks:
+    """By "cg", or "fire" of many disks: CG crawls where barely touching disks are soft."""
+
+    def name(self, session: Session, settings: RelaxationSettings) -> str:
+        return "fire" if session.size >= settings.many_disks or not session.law.springs else "cg"
+
+    def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
+        return self.descend(session, tolerance, 0, settings)
+
+    def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
+        if round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
+            return _descend_along_valley(session, tolerance, settings)
+        numbers = settings.relaxation
+        if self.name(session, numbers) == "fire":
+            noise = numbers.newton_noise * 0.1**round_
+            return quench(session, noise, floor=tolerance / noise, settings=numbers)
+        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=numbers.cg_steps)
+
+
+class DescentOfDroplets:
+    """By preconditioned L-BFGS, "lbfgs"."""
+
+    def name(self, session: Session, settings: RelaxationSettings) -> str:
+        return "lbfgs"
+
+    def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
+        numbers, least = settings.relaxation, loose * session.size
+        state = _descend_preconditioned(session, tolerance, numbers.settle_steps, settings, least)
+        if state.max_force > tolerance and not _loose(session, state.max_force, least, numbers):
+            descend_by_newton(session, tolerance, settings=settings.newton)
+            state = session.evaluate()
+        return state
+
+    def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
+        if round_:
+            descend_by_fire(session, tolerance, settings.relaxation)
+        return _descend_preconditioned(session, tolerance, settings.lbfgs.steps, settings)
+
+
+_DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.descent`
+
+
+def descent_of(session: Session) -> Descent:
+    """First-order steps of the particles in a session."""
+    return _DESCENTS[session.kind.descent]
+
+
 def first_order_method(session: Session, settings: RelaxationSettings = SOLVERS.relaxation) -> str:
     """What brings the packing in a session near its minimum: "cg" or "fire" for disks, "lbfgs" for droplets."""
-    if session.model == "dp":
-        return "lbfgs"
-    # CG crawls where barely touching disks are soft
-    return "fire" if session.size >= settings.many_disks or not session.springs else "cg"
+    return descent_of(session).name(session, settings)
 
 
-def _descend_disks(
-    session: Session, tolerance: float, round_: int, least_pressure: float, settings: RelaxationSettings
-) -> Evaluation:
-    if first_order_method(session, settings) == "fire":
-        noise = settings.newton_noise * 0.1**round_
-        return quench(session, noise, floor=max(least_pressure, tolerance / noise), settings=settings)
-    style = "cg" if round_ % 2 == 0 else "fire"
-    if not least_pressure:
-        return session.minimize(tolerance, style=style, steps=settings.cg_steps)
-    state = session.evaluate()
-    for noise in settings.first_noise * 0.1 ** np.arange(settings.stages):
-        target = max(noise * state.pressure, tolerance)
-        if state.max_force > target:
-            state = session.minimize(target, style=style, steps=settings.cg_steps)
-        if state.pressure < least_pressure or state.max_force <= tolerance:
-            break
-    return state
+def load(packing: Packing, state: Evaluation) -> float:
+    """Mean contact force over the mean size, which forces that are left are small or large beside. Where contacts only
+    push, the pressure stands for it, which a state tells by itself; where they pull as well, it may vanish."""
+    return state.pressure if not packing.law.range else force_scale(packing) / mean_size(packing)
 
 
 def quench(
@@ -195,25 +199,27 @@ def quench(
     of decks; `settings`: numbers of the stages."""
     state = session.evaluate()
     for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
-        target = noise * max(state.pressure, floor)
+        target = noise * max(load(session.packing(), state), floor)
         left = max(state.max_force, 0.0 if border is None else border.excess(state.stress))
         if left <= target:
             break
         if border is not None and left <= settings.close * target:  # a stage that ended there sums in another order
             target /= settings.close
-        before = state.pressure
-        numbers = fire if session.springs else _longer_steps(session, fire or fire_settings(), before, settings.softest)
-        state = session.minimize(
-            target, style="fire", steps=steps, stretch=settings.fire_stretch, border=border, fire=numbers
-        )
-        if state.max_force > target and state.pressure > settings.jump * before:
+        before = load(session.packing(), state)
+        numbers = _longer_steps(session, fire or fire_settings(), state.pressure, settings.softest)
+        how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": settings.fire_stretch}
+        try:
+            state = session.minimize(target, **how, border=border, fire=numbers)
+        except InputError:  # the kernel does not take the law, or so small a box: LAMMPS does, at a box that keeps
+            state = session.minimize(target, **how)
+        if state.max_force > target and load(session.packing(), state) > settings.jump * before:
             break
     return state
 
 
 def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest: float) -> FireSettings:
     """Numbers of FIRE in the time of contacts that are soft, as those of disks are that stiffen with their overlap."""
-    stiffness = max(power_law(session.packing()).stiffness_at(pressure), softest)
+    stiffness = max(session.law.stiffness_at(pressure), softest)
     return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 

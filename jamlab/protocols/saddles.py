@@ -16,7 +16,7 @@ from jamlab.mechanics.elasticity import unstable_direction
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.relaxation import Relaxed
+from jamlab.protocols.relaxation import Relaxed, load
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 
@@ -75,7 +75,7 @@ def slid(session: Session, packing: Packing, direction: Array, tolerance: float,
     """Positions downhill along a mode, where it goes uphill again: at the next contact, which is left to push back with
     a part of the tolerance on forces, so that it counts. Droplets turn and shift as they do in the mode."""
     numbers = settings.saddles
-    least = min(numbers.held * session.evaluate().pressure * mean_size(packing), numbers.pressed * tolerance)
+    least = min(numbers.held * load(packing, session.evaluate()) * mean_size(packing), numbers.pressed * tolerance)
     if np.vdot(session.forces_at(packing.positions)[1], direction) < 0:
         direction = -direction
     path = _path(packing, direction)

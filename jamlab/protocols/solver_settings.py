@@ -69,9 +69,7 @@ class RelaxationSettings:
     # by FIRE; states of a sweep cost 1.5 times more at 96, and 1.2 times less at 256.
     many_disks: int = 200
     newton_noise: float = 1e-7  # at which Newton steps take over there; started earlier they stall
-    # of the first of several stages, each ten times better: a packing that comes loose is known early
-    first_noise: float = 1e-2
-    stages: int = 12  # at most
+    stages: int = 12  # of a quench at most: the pressure, and with it the target, falls on the way
     # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
     jump: float = 0.5
     close: float = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much

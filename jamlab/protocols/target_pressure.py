@@ -18,7 +18,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.models.pair_laws import PowerLaw, power_law
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.law_parameters import ENSEMBLES
-from jamlab.packing.natural_units import in_natural_units, mean_size, natural_scales
+from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
@@ -26,7 +26,7 @@ from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance, quench
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance, load, quench
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
@@ -220,9 +220,8 @@ def _check_start(packing: Packing, pressure: float) -> float:
     state = evaluate(packing)
     if contacts(packing).loose:
         what, remedy = "not jammed", "give one jammed at a higher pressure"
-    elif state.max_force > LEAST_NOISE * state.pressure:
-        force = state.max_force / (state.pressure * mean_size(packing))
-        what, remedy = f"not relaxed, with a force of {force:.2g} of its pressure", "give `jamlab.relaxed` of it"
+    elif state.max_force > LEAST_NOISE * load(packing, state):
+        what, remedy = f"not relaxed, with a force of {state.max_force:.2g}", "give `jamlab.relaxed` of it"
     elif pressure >= state.pressure:
         what, remedy = f"at {state.pressure / pressure:.6g} times this pressure", "give one jammed at a higher pressure"
     else:
