@@ -83,8 +83,8 @@ class Parameter:
 
 
 # A particle held by fewer forces that push is not in stable equilibrium: two balance only on one line. Boromand et al.
-# say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, written again
-# because analysis reads no deck; tests/engine/test_decks.py compares the two.
+# say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts, since
+# analysis reads no deck; tests/engine/test_decks.py compares the two.
 LEAST_CONTACTS = 3
 
 
