@@ -90,12 +90,13 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
     overlaps = shapely.intersection(shapes[i[own]], tree.geometries[j[own]])
     parts = shapely.get_parts(overlaps)
     parts = parts[shapely.area(parts) > 0]
-    chords = _chords(packing) if packing.diameters is not None else lines
-    colour, width = ("white", 0.9) if packing.diameters is not None else (OUTLINE, 0.5)
+    look: dict[str, Any] = {"color": OUTLINE, "linewidth": 0.5}
+    if packing.diameters is not None:
+        lines, look = [*_chords(packing)], {"color": "white", "linewidth": 0.9}
     draw_background(axes, packing)
     shaded = [shapely.get_coordinates(part) for part in parts]
     fill_everywhere(axes, shaded, packing.box, facecolor=OVERLAP, edgecolor="none")
-    line_everywhere(axes, chords, packing.box, color=colour, linewidth=width)
+    line_everywhere(axes, lines, packing.box, **look)
     frame_cell(axes, packing.box)
     axes.set_title(title, fontsize=12)
     handles = [

@@ -7,15 +7,12 @@ Thin ones are filled in from beside them; what is thicker covers droplets as the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 from scipy import ndimage
-from scipy.interpolate import griddata
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
-from jamlab.micrographs.picture_files import distance_inside
+from jamlab.micrographs.picture_files import distance_inside, scikit_image
 
 LEAST_NOISE = 0.004  # of the range of the picture, one grey level of 8 bit: below, flat pixels are no sign
 LEAST_FLAT = 24  # pixels alike, side by side
@@ -28,19 +25,6 @@ BAR_FILL = 0.9  # of its bounding box that a bar fills
 BAR_EDGE = 0.75  # of the pixels around a bar that must differ from it
 GROW = 2  # pixels around what is found: blur and the edges of letters
 THIN = 0.3  # of the radius: half-thickness up to which droplets are seen through an annotation
-
-
-@dataclass(frozen=True)
-class Annotations:
-    """What was drawn into a picture."""
-
-    thin: Mask  # (h, w) pixels filled in from beside them
-    thick: Mask  # (h, w) pixels that count as outside of the picture
-    count: int  # of separate pieces
-
-    def wrapped(self, margin: int) -> Annotations:
-        """The same repeated periodically around itself, `margin` pixels wide."""
-        return replace(self, thin=np.pad(self.thin, margin, mode="wrap"), thick=np.pad(self.thick, margin, mode="wrap"))
 
 
 def find_flat(grey: Array, noise: float) -> Mask:
@@ -77,54 +61,35 @@ def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:
 def _bars(mask: Mask, darkness: Array, highest: float, longest_void: float) -> Mask:
     """Level bars in a mask: long, filled, and unlike what is above and below them."""
     length = max(int(BAR_LENGTH * mask.shape[1]), int(longest_void), 12)
-    label, _ = ndimage.label(_long_runs(mask, length))
+    label, _ = ndimage.label(ndimage.grey_opening(mask.astype(np.uint8), (1, length), mode="constant"))
     bars = np.zeros(mask.shape, dtype=bool)
-    for number, box in enumerate(ndimage.find_objects(label), 1):
-        rows, columns = (side.stop - side.start for side in box)
-        piece = label[box] == number
-        if columns < BAR_ASPECT * rows or rows < 2 or rows > highest or piece.mean() < BAR_FILL:
+    for piece in scikit_image().measure.regionprops(label):
+        rows, columns = piece.image.shape
+        if columns < BAR_ASPECT * rows or rows < 2 or rows > highest or piece.extent < BAR_FILL:
             continue
-        around = tuple(slice(max(side.start - 4, 0), side.stop + 4) for side in box)
-        ring = ~ndimage.binary_dilation(label[around] == number, iterations=2)
-        level = np.median(darkness[box][piece])
+        around = tuple(slice(max(side.start - 4, 0), side.stop + 4) for side in piece.slice)
+        ring = ~ndimage.binary_dilation(label[around] == piece.label, iterations=2)
+        level = np.median(darkness[piece.slice][piece.image])
         if (np.abs(darkness[around][ring] - level) > BEYOND).mean() > BAR_EDGE:
-            bars[box] |= piece
+            bars[piece.slice] |= piece.image
     return bars
 
 
-def _long_runs(mask: Mask, length: int) -> Mask:
-    """What lies in runs of a row of at least that many pixels: an opening by a level line."""
-    wide = np.pad(mask, ((0, 0), (length, length))).view(np.uint8)
-    core = ndimage.minimum_filter1d(wide, length, axis=1)
-    back = ndimage.maximum_filter1d(core, length, axis=1, origin=-1 if length % 2 == 0 else 0)
-    return np.asarray(back[:, length:-length] > 0)
-
-
-def sort_annotations(drawn: Mask, radius: float) -> Annotations:
-    """Grow what was found by its blurred edges and part it by thickness."""
-    empty = np.zeros(drawn.shape, dtype=bool)
+def sort_annotations(drawn: Mask, radius: float) -> tuple[Mask, Mask]:
+    """Grow what was found by its blurred edges and part it by thickness. Returns (h, w) pixels that are thin, through
+    which droplets are seen, and (h, w) those that are thick and count as outside of the picture."""
     if not drawn.any():
-        return Annotations(empty, empty, 0)
+        return drawn, drawn
     grown = ndimage.binary_dilation(drawn, np.ones((3, 3)), iterations=GROW)
     label, count = ndimage.label(grown)
     thickness = ndimage.maximum(distance_inside(grown), label, np.arange(1, count + 1))
     thick = np.concatenate([[False], thickness > THIN * radius])[label]
-    return Annotations(grown & ~thick, thick, count)
+    return grown & ~thick, thick
 
 
 def fill_in(values: Array, holes: Mask) -> Array:
-    """Interpolate (h, w) values across holes from the pixels around them."""
+    """Give pixels in holes of a picture the values of the nearest ones beside them. `values`, `holes`: (h, w)."""
     if not holes.any():
         return values
-    filled = values.copy()
-    label, _ = ndimage.label(holes)
-    for number, box in enumerate(ndimage.find_objects(label), 1):
-        wide = tuple(slice(max(side.start - 2, 0), side.stop + 2) for side in box)
-        hole = label[wide] == number
-        ring = ndimage.binary_dilation(hole, np.ones((3, 3)), iterations=2) & ~holes[wide]
-        if ring.sum() > 3:
-            points, wanted = np.argwhere(ring), np.argwhere(hole)
-            level = griddata(points, filled[wide][ring], wanted, "nearest")
-            linear = griddata(points, filled[wide][ring], wanted, "linear")
-            filled[wide][hole] = np.where(np.isfinite(linear), linear, level)
-    return filled
+    nearest = ndimage.distance_transform_edt(holes, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(nearest)])

@@ -64,7 +64,7 @@ def shape_forces(
     -1 where it faces a void; `centres`: (n, 2); `gap`: beyond a film, up to which walls pass for touching; all lengths
     in pixels."""
     n, pressures = len(rings), np.full(len(rings), np.nan)
-    found: dict[tuple[int, int], list[tuple[float, Array, float]]] = {}
+    sides = []  # of contacts: both droplets, force, direction and length, by the wall of one of them
     for k, (ring, names) in enumerate(zip(rings, beside, strict=True)):
         step = np.roll(ring, -1, axis=0) - ring
         length = np.hypot(*step.T)
@@ -78,24 +78,20 @@ def shape_forces(
         pressures[k] = turn[free].sum() / along[free].sum()
         for other in np.unique(names[~free]):
             on = names == other
-            flat = float(along[on].sum())
+            flat = along[on].sum()
             fringe = 2 * FRINGE * np.sqrt(gap * max(pressures[k], 0.0))
-            size = (pressures[k] * flat - float(turn[on].sum()) - fringe) / STEEPER
-            across = (ring[on] - centres[k]).mean(axis=0)
-            pair = (min(k, int(other)), max(k, int(other)))
-            found.setdefault(pair, []).append((size, across if k < other else -across, flat))
-    pairs = np.array([*found], dtype=np.int64).reshape(-1, 2)
-    size = np.array([np.mean([side[0] for side in sides]) for sides in found.values()])
-    length = np.array([np.mean([side[2] for side in sides]) for sides in found.values()])
-    direction = np.array([np.sum([side[1] for side in sides], axis=0) for sides in found.values()]).reshape(-1, 2)
-    direction /= np.maximum(np.hypot(*direction.T), 1e-12)[:, None]
-    net, total = np.zeros((n, 2)), np.zeros(n)
-    for (i, j), strength, way in zip(pairs, size, direction, strict=True):
-        for k, sign in ((i, 1.0), (j, -1.0)):
-            if k < n:
-                net[k] += sign * strength * way
-                total[k] += abs(strength)
-    residual = np.divide(np.hypot(*net.T), total, out=np.full(n, np.nan), where=total > 0)
+            size = (pressures[k] * flat - turn[on].sum() - fringe) / STEEPER
+            across = (ring[on] - centres[k]).mean(axis=0) * (1 if k < other else -1)
+            sides.append((min(k, other), max(k, other), size, *across, flat))
+    table = np.array(sides).reshape(-1, 6)
+    pairs, pair, count = np.unique(table[:, :2].astype(np.int64), axis=0, return_inverse=True, return_counts=True)
+    size, x, y, length = (np.bincount(pair, column) / count for column in table[:, 2:].T)
+    direction = np.column_stack([x, y]) / np.maximum(np.hypot(x, y), 1e-12)[:, None]
+    net, total = np.zeros((n + 1, 2)), np.zeros(n + 1)  # the last row is of all that are cut
+    for end, sign in zip(np.minimum(pairs, n).T, (1.0, -1.0), strict=True):
+        np.add.at(net, end, sign * size[:, None] * direction)
+        np.add.at(total, end, np.abs(size))
+    residual = np.divide(np.hypot(*net[:n].T), total[:n], out=np.full(n, np.nan), where=total[:n] > 0)
     radii = np.array([np.hypot(*(ring - ring.mean(axis=0)).T).mean() for ring in rings])  # about the middle
     error = FORCE_ERROR[0] + FORCE_ERROR[1] * np.abs(size)
     forces = ShapeForces(np.where(pairs < n, pairs, -1), size, error, direction, length, residual)

@@ -13,7 +13,6 @@ import shapely
 from scipy import ndimage
 
 from jamlab.arrays import Array, Mask
-from jamlab.micrographs.annotations import Annotations
 from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.label_objects import Note
 from jamlab.micrographs.labels import ROUGH, Labelled, label_darkness, label_segments
@@ -27,7 +26,7 @@ from jamlab.micrographs.quality import (
     unstable_droplets,
 )
 from jamlab.micrographs.ring_segmentation import Rings
-from jamlab.micrographs.segmentation import PAIR, Segments
+from jamlab.micrographs.segmentation import Segments, meetings
 from jamlab.micrographs.walls import find_walls, outlines, shape_factor
 
 EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
@@ -112,11 +111,10 @@ class GreyDroplets(DropletSource):
     open_edge = 0.5
 
     def __init__(
-        self, contrast: str, darkness: Darkness, segments: Segments, film: float | None, drawn: Annotations
+        self, contrast: str, darkness: Darkness, segments: Segments, film: float | None, thick: Mask, annotated: float
     ) -> None:
-        self.contrast, self.blur = contrast, blur_of(darkness)
-        self.annotated = float((drawn.thin | drawn.thick).mean())
-        super().__init__(darkness, segments, film, drawn.thick)
+        self.contrast, self.blur, self.annotated = contrast, blur_of(darkness), annotated
+        super().__init__(darkness, segments, film, thick)
 
     def whole(self) -> tuple[Mask, int]:
         last = np.array(self.outside.shape)[::-1] - 1  # of x and y
@@ -195,7 +193,7 @@ class LabelledDroplets(DropletSource):
         shapes = np.array([shape_factor(self.outlines[k]) for k in kept])
         perimeter = float((2 * np.sqrt(np.pi * self.found.areas[kept] * shapes)).mean())
         ground = self.found.labels == 0
-        beside = sum(float((ground[a] != ground[b]).sum()) for a, b in PAIR) * np.pi / 4  # an edge of pixels is longer
+        beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
         gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * self.segments.radius)
         errors = label_errors(values, doubt, walls.film, gap, (perimeter, beside / ground.size))
         errors["area"] += sum(note.area for note in self.notes) / max(values["count"], 1.0)

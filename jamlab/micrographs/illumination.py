@@ -84,7 +84,7 @@ def remove_background(bright: Array, valid: Mask, noise: float) -> Darkness | No
             break
         level = 0.5 if radius else scikit_image().filters.threshold_otsu(smooth[valid])
         mask = smooth < level
-        radius = granulometry(mask).radius
+        radius = granulometry(mask)[0]
         if radius <= 0:
             return None
         every = max(1, int(radius / FINE))

@@ -21,7 +21,7 @@ from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
-from jamlab.micrographs.segmentation import PAIR, find_droplets
+from jamlab.micrographs.segmentation import edge_of, find_droplets, meetings
 
 GAP = 1.5  # ratio of successive radii, in order of size, above which specks end
 SPECK = 0.25  # of the typical radius: larger objects are no specks
@@ -106,11 +106,8 @@ def _ground(names: Indices) -> int:
 def _beside(names: Indices) -> Indices:
     """(m, 2) numbers that meet, or nearly so."""
     wide = scikit_image().segmentation.expand_labels(names, LINE)
-    found = []
-    for first, second in PAIR:
-        meet = (wide[first] != wide[second]) & (wide[first] > 0) & (wide[second] > 0)
-        found.append(np.sort(np.column_stack([wide[first][meet], wide[second][meet]]), axis=1))
-    return np.unique(np.concatenate(found), axis=0)
+    found = np.sort(wide.ravel()[np.stack(meetings(wide), axis=1)], axis=1)
+    return np.unique(found[found[:, 0] > 0], axis=0)
 
 
 def _radii(objects: Indices) -> tuple[Array, Mask, float]:
@@ -118,7 +115,7 @@ def _radii(objects: Indices) -> tuple[Array, Mask, float]:
     areas = np.bincount(objects.ravel()).astype(np.float64)
     areas[0] = 0.0
     inner = areas > 0
-    inner[np.concatenate([objects[0], objects[-1], objects[:, 0], objects[:, -1]])] = False
+    inner[edge_of(objects)] = False
     radii, order = np.sqrt(areas / np.pi), np.sort(areas)
     return radii, inner, float(np.sqrt(order[np.searchsorted(np.cumsum(order), 0.5 * order.sum())] / np.pi))
 

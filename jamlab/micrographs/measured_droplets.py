@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, LEAST_ROOM, ShapeForces, ShapePressures, shape_forces
-from jamlab.micrographs.quality import LEAST_RING, Mean, Number, mean_of, share_of
-from jamlab.micrographs.segmentation import borders
-from jamlab.packing.short_repr import short_repr
+from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, SizeDistribution, mean_of, share_of
+from jamlab.micrographs.quality import LEAST_RING
+from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.packing_of_picture import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.file_endings import check_ending
@@ -29,8 +28,9 @@ if TYPE_CHECKING:
 
 DPI = 150  # of an overlay
 RING_NUMBERS = ("count", "area")  # of rings, that `quality` speaks of
-LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
-LEAST_VOID_SHARE = 1e-3  # of a droplet
+INCHES = 9.0  # longer side of the picture in an overlay
+FONT = (3.0, 11.0)  # points: smaller numbers of droplets are left out, none is larger
+LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned
 
 
 @dataclass(frozen=True)
@@ -287,107 +287,65 @@ class Micrograph:
         """
         from matplotlib.figure import Figure
 
-        from jamlab.micrographs.overlay import overlay_size
-
         check_ending(path, "png")
         check_target(path)
-        figure, buffer = Figure(figsize=overlay_size(self), layout="constrained"), BytesIO()
+        figure, buffer = Figure(figsize=self._inches, layout="constrained"), BytesIO()
         self.plot(figure.subplots())
         figure.savefig(buffer, format="png", dpi=DPI)
         with atomic_file(path) as temporary:
             temporary.write_bytes(buffer.getvalue())
 
+    @property
+    def _inches(self) -> tuple[float, float]:
+        height, width = self.picture.shape
+        scale = INCHES / max(height, width)
+        return width * scale + 0.2, height * scale + 1.0
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the same on axes of matplotlib, by default those of a new figure."""
-        from jamlab.micrographs.overlay import draw_overlay, overlay_size
         from jamlab.plotting.axes import axes_for
 
-        with axes_for(ax, {}, overlay_size(self)) as axes:
-            draw_overlay(axes, self)
+        with axes_for(ax, {}, self._inches) as axes:
+            self._draw(axes)
         return axes
 
+    def _draw(self, axes: Any) -> None:
+        from matplotlib.collections import LineCollection
+        from matplotlib.lines import Line2D
+        from matplotlib.patheffects import withStroke
 
-@dataclass(frozen=True)
-class PictureVoids:
-    """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`."""
-
-    sides: Indices  # (m,) int64, l, droplets around the void
-    area: Array  # (m,) area, in the unit of length squared
-    centroid: Array  # (m, 2) x to the right and y down
-
-    __repr__ = short_repr
-
-    @property
-    def probability(self) -> dict[int, float]:
-        """P_l: share of the voids with l sides (Boromand et al. fig 8)."""
-        kinds, number = np.unique(self.sides, return_counts=True)
-        return {int(kind): float(count / len(self.sides)) for kind, count in zip(kinds, number, strict=True)}
-
-
-def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, radius: float) -> PictureVoids:
-    """Measure voids, lengths in pixels. `void`: (h, w) void that a pixel belongs to, -1 in none; `cells`: (h, w)
-    droplet that a pixel is nearest to; `darkness`: (h, w), 0 in droplets and 1 on the ground; `outside`: (h, w) pixels
-    at and beyond the edge of what the picture shows: voids there are cut; `radius`: typical radius, pixels."""
-    count = int(void.max()) + 1
-    y, x = np.nonzero(void >= 0)
-    label, weight = void[y, x], np.clip(darkness[y, x], 0, None)
-    area = np.bincount(label, darkness[y, x], count)
-    mass = np.maximum(np.bincount(label, weight, count), 1e-12)
-    centre = np.column_stack([np.bincount(label, weight * p, count) / mass for p in (x, y)])
-    near = (darkness[y, x] > 0.25) | ndimage.binary_dilation(borders(cells))[y, x]
-    width = int(cells.max()) + 1
-    rows = np.unique(label[near] * width + cells[y, x][near])
-    sides = np.bincount(rows // width, minlength=count)
-    cut = np.zeros(count, dtype=bool)
-    cut[np.unique(void[outside & (void >= 0)])] = True
-    kept = ~cut & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2)) & (sides >= 2)
-    return PictureVoids(sides[kept].astype(np.int64), area[kept].astype(np.float64), centre[kept])
-
-
-ONE_SIZE = 0.07  # standard deviation of log radius up to which droplets have one size
-TWO_SIZES = 0.86  # of the variance that two groups explain: an even distribution 0.75, a normal one 0.64
-LEAST_GROUP = 0.05  # of the droplets in the smaller group
-LEAST = 8  # droplets: fewer have no distribution
-
-
-@dataclass(frozen=True)
-class SizeDistribution:
-    """Sizes of droplets."""
-
-    kind: str  # "monodisperse", "bidisperse", "polydisperse" or "too few"
-    mean: float  # mean radius, in the unit of length
-    spread: float  # standard deviation over mean of the radii
-    ratio: float  # bidisperse: mean radius of the large over that of the small; else nan
-    large: float  # bidisperse: number share of the large ones; else nan
-    explained: float  # share of the variance of log radius that the best two groups explain
-
-    __repr__ = short_repr
-
-    def __str__(self) -> str:
-        if self.kind == "bidisperse":
-            return f"bidisperse, ratio {self.ratio:.2f}, {self.large:.0%} large"
-        return f"{self.kind}, spread {self.spread:.0%}" if self.kind != "too few" else "too few droplets"
-
-
-def size_distribution(areas: Array) -> SizeDistribution:
-    """Sort droplets by size. `areas`: (n,) of whole droplets."""
-    radii = np.sort(np.sqrt(areas / np.pi))
-    mean = float(radii.mean()) if len(radii) else float("nan")
-    spread = float(radii.std() / mean) if len(radii) else float("nan")
-    nan = float("nan")
-    if len(radii) < LEAST:
-        return SizeDistribution("too few", mean, spread, nan, nan, nan)
-    log = np.log(radii)
-    best, cut = 0.0, 1
-    for k in range(1, len(log)):
-        between = k * (len(log) - k) / len(log) ** 2 * (log[:k].mean() - log[k:].mean()) ** 2
-        if between > best:
-            best, cut = between, k
-    explained = float(best / log.var()) if log.var() > 0 else nan
-    if log.std() < ONE_SIZE:
-        return SizeDistribution("monodisperse", mean, spread, nan, nan, explained)
-    share = 1 - cut / len(log)
-    if explained > TWO_SIZES and min(share, 1 - share) >= LEAST_GROUP:
-        ratio = float(radii[cut:].mean() / radii[:cut].mean())
-        return SizeDistribution("bidisperse", mean, spread, ratio, share, explained)
-    return SizeDistribution("polydisperse", mean, spread, nan, nan, explained)
+        (height, width), pixel, sides = self.picture.shape, self.pixel or 1.0, self.voids.sides.tolist()
+        radius = float(np.sqrt(np.median(self.areas) / np.pi)) / pixel
+        points = 72 * axes.figure.get_size_inches().min() * radius / min(height, width)  # radius of a droplet as drawn
+        step = max(1, int(np.ceil(max(height, width) / LARGEST_SIDE)))
+        extent = (-0.5, width - 0.5, height - 0.5, -0.5)
+        axes.imshow(self.picture[::step, ::step], cmap="gray", vmin=-0.15, extent=extent, alpha=0.85)
+        for rings, colours, line in (
+            (self.outlines, [RATTLER if loose else ORANGE for loose in self.rattlers], 1.4),
+            (self.cut_outlines, OUTLINE, 1.0),
+        ):
+            closed = [np.vstack([ring, ring[:1]]) for ring in rings]
+            axes.add_collection(LineCollection(closed, colors=colours, linewidths=min(line, 0.12 * points)))
+        axes.add_collection(LineCollection([*self.touching], colors=BLUE, linewidths=min(1.1, 0.1 * points), alpha=0.8))
+        size = min(0.55 * points, FONT[1])
+        halo = [withStroke(linewidth=0.25 * size, foreground="white")]
+        for number, (x, y) in enumerate(self.centres / pixel if size >= FONT[0] else (), 1):
+            axes.text(x, y, str(number), ha="center", va="center", fontsize=size, color="black", path_effects=halo)
+        look: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.4, "zorder": 3}
+        look |= {"c": [SIDE_COLOURS.get(count, OTHER) for count in sides], "s": np.clip(0.3 * points, 1.5, 7.0) ** 2}
+        axes.scatter(*self.voids.centroid.T / pixel, **look)
+        axes.set(xlim=extent[:2], ylim=extent[2:], xticks=[], yticks=[])
+        parts = (("ρ", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"))
+        means = ", ".join(f"{sign} = {self.means[name].text(form)}" for sign, name, form in parts)
+        why = f" ({len(self.reasons)} reason{'s'[: len(self.reasons) > 1]})" if self.reasons else ""
+        axes.set_title(f"{self.count} droplets; quality: {self.quality}{why}\n{means}", fontsize=11)
+        shown = {"droplet": ORANGE, "contact": BLUE} | ({"rattler": RATTLER} if self.rattlers.any() else {})
+        shown |= {"cut, not counted": OUTLINE} if self.cut_outlines else {}
+        handles = [Line2D([], [], color=colour, label=label) for label, colour in shown.items()]
+        look = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markersize": 6}
+        for colour, name in side_names(sides).items():
+            label = f"void, {name}{' sides' * name.isdigit()}"
+            handles.append(Line2D([], [], color=colour, label=label, **look))
+        axes.legend(
+            handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False
+        )

@@ -11,8 +11,10 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.droplet_sources import DropletSource
-from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_voids, size_distribution
-from jamlab.micrographs.quality import LOOSE, Checks, Number, doubt_few, doubt_known, find_doubts
+from jamlab.micrographs.measured_droplets import Micrograph
+from jamlab.micrographs.picture_numbers import Number, PictureVoids, find_voids, size_distribution
+from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, doubt_known, find_doubts
+from jamlab.micrographs.segmentation import edge_of
 from jamlab.micrographs.walls import THICKEST_FILM, shape_factor
 
 
@@ -33,22 +35,18 @@ class Measurement:
                 f"no whole droplet among {droplets.segments.count}: check `contrast` ({droplets.contrast}) and its size"
             )
 
-    def _edge(self, values: Array) -> Array:
-        """Values along the edge of the picture."""
-        return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
-
     def _rim(self) -> Mask:
         """(n,) droplets nearest to the edge of the picture if it is open: what else they touch is not seen."""
         rim = np.zeros(self.droplets.segments.count, dtype=bool)
         if self._open():
             gap = self.droplets.walls.inside <= 0
             y, x = ndimage.distance_transform_edt(gap, return_distances=False, return_indices=True)
-            rim[self._edge(self.droplets.segments.cells[y, x])] = True
+            rim[edge_of(self.droplets.segments.cells[y, x])] = True
         return rim
 
     def _open(self) -> float:
         """Share of the edge of the picture that is ground, if that is most of it; else 0."""
-        share = float((self._edge(self.droplets.darkness.smooth) > 0.5).mean())
+        share = float((edge_of(self.droplets.darkness.smooth) > 0.5).mean())
         return share if not self.margin and share > self.droplets.open_edge else 0.0
 
     def _coordination(self, widest: float) -> tuple[Indices, Mask, float]:

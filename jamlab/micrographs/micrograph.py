@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array, Mask
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
-from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
+from jamlab.micrographs.annotations import fill_in, find_drawn, find_flat, left_noise, sort_annotations
 from jamlab.micrographs.droplet_sources import DropletSource, GreyDroplets, LabelledDroplets, RingDroplets
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
 from jamlab.micrographs.labels import ROUGH, label_segments, labelled, looks_labelled, read_labels
@@ -123,31 +123,32 @@ def _find_rings(grey: Array, contrast: str, margin: int, film: float | None) -> 
 
 def _find_by_grey(grey: Array, contrast: str, margin: int, film: float | None) -> DropletSource:
     """Bright or dark droplets of a picture repeated around itself."""
-    darkness, drawn = _without_background(grey if contrast == "bright" else 1 - grey)
+    darkness, thick, annotated = _without_background(grey if contrast == "bright" else 1 - grey)
     wide = darkness.wrapped(margin)
     segments = find_droplets(wide.smooth, darkness.noise)
     if segments is None:
         raise InputError(f"no droplet found: check `contrast` ({contrast}) and the picture")
-    return GreyDroplets(contrast, wide, segments, film, drawn.wrapped(margin))
+    return GreyDroplets(contrast, wide, segments, film, np.pad(thick, margin, mode="wrap"), annotated)
 
 
-def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
-    """Darkness of a picture of bright droplets, and what was drawn into it, already filled in."""
+def _without_background(grey: Array) -> tuple[Darkness, Mask, float]:
+    """Darkness of a picture of bright droplets, with what was drawn into it filled in; (h, w) pixels that count as
+    outside for it, and the share of the picture that was drawn over."""
     noise = noise_level(grey)
     flat = find_flat(grey, noise)
-    grown = sort_annotations(flat, 0.0).thick
+    _, grown = sort_annotations(flat, 0.0)
     darkness = remove_background(fill_in(grey, grown), ~grown, noise)
     if darkness is None:
         raise InputError("no droplets stand out from light and noise: check the picture")
     drawn = flat | find_drawn(darkness.smooth, left_noise(darkness), darkness.radius)
-    found = sort_annotations(drawn, darkness.radius)
-    if found.count:
-        hidden = found.thin | found.thick
+    thin, thick = sort_annotations(drawn, darkness.radius)
+    hidden = thin | thick
+    if hidden.any():
         again = remove_background(fill_in(grey, hidden), ~hidden, noise)
         if again is None:
             raise InputError("no droplets stand out from light and noise beside bars and labels: cut them off")
-        darkness = again.covered(found.thick)
-    return darkness, found
+        darkness = again.covered(thick)
+    return darkness, thick, float(hidden.mean())
 
 
 TRIED = 256  # pixels along a side on which bright and dark are tried

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit, ndtr, stdtrit
+from scipy.special import expit, ndtr
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.picture_numbers import Mean
 from jamlab.micrographs.ring_segmentation import Candidates
-from jamlab.micrographs.segmentation import NECK, Segments, find_markers
+from jamlab.micrographs.segmentation import NECK, Segments, find_markers, meetings
 from jamlab.micrographs.walls import THICKEST_FILM, Walls
-from jamlab.statistics.confidence import CONFIDENCE
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
 LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
@@ -60,79 +60,6 @@ FILM = 0.12  # of the radius: between wider films it is a matter of words what i
 UNSURE = 2  # droplets of which blur hides whether the edge cuts them
 LOOSE = 0.4  # share of droplets that may rattle
 ANNOTATED = 0.1  # of the picture
-
-
-@dataclass(frozen=True)
-class Number:
-    """A number of a picture, and whether it can be trusted.
-
-    The interval is about this picture, not about more droplets, of which `Micrograph.means` speak: of rings by how
-    likely each is a droplet (95 %), of bright and dark droplets the largest errors of good rendered pictures.
-    """
-
-    value: float
-    half_width: float  # nan where nothing is known of it
-    reasons: tuple[str, ...]  # why it may be wrong
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Ends of the interval."""
-        return self.value - self.half_width, self.value + self.half_width
-
-    @property
-    def quality(self) -> str:
-        """Whether it can be trusted: "good" or "doubtful"."""
-        return "doubtful" if self.reasons else "good"
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A mean over the droplets of a picture, with how far it may be from that over many more.
-
-    The mean over n droplets has the standard error s/sqrt(n), with their standard deviation s, as if each had been
-    drawn on its own; for rho, the area of droplets over that of their cells, it is that of a ratio,
-    sqrt(n/(n - 1) sum_i (a_i - rho c_i)^2) / sum_i c_i. Neighbours share contacts and gaps, which evens out what is
-    beside each other: in windows of 30 and of 60 out of 2048 disks, jammed at 1e-3 k and 3e-2 k, means of z scatter by
-    0.7 to 0.8 of this error and rho by 1.0 of it. What light, blur and films do to all droplets alike is not in it.
-
-    Source: W. G. Cochran, Sampling Techniques, 3rd ed. (1977), sections 2.6 and 2.11.
-    """
-
-    value: float  # nan without droplets
-    error: float  # standard error; nan for fewer than two droplets
-    count: int  # of droplets
-
-    @property
-    def half_width(self) -> float:
-        """Half of the 95 % interval, by Student's t for few droplets."""
-        return float(stdtrit(max(self.count - 1, 1), 0.5 + 0.5 * CONFIDENCE) * self.error)
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Ends of the 95 % interval."""
-        return self.value - self.half_width, self.value + self.half_width
-
-    def text(self, form: str) -> str:
-        """Value ± standard error, to as many decimals or, in a format "g", two digits; "none" if there is no value."""
-        if not np.isfinite(self.value):
-            return "none"
-        error = f" ± {self.error:{form if form.endswith('f') else '.2g'}}" if np.isfinite(self.error) else ""
-        return f"{self.value:{form}}{error}"
-
-
-def mean_of(values: Array) -> Mean:
-    """Mean over droplets, (n,)."""
-    n = len(values)
-    value = float(np.mean(values)) if n else float("nan")
-    return Mean(value, float(np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else float("nan"), n)
-
-
-def share_of(areas: Array, cells: Array, value: float) -> Mean:
-    """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio. `areas`: (n,) of
-    droplets; `cells`: (n,) of their cells; `value`: packing fraction of all that the picture shows."""
-    n, whole = len(areas), float(cells.sum())
-    rest = areas - areas.sum() / whole * cells
-    return Mean(value, float(np.sqrt(n / (n - 1) * (rest**2).sum()) / whole) if n > 1 else float("nan"), n)
 
 
 @dataclass(frozen=True)
@@ -286,7 +213,11 @@ def _doubt_light(darkness: Darkness, blur: float, segments: Segments, walls: Wal
     elif darkness.opening < OPENING * spread:
         yield Doubt("voids are as narrow as the blur, so the level of the ground is a guess")
     grey = ((darkness.smooth > 0.25) & (darkness.smooth < 0.75)).mean()
-    edge = (_edge_length(segments) + walls.length[walls.touching].sum()) * 1.4 * np.hypot(spread, 0.7)
+    edge = (
+        (len(meetings(segments.droplets)[0]) * np.pi / 4 + walls.length[walls.touching].sum())
+        * 1.4
+        * np.hypot(spread, 0.7)
+    )
     if grey - edge / segments.cells.size > BETWEEN * max(1 - checks.rho, 0.05):
         yield Doubt(f"{grey:.0%} of the picture is neither droplet nor ground")
 
@@ -303,11 +234,6 @@ def _doubt_scale(segments: Segments, walls: Walls, checks: Checks) -> Iterator[D
         yield Doubt(text, CONTACTS)
     if checks.annotated > ANNOTATED:
         yield Doubt(f"{checks.annotated:.0%} of the picture lie under bars and labels")
-
-
-def _edge_length(segments: Segments) -> float:
-    d = segments.droplets
-    return float((d[1:] != d[:-1]).sum() + (d[:, 1:] != d[:, :-1]).sum()) * np.pi / 4
 
 
 def _doubt_droplets(checks: Checks) -> Iterator[Doubt]:

@@ -26,7 +26,7 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
-from jamlab.micrographs.segmentation import PAIR, highest
+from jamlab.micrographs.segmentation import highest, meetings
 from jamlab.micrographs.wall_paths import WallPaths, find_paths, path_odds, path_terms
 
 COMPACT = 0.75  # least A^2/(2 pi I) of a region in which a droplet is looked for
@@ -94,31 +94,10 @@ class _Tree:
         return len(self.joined) - 1
 
 
-@dataclass(frozen=True)
-class Proposals:
-    """Closed paths that may be droplets, and the picture that they were sought in."""
-
-    paths: WallPaths
-    terms: Array  # (n, 24) what the log odds of a droplet are linear in, see `path_terms`
-    dark: Array  # (f h, f w) darkness between the envelopes
-    leaves: Indices  # (f h, f w) region of each light spot, from 0
-    finer: int  # f
-
-
 def find_rings(grey: Array) -> Rings | None:
     """Find the droplets of a picture with dark walls; None if no wall stands out. `grey`: (h, w) grey values."""
     if grey.size > MOST_PIXELS:
         return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))))
-    seen = propose(grey)
-    if seen is None:
-        return None
-    inside, outer, candidates = _choose(seen)
-    droplets = _within(_up_to_walls(seen.leaves, seen.dark, inside, outer), HALF_LINE * seen.finer)
-    return Rings(droplets, inside, seen.finer, candidates)
-
-
-def propose(grey: Array) -> Proposals | None:
-    """Look for the wall around every region that is roughly compact; None if no wall stands out."""
     finer = int(np.clip(round(FINEST / min(grey.shape)), 1, MOST))
     noise = noise_level(grey)
     contrast = float(np.subtract(*np.percentile(grey, [95, 5])))
@@ -139,7 +118,13 @@ def propose(grey: Array) -> Proposals | None:
     tree, depth = _merge(leaves, dark)
     if depth <= 0 or noise > MOST_NOISE * depth * between:
         return None
-    return Proposals(*_paths_of(tree, dark, depth, finer), dark, leaves, finer)
+    inside, outer, candidates = _choose(*_paths_of(tree, dark, depth, finer), dark.shape, finer)
+    droplets = _up_to_walls(leaves, dark, inside, outer)
+    line = np.ones(dark.shape, dtype=bool)
+    for places in meetings(droplets):
+        line.flat[places] = False
+    droplets[distance_inside(line) + 0.5 < HALF_LINE * finer] = 0
+    return Rings(droplets, inside, finer, candidates)
 
 
 def _paths_of(tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[WallPaths, Array]:
@@ -180,18 +165,12 @@ def _leaves(dark: Array, least: float) -> Indices:
 
 def _borders(regions: Indices, dark: Array) -> dict[tuple[int, int], tuple[float, float]]:
     """Length of the wall between each pair of regions, and its darkness summed along it."""
-    count, names, values = int(regions.max()) + 1, [], []
-    for a, b in PAIR:
-        on = regions[a] != regions[b]
-        first, second = regions[a][on], regions[b][on]
-        names.append(np.minimum(first, second) * count + np.maximum(first, second))
-        values.append(np.maximum(dark[a], dark[b])[on])
-    pairs, short = np.unique(np.concatenate(names), return_inverse=True)
-    sums = np.bincount(short, np.concatenate(values))
-    first, second = np.divmod(pairs, count)
-    return dict(
-        zip(zip(first.tolist(), second.tolist(), strict=True), zip(np.bincount(short), sums, strict=True), strict=True)
-    )
+    places = np.stack(meetings(regions))
+    names = np.ravel_multi_index(tuple(np.sort(regions.ravel()[places], axis=0)), (int(regions.max()) + 1,) * 2)
+    pairs, short = np.unique(names, return_inverse=True)
+    sums = np.bincount(short, dark.ravel()[places].max(axis=0))
+    ends = np.column_stack(np.divmod(pairs, int(regions.max()) + 1)).tolist()
+    return dict(zip(map(tuple, ends), zip(np.bincount(short), sums, strict=True), strict=True))
 
 
 def _merge(regions: Indices, dark: Array) -> tuple[_Tree, float]:
@@ -251,10 +230,10 @@ def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> 
     return float(TYPICAL * deep.mean())
 
 
-def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
+def _choose(paths: WallPaths, terms: Array, shape: tuple[int, ...], finer: int) -> tuple[Indices, Mask, Candidates]:
     """(f h, f w) light inside droplets, from 1; (f h, f w) what paths along their darkest lines enclose; and which
     paths may be droplets, none over another."""
-    shape, paths, odds = seen.dark.shape, seen.paths, path_odds(seen.terms)
+    odds = path_odds(terms)
     light, outer, taken = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     kept, last = [], np.array(shape[::-1]) - 1
     for k in np.argsort(-odds):
@@ -266,7 +245,7 @@ def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
             continue
         taken.flat[own] = True
         away = min(paths.light[k].min(), (last - paths.light[k]).min())
-        kept.append((odds[k], len(own) / seen.finer**2, away > EDGE * seen.finer))
+        kept.append((odds[k], len(own) / finer**2, away > EDGE * finer))
         if odds[k] > LEAST_SCORE:
             light.flat[own] = len(kept)
             outer.flat[pixels_within(paths.outer[k], shape)] = True
@@ -275,17 +254,9 @@ def _choose(seen: Proposals) -> tuple[Indices, Mask, Candidates]:
 
 
 def pixels_within(points: Array, shape: tuple[int, ...]) -> Indices:
-    """Flat places of the pixels of a picture that a closed path (k, 2) encloses, by its crossings of every row."""
-    x, y = np.concatenate([points, points[:1]]).T
-    along, down = np.diff(x), np.diff(y)
-    rows = np.arange(max(int(np.ceil(y.min())), 0), min(int(np.floor(y.max())), shape[0] - 1) + 1)
-    above = y[:, None] <= rows
-    edge, row = np.nonzero(above[1:] != above[:-1])
-    cross = x[edge] + (rows[row] - y[edge]) * along[edge] / down[edge]
-    order = np.lexsort((cross, row))
-    ends = np.clip(np.ceil(cross[order]), 0, shape[1]).astype(np.int64) + rows[row[order]] * shape[1]
-    start, count = ends[::2], ends[1::2] - ends[::2]
-    return np.repeat(start - np.cumsum(count) + count, count) + np.arange(count.sum())
+    """Flat places of the pixels of a picture that a closed path of x and y, (k, 2), encloses."""
+    inside = scikit_image().draw.polygon(points[:, 1], points[:, 0], shape)
+    return np.asarray(np.ravel_multi_index(inside, shape), dtype=np.int64)
 
 
 def _up_to_walls(leaves: Indices, dark: Array, light: Indices, outer: Mask) -> Indices:
@@ -311,13 +282,3 @@ def compactness(moments: Array, touches: Mask, shape: tuple[int, ...]) -> float:
         about = (xx - 2 * edge * x if axis == 0 else yy - 2 * edge * y) + area * edge**2 + area / 12
         best = max(best, 4 * area**2 / (2 * np.pi * 2 * (about + own[1 - axis])))
     return float(best)
-
-
-def _within(droplets: Indices, away: float) -> Indices:
-    """The same without what is nearer to another region than `away`."""
-    edge = np.zeros(droplets.shape, dtype=bool)
-    for a, b in PAIR:
-        differ = droplets[a] != droplets[b]
-        edge[a] |= differ
-        edge[b] |= differ
-    return np.where(distance_inside(~edge) + 0.5 >= away, droplets, 0)

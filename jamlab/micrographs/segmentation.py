@@ -14,8 +14,10 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
@@ -24,7 +26,7 @@ from jamlab.micrographs.picture_files import distance_inside, scikit_image
 RADII = 20  # discs, in equal ratios
 LONGEST = 600  # pixels along a side on which openings are made
 COARSEST = 14  # pixels that the largest disc keeps there
-SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller ones than `Granulometry.smallest`
+SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller discs than those of small droplets
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
 SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
 EDGE_SPECK = 0.1  # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
@@ -33,20 +35,24 @@ SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges a
 STRAIGHT = (0.05, 0.4)  # of the smallest radius, over which walls are straightened: in itself, and per noise
 STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
 NARROW = 0.4  # pixels, standard deviation of a Gaussian whose middle pixel holds most of it, so that no pixel moves
-PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 FILM = 1.0  # weight of darkness beside distance over radius
 
 
-@dataclass(frozen=True)
-class Granulometry:
-    """Scale of the foreground of a picture."""
-
-    radius: float  # pixels: half of the foreground lies in larger discs; 0 without foreground
-    smallest: float  # pixels: all but 8 % of the foreground lies in larger discs
+def edge_of(values: NDArray[Any]) -> NDArray[Any]:
+    """Values along the edge of a picture, (h, w)."""
+    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
-def granulometry(mask: Mask) -> Granulometry:
-    """Open a mask by discs, only by those between which the wanted shares lie. `mask`: (h, w), True in droplets."""
+def meetings(values: NDArray[Any]) -> tuple[Indices, Indices]:
+    """Where neighbours in a picture differ: flat places of pixels, and of the one above or to the left of each."""
+    above, left = np.flatnonzero(values[1:] != values[:-1]), np.flatnonzero(values[:, 1:] != values[:, :-1])
+    left += left // max(values.shape[1] - 1, 1)
+    return np.concatenate([above + values.shape[1], left + 1]), np.concatenate([above, left])
+
+
+def granulometry(mask: Mask) -> tuple[float, float]:
+    """Open a mask by discs, only by those between which the wanted shares lie. `mask`: (h, w), True in droplets.
+    Returns two radii in pixels: half of the droplets lies in larger discs, and all but 8 %; 0 without droplets."""
     step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
     depth = _depth(mask[::step, ::step])
     coarser = max(1, int(depth.max() / COARSEST))
@@ -54,7 +60,7 @@ def granulometry(mask: Mask) -> Granulometry:
     depth = depth if coarser == 1 else _depth(mask[::step, ::step])
     widest, total = float(depth.max()), int(np.count_nonzero(mask[::step, ::step]))
     if widest <= 0.5:
-        return Granulometry(0.0, 0.0)
+        return 0.0, 0.0
     radii, gone = np.geomspace(1.0, max(1.01 * widest, 1.1), RADII), {RADII: 1.0}
 
     def lost(k: int) -> float:
@@ -70,7 +76,7 @@ def granulometry(mask: Mask) -> Granulometry:
             return float(radii[min(k, RADII - 1)])
         return float(np.interp(share, [lost(k - 1), lost(k)], radii[k - 1 : k + 1]))
 
-    return Granulometry(step * radius_at(0.5), step * radius_at(SMALLEST_SHARE))
+    return step * radius_at(0.5), step * radius_at(SMALLEST_SHARE)
 
 
 def _depth(mask: Mask) -> Array:
@@ -99,20 +105,19 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     """Divide denoised darkness into droplets; None if there are none. `smooth`: (h, w), 0 in droplets and 1 on the
     ground; `noise`: standard deviation of the noise before denoising; where no film shows, it leads the watershed."""
     droplets = smooth < 0.5
-    scale = granulometry(droplets)
-    if scale.radius <= 0 or droplets.all():
+    radius, smallest = granulometry(droplets)
+    if radius <= 0 or droplets.all():
         return None
-    markers, count = find_markers(droplets, scale.radius, scale.smallest)
+    markers, count = find_markers(droplets, radius, smallest)
     if not count:
         return None
     depth = distance_inside(droplets)
-    width = SMOOTHING * scale.radius
-    seen, even = (ndimage.gaussian_filter(field, width) for field in (np.clip(smooth, 0, 1), depth))
-    cells = _flood(FILM * seen - even / scale.radius, markers, _thinning(scale.smallest)) - 1
-    cells = _straighten(cells, min(STRAIGHT[0] + STRAIGHT[1] * noise, STRAIGHTEST) * scale.smallest)
+    seen, even = (ndimage.gaussian_filter(field, SMOOTHING * radius) for field in (np.clip(smooth, 0, 1), depth))
+    cells = _flood(FILM * seen - even / radius, markers, _thinning(smallest)) - 1
+    cells = _straighten(cells, min(STRAIGHT[0] + STRAIGHT[1] * noise, STRAIGHTEST) * smallest)
     cells = (np.cumsum(np.bincount(cells.ravel()) > 0) - 1)[cells]
     inner, middle = highest(depth, cells)[0], highest(even, cells)[1]
-    return Segments(cells, droplets, inner, middle, scale.radius, scale.smallest)
+    return Segments(cells, droplets, inner, middle, radius, smallest)
 
 
 def roundness(segments: Segments | None, cells_cut: bool = True) -> float:
@@ -122,10 +127,7 @@ def roundness(segments: Segments | None, cells_cut: bool = True) -> float:
         return 0.0
     cells = segments.cells
     area = np.bincount(cells[segments.droplets], minlength=segments.count).astype(np.float64)
-    at_edge = np.full(cells.shape, cells_cut) | segments.droplets
-    for side in (0, -1):
-        area[cells[side][at_edge[side]]] = 0.0  # cut, or around all others
-        area[cells[:, side][at_edge[:, side]]] = 0.0
+    area[edge_of(cells)[edge_of(segments.droplets) | cells_cut]] = 0.0  # cut, or around all others
     discs = np.minimum(np.pi * segments.inner**2, area)
     return float(discs.sum() / max(area.sum(), 1.0))
 
@@ -152,8 +154,7 @@ def _flood(landscape: Array, markers: Indices, step: int) -> Indices:
 def borders(cells: Indices) -> Mask:
     """(h, w) pixels whose upper or left neighbour belongs to another cell."""
     found = np.zeros(cells.shape, dtype=bool)
-    for own, other in PAIR:
-        found[own] |= cells[own] != cells[other]
+    found.flat[meetings(cells)[0]] = True
     return found
 
 
@@ -181,7 +182,7 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
     full = (above > -np.log(neck) * (1 - 1e-4)) & (even >= lowest)
     top, edge = np.zeros(count + 1), np.zeros(count + 1, dtype=bool)
     np.maximum.at(top, label[full], even[full])
-    edge[np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])] = True
+    edge[edge_of(label)] = True
     inner = (top >= max(SPECK * smallest, 1.0)) & ~edge
     kept = inner | (edge & (top > 0))
     inner[0] = kept[0] = False

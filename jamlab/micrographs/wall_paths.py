@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
@@ -73,8 +74,10 @@ def _paths(dark: Array, depth: float, finer: int, middle: Array, radius: Array) 
         steps = _closed_path(gain)
         inner = _smooth(REACH[steps] * radius[:, None])
         if turn < ROUNDS - 1:
-            middle, radius = _middle_and_radius(_points(middle, inner))
+            enclosed = shapely.polygons(_points(middle, inner))
+            middle = shapely.get_coordinates(shapely.centroid(enclosed))
             middle = np.clip(middle, 0, np.array(dark.shape[::-1]) - 1.0)
+            radius = np.sqrt(np.maximum(shapely.area(enclosed), 1.0) / np.pi)
     on = np.take_along_axis(seen, steps[:, :, None], 2)[:, :, 0]
     behind = np.maximum(2.0 * finer, 0.25 * radius)[:, None, None]
     wall = np.where(
@@ -131,18 +134,8 @@ def _points(middle: Array, radius: Array) -> Array:
 
 
 def path_areas(points: Array) -> Array:
-    """(n,) areas of closed paths (n, k, 2)."""
-    x, y = points[..., 0], points[..., 1]
-    return np.asarray(0.5 * (x * np.roll(y, -1, 1) - y * np.roll(x, -1, 1)).sum(axis=1))
-
-
-def _middle_and_radius(points: Array) -> tuple[Array, Array]:
-    """(n, 2) centres of area, and (n,) radii of circles of that area."""
-    x, y = points[..., 0], points[..., 1]
-    nextx, nexty = np.roll(x, -1, 1), np.roll(y, -1, 1)
-    cross, area = x * nexty - y * nextx, np.maximum(path_areas(points), 1.0)
-    middle = np.stack([((x + nextx) * cross).sum(1), ((y + nexty) * cross).sum(1)], axis=1) / (6 * area[:, None])
-    return middle, np.sqrt(area / np.pi)
+    """(n,) areas of closed paths (n, k, 2), one pixel at least."""
+    return np.asarray(np.maximum(shapely.area(shapely.polygons(points)), 1.0))
 
 
 def _features(values: Array, seen: Mask, share: Array, top: Array, on: Mask, points: Array, depth: float) -> Array:
@@ -161,7 +154,7 @@ def _features(values: Array, seen: Mask, share: Array, top: Array, on: Mask, poi
     wall, step, shown = top - level[:, None], top - near, counted.sum(axis=1)
     z = points[..., 0] + 1j * points[..., 1]
     first, second = (np.roll(z, -1, 1) - np.roll(z, 1, 1)) / 2, np.roll(z, -1, 1) - 2 * z + np.roll(z, 1, 1)
-    area = np.maximum(path_areas(points), 1.0)
+    area = path_areas(points)
     bend = (np.conj(first) * second).imag / np.maximum(np.abs(first), 1e-9) ** 3 * np.sqrt(area / np.pi)[:, None]
     concave = (counted * np.minimum(bend, 0)).sum(axis=1) / shown
     solid = 4 * np.pi * area / np.abs(np.roll(z, -1, 1) - z).sum(axis=1) ** 2
@@ -193,7 +186,7 @@ def path_terms(paths: WallPaths, compact: Array, radii: Array, joined: Array, he
     over the typical size of what is certainly a droplet. `compact`, `radii`, `joined`, `height`: (n,) A^2/(2 pi I) and
     radius of the region that a path was started from, and depths of the wall by which that region merged and of the
     deepest wall within, over the depth of walls."""
-    grown = np.log(np.maximum(path_areas(paths.inner), 1.0) / (np.pi * radii**2))
+    grown = np.log(path_areas(paths.inner) / (np.pi * radii**2))
     tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = paths.features.T
     wall = np.maximum(half, 0.15)
     sure = (tenth > 0.4 * wall) & (solid > 0.93) & (compact > 0.93) & (np.abs(grown) < 0.35)

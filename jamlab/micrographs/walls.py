@@ -11,12 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from scipy import ndimage
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
-from jamlab.micrographs.segmentation import PAIR
+from jamlab.micrographs.segmentation import meetings
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
 LEAST_TOLERANCE = 0.6  # pixels
@@ -178,15 +179,12 @@ def _film_between_labels(gaps: Array, tolerance: float) -> tuple[float, float]:
 
 def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
     """(h, w) pixels beside another cell, and the pair of cells there as one number; -1 elsewhere."""
-    count = int(cells.max()) + 1
-    pair = np.full(cells.shape, -1)
-    for a, b in PAIR:
-        differ = cells[a] != cells[b]
-        own, other = cells[a][differ], cells[b][differ]
-        name = np.minimum(own, other) * count + np.maximum(own, other)
-        for side in (a, b):
-            pair[side][differ] = np.maximum(pair[side][differ], name)
-    return pair >= 0, pair
+    places = meetings(cells)
+    low, high = np.sort([cells.ravel()[place] for place in places], axis=0)
+    pair = np.full(cells.size, -1)
+    for place in places:
+        np.maximum.at(pair, place, low * (int(cells.max()) + 1) + high)
+    return pair.reshape(cells.shape) >= 0, pair.reshape(cells.shape)
 
 
 def outlines(cells: Indices, inside: Array) -> list[Array]:
@@ -209,15 +207,10 @@ def outlines(cells: Indices, inside: Array) -> list[Array]:
             continue
         own = np.pad(np.where(cells[box] == label, inside[box], -0.5), 2, constant_values=-0.5)
         rings = skimage.measure.find_contours(own, 0.0)
-        ring = max(rings, key=_enclosed, default=np.zeros((0, 2)))
+        ring = max(rings, key=lambda ring: shapely.Polygon(ring).area, default=np.zeros((0, 2)))
         corner = np.array([box[0].start, box[1].start]) - 2
         found.append((_smoothen(ring) + corner)[:, ::-1] if len(ring) > 4 else np.zeros((0, 2)))
     return found
-
-
-def _enclosed(ring: Array) -> float:
-    y, x = ring.T
-    return float(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
 
 
 def _smoothen(ring: Array) -> Array:
@@ -231,6 +224,5 @@ def _smoothen(ring: Array) -> Array:
 
 def shape_factor(outline: Array) -> float:
     """perimeter^2/(4 pi area) of a closed outline (k, 2); nan without area."""
-    area = _enclosed(outline) if len(outline) else 0.0
-    length = float(np.hypot(*(np.roll(outline, -1, axis=0) - outline).T).sum())
-    return length**2 / (4 * np.pi * area) if area > 0 else float("nan")
+    shape = shapely.Polygon(outline)
+    return float(shape.length**2 / (4 * np.pi * shape.area)) if shape.area > 0 else float("nan")

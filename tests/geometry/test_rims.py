@@ -18,19 +18,6 @@ from jamlab.geometry.voids.voids import voids
 from jamlab.models.droplets import regular_polygon
 
 
-def dense_packing(seed, noise=0.03, dent=0.0, delta=0.25, side=4):
-    """Distorted 12- and 17-gons on a sheared grid, overlapping at random."""
-    rng = np.random.default_rng(seed)
-    rings = []
-    box = np.array([[side, 0.0], [0.3 * side, side]]) * 1.25
-    for k in range(side**2):
-        ring = regular_polygon(12 if k % 2 else 17, 0.8 if k % 2 else 1.6, rng.random())
-        ring *= (1 - dent * np.cos(3 * np.arctan2(ring[:, 1], ring[:, 0])))[:, None]
-        place = (np.array(divmod(k, side)) + 0.2 * rng.random(2)) @ box / side
-        rings.append(place + ring + noise * rng.normal(size=ring.shape))
-    return polygons(rings, delta, box)
-
-
 def by_rims(packing):
     """Area and perimeter of the outlines with their rims."""
     grown = rims(packing)
@@ -75,9 +62,8 @@ def test_edge_that_has_shrunk_to_a_point(measure, length, direction):
     np.testing.assert_allclose(one[0], other[0], atol=3 * max(length, 1e-8))
 
 
-@pytest.mark.parametrize(("noise", "dent", "delta"), [(0.03, 0.0, 0.25), (0.0, 0.3, 0.25), (0.02, 0.4, 0.6)])
-def test_dented_outlines(noise, dent, delta):
-    packing = dense_packing(1, noise, dent, delta, side=3)
+@given(random_packings.polygons())
+def test_outlines_are_those_of_capsules_around_all_edges(packing):
     grown, (coarse, fine) = rims(packing), (capsule_unions(packing, steps) for steps in (64, 128))
     for found, size, error in ((grown.area, shapely.area, 4e-6), (grown.perimeter, shapely.length, 4e-5)):
         np.testing.assert_allclose(found, (4 * size(fine) - size(coarse)) / 3, atol=error)  # arcs err as 1/steps^2
@@ -170,14 +156,12 @@ def test_compressed_droplets(dp_onset, dp_dense):
 
 
 def test_outlines_that_cross_or_hold_another_are_refused():
-    with pytest.raises(BoundaryError, match="polygons 0 and 1 cross"):
+    with pytest.raises(BoundaryError, match=r"0\D+1"):
         voids(polygons([SQUARE + 3, SQUARE + 3.5], 0.1))
     packing = polygons([4 * SQUARE, SQUARE + 1.5], 0.1)
-    with pytest.raises(BoundaryError, match="particle 1 lies inside particle 0"):
+    with pytest.raises(BoundaryError, match=r"1\D+0"):
         voids(packing)
     np.testing.assert_allclose(packing_fraction(packing), (16 + 16 * 0.05 + np.pi * 0.0025) / 400, rtol=1e-2)
-
-
 
 
 def resting_on_its_own_image():

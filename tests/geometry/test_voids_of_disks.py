@@ -10,24 +10,10 @@ from scipy import ndimage
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.voids.void_statistics import size_distribution, void_statistics
+from jamlab.geometry.voids.void_statistics import void_statistics
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, voids
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
-
-
-def jammed(seed, n, phi):
-    """Bidisperse disks on random places, pushed apart by a few steps of steepest descent: overlaps of all orders."""
-    rng = np.random.default_rng(seed)
-    diameters = np.where(np.arange(n) % 2, 1.0, 1.4)
-    side = np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi)
-    x, s = rng.random((n, 2)) * side, 0.5 * (diameters[:, None] + diameters)
-    for _ in range(300):
-        r = x[:, None] - x
-        r -= side * np.rint(r / side)
-        d = np.hypot(r[..., 0], r[..., 1]) + np.eye(n)
-        x += 0.2 * np.einsum("ij,ijk->ik", np.maximum(1 - d / s, 0) / d * (1 - np.eye(n)), r)
-    return disks(x, diameters, np.eye(2) * side)
 
 
 def check_sum(packing, found, tolerance=1e-12):
@@ -199,22 +185,13 @@ def test_probabilities_add_up_and_open_voids_are_counted_apart():
     np.testing.assert_allclose(total.probability, [2 / 3, 1 / 3], rtol=1e-14)
     np.testing.assert_allclose(total.area, [crystal.area.mean(), lattice.area[0]], rtol=1e-12)
     np.testing.assert_allclose(total.plateau, crystal.shape[0] / PLATEAU_BORDER, rtol=1e-12)
-    assert np.isnan(void_statistics(lattice).plateau)
-    assert void_statistics(voids(disks([0.2, 0.1], 1.0, HEXAGONAL))).plateau == pytest.approx(1.0, rel=1e-10)
-
-
-def test_size_distribution_integrates_to_one():
-    found = voids(jammed(1, 40, 1.0))
+    found = voids(random_disks(1, 40))
     spread = [found.shape[(found.sides == k) & (found.percolating == 0)].std() for k in void_statistics(found).sides]
     np.testing.assert_allclose(void_statistics(found).shape_spread, spread, atol=1e-6)  # of one void alone it is 0
-    edges, density = size_distribution(found, bins=7)
-    np.testing.assert_allclose(density @ np.diff(edges), 1.0, rtol=1e-12)
-    with pytest.raises(InputError, match="bins is 0"):
-        size_distribution(found, bins=0)
-    with pytest.raises(InputError, match=r"1 void\(s\)"):
-        size_distribution(voids(disks([0.3, 0.9], 1.02, np.eye(2))))
-    with pytest.raises(InputError, match="no voids"):
+    with pytest.raises(InputError):
         void_statistics()
+    assert np.isnan(void_statistics(lattice).plateau)
+    assert void_statistics(voids(disks([0.2, 0.1], 1.0, HEXAGONAL))).plateau == pytest.approx(1.0, rel=1e-10)
 
 
 def test_isostatic_network_has_its_faces(sp_jammed):
@@ -222,5 +199,3 @@ def test_isostatic_network_has_its_faces(sp_jammed):
     network, found = contacts(sp_jammed), voids(without_rattlers(sp_jammed))
     assert len(found.area) == network.count - network.backbone
     assert found.sides.sum() == 2 * network.count and not found.islands.any()
-
-

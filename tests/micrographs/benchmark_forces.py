@@ -8,6 +8,7 @@ voids are below `LEAST_ROOM`, jamlab refuses; what it would have said is printed
 
 import numpy as np
 import pytest
+from rendered_pictures import forces_seen
 
 import jamlab
 from jamlab.errors import InputError
@@ -28,24 +29,6 @@ def droplets():
         yield rho, packing
 
 
-def errors(packing, found):
-    """(m, 3) force in the packing, force seen and its standard error."""
-    apart = found.centres[:, None] - packing.centroids
-    apart -= np.rint(apart @ np.linalg.inv(packing.box)) @ packing.box
-    own = np.hypot(apart[..., 0], apart[..., 1]).argmin(axis=1)
-    known, tension = jamlab.contacts(packing), packing.params["gamma"]
-    size = {
-        frozenset(pair): force / tension for pair, force in zip(known.pairs.tolist(), known.forces.size, strict=True)
-    }
-    forces = found.forces
-    rows = [
-        (size.get(frozenset(own[pair].tolist()), 0.0), seen, error)
-        for pair, seen, error in zip(forces.pairs, forces.size, forces.error, strict=True)
-        if pair.min() >= 0 and np.isfinite(seen)
-    ]
-    return np.array(rows)
-
-
 @pytest.fixture(scope="module")
 def table():
     rows = {}
@@ -63,7 +46,7 @@ def table():
             with pytest.MonkeyPatch.context() as patch:
                 patch.setattr(measured_droplets, "LEAST_RADIUS", 0.0)
                 patch.setattr(measured_droplets, "LEAST_ROOM", 0.0)
-                true, seen, error = errors(packing, found).T
+                true, seen, error = forces_seen(packing, found)
                 balance = float(np.nanmedian(found.forces.residual))
             off = abs(seen - true)
             rows[rho, radius] = np.median(off), np.quantile(off, 0.9), (off < 2 * error).mean(), balance, refused

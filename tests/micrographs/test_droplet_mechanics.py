@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from commands import call
 from PIL import Image
+from rendered_pictures import forces_seen
 
 import jamlab
 from jamlab.errors import InputError
@@ -71,24 +72,11 @@ def seen(dp_dense):
 
 
 def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense, seen):
-    _, found = seen
-    apart = found.centres[:, None] - dp_dense.centroids
-    apart -= np.rint(apart @ np.linalg.inv(dp_dense.box)) @ dp_dense.box
-    own = np.hypot(apart[..., 0], apart[..., 1]).argmin(axis=1)
-    known, gamma = jamlab.contacts(dp_dense), dp_dense.params["gamma"]
-    true = {
-        tuple(sorted(pair)): size / gamma for pair, size in zip(known.pairs.tolist(), known.forces.size, strict=True)
-    }
-    forces = found.forces
-    seen = [
-        (true.get(tuple(sorted(own[pair].tolist())), 0.0), size, error)
-        for pair, size, error in zip(forces.pairs, forces.size, forces.error, strict=True)
-        if pair.min() >= 0 and np.isfinite(size)
-    ]
-    expected, size, error = np.array(seen).T
+    found = seen[1]
+    expected, size, error = forces_seen(dp_dense, found)
     assert np.corrcoef(expected, size)[0, 1] > 0.8
     assert (np.abs(size - expected) < 2 * error).mean() > 0.8
-    assert np.nanmedian(forces.residual) < 0.2
+    assert np.nanmedian(found.forces.residual) < 0.2
 
 
 def test_small_droplets_small_voids_and_labels_are_refused(dp_dense, seen):

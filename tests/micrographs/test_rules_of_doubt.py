@@ -7,6 +7,7 @@ import pytest
 
 import jamlab
 from jamlab.micrographs import measurement, quality
+from jamlab.micrographs.picture_numbers import Mean
 from jamlab.micrographs.ring_segmentation import Candidates
 
 pytest.importorskip("skimage")
@@ -90,8 +91,8 @@ def test_each_rule_objects_alone(clean, rule):
     ("count", "change"), [(19, {}), (40, {"rho": 0.012}), (40, {"z": 0.3}), (40, {"shape_rim": 0.012})]
 )
 def test_few_droplets_are_doubted(count, change):
-    means = {name: quality.Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
-    assert quality.doubt_few(40, {name: quality.Mean(1.0, 0.001, 40) for name in means}) == []
+    means = {name: Mean(1.0, change.get(name, 0.001), 40) for name in ("rho", "z", "shape_rim")}
+    assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == []
     (found,) = quality.doubt_few(count, means)
     assert found.numbers == (change.keys() or {"rho", "z", "shape_rim"})
 

@@ -107,6 +107,25 @@ def measured_errors(picture: Array, known: Truth) -> dict[str, Any]:
     return errors | {"quality": found.quality, "reasons": "; ".join(found.reasons), "right": right}
 
 
+def droplets_seen(packing: Packing, found: Micrograph) -> tuple[Array, Array]:
+    """(count,) droplet of the packing that each one seen is, and (count,) distance of their centres."""
+    apart = found.centres[:, None] - packing.centroids
+    apart = apart - np.rint(apart @ np.linalg.inv(packing.box)) @ packing.box
+    distance = np.hypot(apart[..., 0], apart[..., 1])
+    return distance.argmin(axis=1), distance.min(axis=1)
+
+
+def forces_seen(packing: Packing, found: Micrograph) -> Array:
+    """(3, m) force over tension in the packing, force seen and its standard error, of contacts between whole ones."""
+    own, known = droplets_seen(packing, found)[0], contacts(packing)
+    size = known.forces.size / packing.params["gamma"]
+    true = {frozenset(pair): force for pair, force in zip(known.pairs.tolist(), size, strict=True)}
+    forces = found.forces
+    kept = (forces.pairs.min(axis=1) >= 0) & np.isfinite(forces.size)
+    pairs = own[forces.pairs[kept]].tolist()
+    return np.array([[true.get(frozenset(pair), 0.0) for pair in pairs], forces.size[kept], forces.error[kept]])
+
+
 def wall_distance(packing: Packing, pixels: int) -> Array:
     """(h, w) distance to the nearest outline, negative in droplets, in pixels of a picture `pixels` wide, `FINER`
     samples to each. Disks, by their diameters, end where they meet: outlines are those of a power diagram."""

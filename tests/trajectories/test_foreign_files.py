@@ -4,7 +4,6 @@ import bz2
 import gzip
 import lzma
 import os
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -13,9 +12,8 @@ import pytest
 import jamlab
 from jamlab.errors import InputError, StorageError
 
-PUBLISHED = Path(__file__).parents[1] / "states" / "published"
 RNG = np.random.default_rng(5)
-BOX = np.array([[4.0, 0.0], [0.5, 5.0]])
+BOX = np.array([[4.123456789012345, 0.0], [0.512345678901234, 5.123456789012345]])
 POSITIONS, RADII = RNG.uniform(0, 5, (6, 2)), RNG.uniform(0.3, 0.5, 6)
 
 
@@ -53,20 +51,51 @@ def test_tables_with_any_head_and_separator(tmp_path, head, more, unread):
 
 
 def test_a_table_may_hold_frames_and_types_and_lack_sizes(tmp_path):
-    rows = [f"{x:.17g},{y:.17g},{'A' if k % 2 else 'B'},{f}" for f in (3, 7) for k, (x, y) in enumerate(POSITIONS + f)]
+    rows = [f"{x:.17g},{y:.17g},{'BA'[k % 2]},{f}" for f in (3, 7) for k, (x, y) in enumerate(POSITIONS + f)]
     (tmp_path / "disks.csv").write_text("\n".join(["x,y,type,frame", *rows]))
-    for p, f in zip(
-        jamlab.read_all(tmp_path / "disks.csv", box=[4, 5], radii={"A": 0.2, "B": 0.3}), (3, 7), strict=True
-    ):
+    read = jamlab.read_all(tmp_path / "disks.csv", box=[4, 5], radii={"A": 0.2, "B": 0.3})
+    for p, f in zip(read, (3, 7), strict=True):
         assert np.array_equal(p.positions, POSITIONS + f) and p.diameters.tolist() == [0.6, 0.4] * 3
 
 
-@pytest.mark.parametrize(("digits", "error"), [((".17g", ".6f"), 5e-7), ((".4f", ".17g"), 5e-5)])
-def test_few_digits_of_a_table_are_noticed(tmp_path, digits, error):
-    place, size = digits
-    rows = [f"{x:{place}},{y:{place}},{r:{size}}" for (x, y), r in zip(POSITIONS, RADII, strict=True)]
-    (tmp_path / "disks.csv").write_text("\n".join(["x,y,r", *rows]))
-    assert jamlab.read(tmp_path / "disks.csv", box=BOX).rounding == pytest.approx(error)
+def written(folder, kind, **digits):
+    """The disks in a text file of another program, with so many digits of position, radius or box."""
+
+    def words(name, values):
+        return [f"{value:.{digits.get(name, 17)}g}" for value in np.ravel(values)]
+
+    (x, y), r = np.reshape(words("position", POSITIONS), (6, 2)).T, words("radius", RADII)
+    (lx, _), (xy, ly) = np.reshape(words("box", BOX), (2, 2))
+    (wide,), d = words("box", BOX[0, 0] + BOX[1, 0]), words("radius", 2 * RADII)
+    heads = {
+        "csv": "x y r\n",
+        "xyz": f'6\nLattice="{lx} 0 0 {xy} {ly} 0 0 0 1" Properties=pos:R:2:radius:R:1 k=2\n',
+        "txt": f"N = 6 , L = 4 , L1= {{ {lx} , 0 }} , L2= {{ {xy} , {ly} }} , P = 0.1 , P0= 0 ,\n{{\n",
+        "dump": "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n6\nITEM: BOX BOUNDS xy xz yz pp pp pp\n"
+        f"0 {wide} {xy}\n0 {ly} 0\n-0.5 0.5 0\nITEM: ATOMS id x y radius\n",
+        "data": f"\n6 atoms\n1 atom types\n0 {lx} xlo xhi\n0 {ly} ylo yhi\n-0.5 0.5 zlo zhi\n{xy} 0 0 xy xz yz\n\n"
+        "Atoms # sphere\n\n",
+    }
+    rows = {"csv": "{x} {y} {r}", "xyz": "{x} {y} {r}", "txt": "{x} ,\t{y} ,\t{r} ,"}
+    rows |= {"dump": "{i} {x} {y} {r}", "data": "{i} 1 {d} 1.0 {x} {y} 0"}
+    body = [rows[kind].format(i=k + 1, x=x[k], y=y[k], r=r[k], d=d[k]) for k in range(6)]
+    path = folder / f"disks.{kind}"
+    path.write_text(heads[kind] + "\n".join(body) + "\n" + "}\n" * (kind == "txt"))
+    return path
+
+
+TEXTS = ("csv", "xyz", "txt", "dump", "data")
+
+
+@pytest.mark.parametrize("part", ["position", "radius", "box"])
+@pytest.mark.parametrize("kind", TEXTS)
+def test_all_digits_arrive_and_few_are_noticed(tmp_path, kind, part):
+    given = {"box": BOX} if kind == "csv" else {}
+    assert same(jamlab.read(written(tmp_path, kind), **given)) == (["P0"] if kind == "txt" else [])
+    p = jamlab.read(written(tmp_path, kind, **{part: 6}), **given)
+    largest = {"position": POSITIONS, "radius": RADII, "box": BOX}[part].max()
+    if (kind, part) != ("csv", "box"):
+        assert 0.2 < p.rounding / 10.0 ** (np.floor(np.log10(largest)) - 5) < 1.1 and not p.converged
 
 
 def test_arrays_of_numpy(tmp_path):
@@ -172,21 +201,15 @@ def test_h5md_that_is_no_packing_is_refused_with_a_true_reason(tmp_path):
             jamlab.read(tmp_path / "plain.h5", radii=0.4)
 
 
-@pytest.mark.parametrize("kind", ["csv", "npy", "h5", "xyz", "txt"])
+@pytest.mark.parametrize("kind", [*TEXTS, "npy", "h5"])
 @pytest.mark.filterwarnings("ignore")  # of numpy, about what a damaged head may mean
 def test_damaged_files_raise_errors_of_jamlab_only(tmp_path, kind):
     """In one line that names the file; or the damage is a number, which text does not show."""
-    path, rows = tmp_path / f"p.{kind}", np.column_stack([POSITIONS, RADII])
-    words = [" ".join(f"{value:.17g}" for value in row) for row in rows]
+    path = written(tmp_path, kind) if kind in TEXTS else tmp_path / f"p.{kind}"
     if kind == "npy":
-        np.save(path, rows)
+        np.save(path, np.column_stack([POSITIONS, RADII]))
     elif kind == "h5":
         write_h5md(path, POSITIONS[None], BOX.diagonal(), radius=RADII, **{"id": np.arange(6)})
-    elif kind == "txt":
-        path.write_bytes((PUBLISHED / "N16~P1e-3~0001.txt").read_bytes())
-    else:
-        head = ["x y r"] if kind == "csv" else ["6", 'Lattice="4 0 0 0 5 0 0 0 1" Properties=pos:R:2:radius:R:1 k=2']
-        path.write_text("\n".join([*head, *words]) + "\n")
     whole, rng = path.read_bytes(), np.random.default_rng(0)
     for turn in range(90):
         at = int(rng.integers(len(whole)))

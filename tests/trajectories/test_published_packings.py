@@ -81,47 +81,6 @@ def test_goodrich_energies_stresses_and_elastic_tensors(path):
         assert found == pytest.approx(tensor[k], abs=1e-7)
 
 
-def write_xyz(path, packing):
-    """One frame of extended xyz, as OVITO, freud and ASE write it: positions, radii, box; and the force law."""
-    cell = np.zeros((3, 3))
-    cell[:2, :2], cell[2, 2] = packing.box, 1.0
-    law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items())
-    lattice = " ".join(f"{value:.17g}" for value in cell.ravel())
-    head = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1 pbc="T T F" units={packing.units} {law}'
-    places = zip(packing.positions, packing.diameters, strict=True)
-    rows = [f"A {x:.17g} {y:.17g} 0 {d / 2:.17g}" for (x, y), d in places]
-    path.write_text("\n".join([str(packing.n), head, *rows]) + "\n")
-
-
-def test_extended_xyz_comes_back_bit_for_bit(tmp_path):
-    p = jamlab.pack(n=16, pressure=1e-2, seed=1)
-    write_xyz(tmp_path / "p.xyz", p)
-    q = jamlab.read(tmp_path / "p.xyz")
-    assert np.array_equal(p.positions, q.positions) and np.array_equal(p.diameters, q.diameters)
-    assert np.array_equal(p.box, q.box) and (p.units, p.params) == (q.units, q.params)
-
-
-def with_few_digits(text, what, digits):
-    """A Leiden file, of which radii or lattice vectors are cut."""
-    shape = f"%.{digits}f"
-    if what == "radius":
-        return re.sub(r"(?<=\t)([\d.]+)(?= ,\s*$)", lambda found: shape % float(found[0]), text, flags=re.M)
-    return re.sub(r"(?<=\{ )([\d.]+) , ([\d.]+)", lambda f: f"{shape} , {shape}" % (float(f[1]), float(f[2])), text)
-
-
-@pytest.mark.parametrize("what", ["position", "radius", "box"])
-def test_few_digits_of_a_leiden_file_are_noticed(tmp_path, what):
-    text = LEIDEN.read_text().replace("1.3999999999999999112", "1.39999999991234567")
-    if what == "position":
-        text = re.sub(r"^([\d.]+) ,\s*([\d.]+)", lambda f: f"{float(f[1]):.5f} , {float(f[2]):.5f}", text, flags=re.M)
-    else:
-        text = with_few_digits(text, what, 6)
-    (tmp_path / "few.txt").write_text(text)
-    p = jamlab.read(tmp_path / "few.txt")
-    off = 0.5e-5 if what == "position" else 0.5e-6
-    assert p.rounding == pytest.approx(off) and not p.converged
-
-
 def test_netcdf_boxes_have_lattice_vectors_as_columns(tmp_path):
     """A sheared box: the energy is that of the plain sum over images only if rows and columns are not exchanged."""
     positions, radii = np.array([0.1, 0.2, 0.5, 0.7, 0.8, 0.3]), np.array([0.2, 0.3, 0.25])
@@ -181,18 +140,6 @@ def test_what_an_xyz_has_besides_is_named(tmp_path):
     properties = "species:S:1:pos:R:3:Radius:R:1:diameter:R:1:vel:R:3:mu:R:1"
     p = read_one_xyz(tmp_path / "p.xyz", 'alpha=2 made by="some code"', rows, properties)
     assert p.provenance["unread"] == ["alpha", "by", "made", "mu"] and p.diameters.tolist() == [1.8] * 4
-
-
-@pytest.mark.parametrize(
-    "digits",
-    [{"radius": "0.583333"}, {"box": 'Lattice="4.12345 0 0 0 4 0 0 0 4"'}],
-    ids=["radius", "box"],
-)
-def test_few_digits_of_radius_and_box_of_an_xyz_are_noticed(tmp_path, digits):
-    rows = [f"A {x}12345678901234 {y} 0 {digits.get('radius', '0.9')}" for x in (1.5, 3.5) for y in (1.0, 3.0)]
-    p = read_one_xyz(tmp_path / "p.xyz", "k=1", rows, box=digits.get("box", SQUARE))
-    assert p.rounding == pytest.approx(5e-7 if "radius" in digits else 5e-6)
-    assert read_one_xyz(tmp_path / "p.xyz", "k=1", [row.replace("0.583333", "0.9") for row in rows]).rounding == 0
 
 
 def test_three_dimensions_or_an_open_box_are_no_packing(tmp_path):

@@ -76,8 +76,15 @@ class Lines:
     points: Array  # (m, 2)
     ends: Indices  # (k,) int64, where in `points` each line ends
 
+    @classmethod
+    def of(cls, lines: NDArray[np.object_]) -> "Lines":
+        """Lines of shapely."""
+        points, line = shapely.get_coordinates(lines, return_index=True)
+        return cls(points, np.cumsum(np.bincount(line, minlength=len(lines))))
 
-_NOTHING = Lines(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
+    def packed(self, grid: Grid) -> dict[str, str]:
+        """Points and ends in base64."""
+        return {"points": grid.encode(self.points), "ends": encode(self.ends, "<u4")}
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
@@ -89,23 +96,23 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     walls = _join_walls(packing, cells.lines)
     found, paths, no_voids = _find_voids(packing)
     lenses = _find_overlaps(packing, centres)
-    grid = Grid.around(packing.box, np.concatenate([sites, centres, walls.points, paths.points, lenses.points]))
+    drawn = [lines.points for lines in (walls, paths, lenses) if lines is not None]
+    grid = Grid.around(packing.box, np.concatenate([sites, centres, *drawn]))
     network = contacts(packing)
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
         **grid.limits(),
-        "rim": 0.5 * packing.params["delta"] if packing.diameters is None else 0.0,
+        "rim": 0.5 * packing.params.get("delta", 0.0),
         "sites": grid.encode(sites),
         "contacts": _pack_contacts(packing, network, home),
         "particles": _pack_particles(packing, network, cells.area),
-        "cells": {"points": grid.encode(walls.points), "ends": encode(walls.ends, "<u4")},
+        "cells": walls.packed(grid),
         "voids": _pack_voids(found, paths, no_voids, grid),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
-    if packing.diameters is None:
-        state["centres"] = grid.encode(centres)
-        state["overlaps"] = {"points": grid.encode(lenses.points), "ends": encode(lenses.ends, "<u4")}
+    if lenses is not None:
+        state |= {"centres": grid.encode(centres), "overlaps": lenses.packed(grid)}
     return state
 
 
@@ -172,13 +179,12 @@ def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[s
     }
 
 
-def _pack_voids(found: Voids | None, paths: Lines, why: str, grid: Grid) -> dict[str, Any]:
-    if found is None:
+def _pack_voids(found: Voids | None, paths: Lines | None, why: str, grid: Grid) -> dict[str, Any]:
+    if found is None or paths is None:
         return {"why": why}
     closed = np.flatnonzero(found.percolating == 0)
     return {
-        "points": grid.encode(paths.points),
-        "ends": encode(paths.ends, "<u4"),
+        **paths.packed(grid),
         "rings": encode(1 + found.islands[closed], "<u4"),
         "sides": encode(found.sides[closed], "<u2"),
         "area": encode(found.area[closed], "<f4"),
@@ -186,12 +192,12 @@ def _pack_voids(found: Voids | None, paths: Lines, why: str, grid: Grid) -> dict
     }
 
 
-def _find_voids(packing: Packing) -> tuple[Voids | None, Lines, str]:
+def _find_voids(packing: Packing) -> tuple[Voids | None, Lines | None, str]:
     """Voids that do not percolate, with their rings; none and the reason where outlines cross."""
     try:
         found = voids(packing)
     except BoundaryError as error:
-        return None, _NOTHING, str(error)
+        return None, None, str(error)
     rings = [
         shapely.linearrings(ring)
         for path, percolating in zip(void_paths(found), found.percolating, strict=True)
@@ -201,17 +207,17 @@ def _find_voids(packing: Packing) -> tuple[Voids | None, Lines, str]:
     return found, _coarsen(np.array(rings, dtype=object), packing), ""
 
 
-def _find_overlaps(packing: Packing, centres: Array) -> Lines:
+def _find_overlaps(packing: Packing, centres: Array) -> Lines | None:
     """Outlines of the places where the rims of two droplets overlap, each once; none for disks: two arcs, drawn so."""
     if packing.diameters is not None:
-        return _NOTHING
+        return None
     found = rim_overlaps(packing, rims(packing))
     once = found.owner <= found.other
     parts, part = shapely.get_parts(found.regions[once], return_index=True)
     area = shapely.area(parts)
     parts, owner = parts[area > 0], found.owner[once][part][area > 0]
     thickness = 2 * shapely.area(parts) / shapely.length(parts)
-    outlines = _points_of(shapely.simplify(shapely.get_exterior_ring(parts), THIN * thickness))
+    outlines = Lines.of(shapely.simplify(shapely.get_exterior_ring(parts), THIN * thickness))
     return Lines(outlines.points + np.repeat(centres[owner], np.diff(outlines.ends, prepend=0), axis=0), outlines.ends)
 
 
@@ -231,12 +237,7 @@ def _coarsen(lines: NDArray[np.object_], packing: Packing) -> Lines:
     """Leave out points that no eye would miss; a small ring keeps its shape."""
     most = COARSE * np.sqrt(packing.area / packing.n)
     size = shapely.length(lines)
-    return _points_of(shapely.simplify(lines, np.minimum(most, 0.01 * size)))
-
-
-def _points_of(lines: NDArray[np.object_]) -> Lines:
-    points, line = shapely.get_coordinates(lines, return_index=True)
-    return Lines(points, np.cumsum(np.bincount(line, minlength=len(lines))))
+    return Lines.of(shapely.simplify(lines, np.minimum(most, 0.01 * size)))
 
 
 _MEANING = {
@@ -248,15 +249,9 @@ _MEANING = {
 
 def unit_labels(packing: Packing) -> dict[str, str]:
     """Quantity -> unit; `meaning` says what the letters stand for."""
-    system = packing.model, packing.units
     length, force, stress = packing.unit_names
-    return {
-        "length": length,
-        "area": f"{length}²",
-        "force": force,
-        "stress": stress,
-        "meaning": _MEANING[system],
-    }
+    meaning = _MEANING[packing.model, packing.units]
+    return {"length": length, "area": f"{length}²", "force": force, "stress": stress, "meaning": meaning}
 
 
 SHOWN = ("rho", "z", "z_all", "rattlers", "pressure", "g")
@@ -287,22 +282,20 @@ def observe(packing: Packing, known: Mapping[str, float], strain: float) -> dict
     `converged` is None where no minimisation is known, as in a dump that does not say."""
     row = {**measure(packing, [name for name in SHOWN if name not in known]), **known}
     numbers = {name: float(row[name]) if np.isfinite(row[name]) else None for name in SHOWN}
+    g, why = numbers["g"], ""
+    if g is None:
+        why = why_no_modulus(packing) or "the file holds no value"
+    elif g < 0:
+        why = NEGATIVE_G
     return {
         **numbers,
         "phi": packing.phi,
         "strain": strain,
-        "why": _why(packing, numbers["g"]),
+        "why": why,
         "converged": None if packing.max_force is None and not packing.converged else packing.converged,
         "on_target": packing.on_target,
         "max_force": packing.max_force,
     }
-
-
-def _why(packing: Packing, g: float | None) -> str:
-    """Why a state has no G, or one below 0; "" for the others."""
-    if g is None:
-        return why_no_modulus(packing) or "the file holds no value"
-    return NEGATIVE_G if g < 0 else ""
 
 
 def strains(packings: Sequence[Packing]) -> NDArray[np.float64]:

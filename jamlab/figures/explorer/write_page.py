@@ -16,6 +16,7 @@ from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 from numpy.typing import ArrayLike
 
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
@@ -51,15 +52,14 @@ def check_one_sweep(packings: Sequence[Packing]) -> None:
         )
 
 
-def check_bytes(size: float, states: int, every: int) -> None:
-    """Refuse a page that grows too large, by the bytes of a state."""
-    if size * states <= MOST_BYTES:
-        return
-    total = f"{states} states of {size / 1e6:.2g} MB are {size * states / 1e6:.0f} MB"
-    limit = f"{MOST_BYTES / 1e6:.0f} MB"
-    fewer = int(-(-size * states * every // MOST_BYTES))
-    remedy = f"take every {fewer}th frame, every={fewer} or --every {fewer}" if states > 1 else "draw it as a figure"
-    raise InputError(f"{total}, and a page holds {limit} at most: {remedy}")
+def check_bytes(total: float, states: int, every: int) -> None:
+    """Refuse a page that grows too large, by the bytes of all states."""
+    if total > MOST_BYTES:
+        fewer = int(-(-total * every // MOST_BYTES))
+        remedy = f"take every {fewer}th, every={fewer} or --every {fewer}" if states > 1 else "draw it as a figure"
+        raise InputError(
+            f"{states} states are {total / 1e6:.0f} MB, and a page holds {MOST_BYTES / 1e6:.0f} MB: {remedy}"
+        )
 
 
 SCRIPTS = (  # in the order in which they need each other
@@ -82,7 +82,6 @@ TOGGLES = (  # key, what it switches, whether it is on at first
     ("o", "overlaps", False),
     ("d", "displacements", False),
 )
-_MODELS = {"sp": "soft disks", "dp": "deformable polygons"}
 _ENSEMBLES = {
     "fixed-box": "Periodic cell of fixed shape.",
     "shear-stabilized": "Periodic cell, sheared until no shear stress is left.",
@@ -130,7 +129,10 @@ def write_page(
     check_target(path)
     states = [packings] if isinstance(packings, Packing) else list(packings)
     fragment = explorer_fragment(states, every=every, observables=observables, progress=progress)
-    write_sections(path, _title(states[::every]), _describe(states[0]), [("", fragment)], _facts(states[0], states[-1]))
+    first, count = states[0], len(states[::every])
+    title = f"{first.n} {first.kind.particles}{f', {count} states' if count > 1 else ''}"
+    lead = f"{_ENSEMBLES[first.ensemble]} {unit_labels(first)['meaning']}. Particles are numbered from 0 as in jamlab."
+    write_sections(path, title, lead, [("", fragment)], _facts(first, states[-1]))
 
 
 def write_sections(
@@ -169,7 +171,7 @@ def explorer_fragment(
         numbers = {name: float(values[k * every]) for name, values in known.items()}
         rows.append(observe(packing, numbers, float(strain[k])))
         size += len(packed[-1])
-        check_bytes(size / (k + 1), len(chosen), every)
+        check_bytes(size * len(chosen) / (k + 1), len(chosen), every)
         if progress is not None:
             progress((k + 1) / len(chosen), f"state {k + 1} of {len(chosen)}")
     return Markup(
@@ -197,16 +199,20 @@ def explorer_assets() -> Markup:
     return Markup(f"<style>\n{style}</style>\n<script>\n(() => {{\n'use strict';\n{script}}})();\n</script>")
 
 
+def _listed(values: Array | Indices | None, factor: float = 1) -> list[float] | None:
+    return None if values is None else (factor * values).tolist()
+
+
 def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]:
     first = packings[0]
-    sizes = first.kind.sizes(first)
+    sizes, boxes = first.kind.sizes(first), np.array([packing.box for packing in packings])
     return {
         "model": first.model,
         "n": first.n,
         "units": unit_labels(first),
-        "offsets": None if first.offsets is None else first.offsets.tolist(),
-        "radii": None if first.diameters is None else (0.5 * first.diameters).tolist(),
-        "extent": _extent(packings),
+        "offsets": _listed(first.offsets),
+        "radii": _listed(first.diameters, 0.5),
+        "extent": [float((boxes[:, 0, 0] + np.abs(boxes[:, 1, 0])).max()), float(boxes[:, 1, 1].max())],
         "large": (sizes > sizes.mean()).tolist(),
         "sizes": _size_colours(first) if has_many_sizes(first) else None,
         "along": asdict(along(packings)),
@@ -225,21 +231,6 @@ def _size_colours(packing: Packing) -> dict[str, Any]:
         "bar": bar_colours(),
         "ends": [float(sizes.min()), float(sizes.max())],
     }
-
-
-def _extent(packings: list[Packing]) -> list[float]:
-    boxes = np.array([packing.box for packing in packings])
-    return [float((boxes[:, 0, 0] + np.abs(boxes[:, 1, 0])).max()), float(boxes[:, 1, 1].max())]
-
-
-def _title(packings: list[Packing]) -> str:
-    title = f"{packings[0].n} {_MODELS[packings[0].model]}"
-    return title if len(packings) == 1 else f"{title}, {len(packings)} states"
-
-
-def _describe(packing: Packing) -> str:
-    units = unit_labels(packing)
-    return f"{_ENSEMBLES[packing.ensemble]} {units['meaning']}. Numbers of particles are those of jamlab, from 0."
 
 
 def _facts(first: Packing, last: Packing) -> dict[str, str]:

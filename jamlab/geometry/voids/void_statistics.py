@@ -96,21 +96,3 @@ def void_statistics(*found: Voids) -> VoidStatistics:
     spread = np.sqrt(np.maximum(means[2] - means[1] ** 2, 0.0))
     share = number / max(len(sides), 1)
     return VoidStatistics(kinds, number, share, means[0], means[1], spread, int((~closed).sum()))
-
-
-@checked
-def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
-    """Bin the areas of voids that do not percolate, over their mean, in bins of equal ratio. `found`: voids of one or
-    several packings; `bins`: number of bins. Returns (bins + 1,) edges of a/<a> and (bins,) probability density, which
-    integrates to 1."""
-    area = np.concatenate([np.zeros(0), *(v.area[v.percolating == 0] for v in found)])
-    if bins < 1:
-        raise InputError(f"bins is {bins}: must be a positive number")
-    if len(np.unique(area)) < 2:
-        raise InputError(f"{len(area)} void(s) of one size have no distribution: give more packings")
-    ratio = area / area.mean()
-    # 1e-12: the largest and the smallest void lie inside the outer bins, however geomspace rounds
-    edges = np.geomspace(ratio.min(), ratio.max() * (1 + 1e-12), bins + 1)
-    edges[0] *= 1 - 1e-12
-    density, _ = np.histogram(ratio, edges, density=True)
-    return edges, density
