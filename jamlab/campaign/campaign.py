@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from jamlab.campaign.driver import CampaignRun, Outcome, drive_rounds
+from jamlab.campaign.driver import FAILED, FINISHED, Outcome, drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, CampaignFolder, damage
 from jamlab.campaign.observable import load_function
@@ -34,10 +35,10 @@ from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
 from jamlab.plotting.axes import axes_for
 from jamlab.plotting.drawable import CURVES
-from jamlab.processes.progress import Progress
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.table_file import check_parquet, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,21 +46,29 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class CampaignRun:
+    """What one run of a campaign did.
+
+    Attributes:
+        finished: number of tasks.
+        failed: number of tasks; the reasons are in the folder.
+        repaired: task whose file was damaged -> what was wrong, and where that file is now.
+    """
+
+    finished: int
+    failed: int
+    repaired: dict[str, str]
+
+
+@dataclass(frozen=True)
 class Campaign:
-    r"""A campaign file and the folder of its tasks; made by `open_campaign`.
+    """A campaign file and the folder of its tasks; made by `open_campaign`.
 
     Attributes:
         file: the campaign file.
         text: of that file when it was opened.
         content: the same, key by key.
         folder: holds the files of the tasks.
-
-    Example:
-        >>> from pathlib import Path
-        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
-        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
-        >>> [(line.sweep, line.n, line.tasks) for line in jamlab.open_campaign("small.toml").plan()]
-        [('disks', 16, 4)]
     """
 
     file: Path
@@ -144,30 +153,44 @@ class Campaign:
             if others := earlier_tasks(self.folder, chosen):
                 warnings.warn(f"{describe_earlier(others)}; they are made or measured again", stacklevel=3)
             names = task_names(chosen)
-            finished = self.folder.finished() & names
-            repaired = {}
-            for name, reason in self.folder.damages(finished).items() if verify else ():
-                repaired[name] = f"{reason}; moved to {self.folder.move_aside(name)}"
+            damages = self.folder.damages(self.folder.finished() & names) if verify else {}
+            repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & names)
-            skip = self.folder.finished() | self.folder.failed()
-            wanted = task_names(wanted_batches(chosen, self.folder))
-            if wanted <= skip:
-                return CampaignRun(0, 0, repaired)
-            for function in sorted({name for batch in chosen for name in batch.parameters.own}):
-                load_function(function, self._modules())  # what cannot be imported is named before any work begins
-            count = len(names & skip)
+            counts = self._drive(chosen, where, progress or no_progress, done or (lambda outcome: None))
+        return CampaignRun(counts[FINISHED], counts[FAILED], repaired)
 
-            def tell(outcome: Outcome) -> None:
-                nonlocal count
-                count += 1
-                if done is not None:
-                    done(outcome)
-                if progress is not None:
-                    progress(count / max(count, len(wanted)), outcome.line)  # `until` may add seeds
+    def _drive(
+        self, chosen: list[Batch], where: Workers, progress: Progress, done: Callable[[Outcome], None]
+    ) -> Counter[str]:
+        """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first; count the
+        outcomes."""
+        counts: Counter[str] = Counter()
+        names, place = task_names(chosen), self.file.parent.resolve()
+        before, most = len(names & self._ended()), len(task_names(wanted_batches(chosen, self.folder)))
+        modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
 
-            ran = self._drive(chosen, where, tell)
-        return replace(ran, repaired=repaired)
+        def tell(outcome: Outcome) -> None:
+            counts[outcome.state] += 1
+            done(outcome)
+            ended = before + counts.total()
+            progress(ended / max(ended, most), outcome.line)  # `until` may add seeds
+
+        stored: StoredStates | None = None
+        for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
+            part = [batch for batch in chosen if batch.ranks == ranks]
+            if task_names(wanted_batches(part, self.folder)) <= self._ended():
+                continue
+            if stored is None:
+                for function in sorted({name for batch in chosen for name in batch.parameters.own}):
+                    load_function(function, modules)  # what cannot be imported is named before any work begins
+                stored = StoredStates(self.folder, batches(self.content))
+            with replace(where, ranks=ranks).crew() as crew:
+                drive(crew, self.folder, part, stored, modules, tell)
+        return counts
+
+    def _ended(self) -> set[str]:
+        return self.folder.finished() | self.folder.failed()
 
     @checked
     def job_scripts(self, only: Iterable[str] | None = None) -> dict[int, str]:
@@ -182,47 +205,28 @@ class Campaign:
         ranks = sorted({batch.ranks for batch in batches(self.content, only)}, reverse=True)
         return {number: job_script({"job_name": self.name} | self.content.slurm, number) for number in ranks}
 
-    def _drive(self, chosen: list[Batch], where: Workers, tell: Callable[[Outcome], None]) -> CampaignRun:
-        """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first."""
-        stored, ran = StoredStates(self.folder, batches(self.content)), CampaignRun(0, 0, {})
-        for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
-            part = [batch for batch in chosen if batch.ranks == ranks]
-            if task_names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
-                continue
-            with replace(where, ranks=ranks).crew() as crew:
-                more = drive_rounds(crew, self.folder, part, tell=tell, stored=stored, modules=self._modules())
-            ran = replace(ran, finished=ran.finished + more.finished, failed=ran.failed + more.failed)
-        return ran
-
-    def _modules(self) -> list[str]:
-        place = self.file.parent.resolve()
-        return [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
-
     @checked
-    def table(self, name: str = "states", sweep: str | None = None, *, earlier: bool = False) -> pd.DataFrame:
+    def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:
         """Collect one tidy table from all finished tasks.
 
         Args:
-            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "flow", "oscillation" or
-                "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has those of
-                your own observables.
+            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
+                "oscillation" or "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states"
+                also has those of your own observables.
             sweep: take the tasks of this sweep only.
-            earlier: also show the rows that other versions of the protocols or definitions made; the columns
-                `protocol` and `definitions` tell them apart. By default they are left out, and a warning says so.
 
         Raises:
             InputError: there is no such table or sweep.
             StorageError: a file is damaged; `run` repairs it.
         """
-        others = self.earlier(sweep)
-        if others and not earlier:
-            warnings.warn(f"{describe_earlier(others)}; table(earlier=True) shows their rows too", stacklevel=3)
-        return table(self.folder, [*self.finished(sweep), *(others if earlier else ())], name)
+        if others := self.earlier(sweep):
+            warnings.warn(describe_earlier(others), stacklevel=3)
+        return table(self.folder, self.finished(sweep), name)
 
     @checked
     def earlier(self, sweep: str | None = None) -> dict[str, str]:
         """Finished tasks of all sweeps or of one that other versions of protocols or definitions made: name -> what
-        differs today. No table holds their rows unless it is asked for them; `run` makes or measures them again."""
+        differs today. No table holds their rows; `run` makes or measures them again."""
         return earlier_tasks(self.folder, batches(self.content, None if sweep is None else [sweep]))
 
     @checked
@@ -424,27 +428,6 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
     return counts
 
 
-def export_table(frame: pd.DataFrame, path: Path) -> None:
-    """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing."""
-    check_ending(path, "table", "parquet")
-    packed = path.suffix.lower() == ".parquet"
-    if packed:
-        check_parquet()
-    with atomic_file(path) as temporary:
-        if packed:
-            frame.to_parquet(temporary, index=False, engine="pyarrow")
-        else:
-            frame.to_csv(temporary, index=False, float_format="%.17g")
-
-
-def check_parquet() -> None:
-    """Check that Parquet can be written."""
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise InputError("Parquet needs pyarrow: pip install 'jamlab[parquet]', or export csv") from None
-
-
 def export(
     campaign: Campaign,
     out: Path,
@@ -453,7 +436,6 @@ def export(
     sweep: str | None = None,
     *,
     replace: bool = True,
-    earlier: bool = False,
 ) -> list[Path]:
     """Write tables, by default all with rows, as "csv" or "parquet", or a LAMMPS text "dump" of every task for OVITO;
     returns their paths. Where one is there and `replace` is False, none is written."""
@@ -464,7 +446,7 @@ def export(
         written: dict[Path, Any] = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
     else:
         wanted = tables or TABLES
-        frames = {name: campaign.table(name, sweep, earlier=earlier) for name in wanted}  # before a folder is made
+        frames = {name: campaign.table(name, sweep) for name in wanted}  # before a folder is made
         written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
     if written:
         make_folder(out)
@@ -474,5 +456,5 @@ def export(
         if form == "dump":
             write_dump(path, campaign.packings(content))
         else:
-            export_table(content, path)
+            write_table(content, path)
     return list(written)

@@ -9,9 +9,8 @@ import itertools
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from threadpoolctl import threadpool_limits
 
@@ -103,16 +102,6 @@ def _make_file(
     write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=wall, cpu_seconds=cpu)
 
 
-@dataclass(frozen=True)
-class CampaignRun:
-    """What one run of a campaign did: how many tasks it `finished`, how many `failed` (reasons are in the folder), and
-    `repaired`: task whose file was damaged -> what was wrong, and where that file is now."""
-
-    finished: int
-    failed: int
-    repaired: dict[str, str] = field(default_factory=dict)
-
-
 def remaining_tasks(batches: Iterable[Batch], skip: set[str]) -> Iterator[Task]:
     """Yield the tasks whose names are not in `skip`, each once."""
     seen = set(skip)
@@ -126,56 +115,45 @@ def remaining_tasks(batches: Iterable[Batch], skip: set[str]) -> Iterator[Task]:
 def drive(
     crew: Crew,
     folder: CampaignFolder,
-    tasks: Iterator[Task],
-    tell: Callable[[Outcome], None] = lambda outcome: None,
-    *,
-    stored: StoredStates | None = None,
-    modules: Sequence[str] = (),
-) -> CampaignRun:
-    """Run tasks, preferably the longest first, until none is left, and tell each outcome; the folder is locked."""
+    chosen: list[Batch],
+    stored: StoredStates,
+    modules: Sequence[str],
+    tell: Callable[[Outcome], None],
+) -> None:
+    """Run what is left of some batches, then the seeds that `until` adds, and tell each outcome; the folder is
+    locked."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
-    counts = {FINISHED: 0, FAILED: 0}
 
-    def fill() -> None:
+    def fill(tasks: Iterator[Task]) -> None:
         for task in itertools.islice(tasks, max(0, _PER_WORKER * crew.width - len(under_way))):
             key = task_key(folder, task)
             under_way[key] = task
-            source = stored.source(task.parameters) if stored is not None else None
+            source = stored.source(task.parameters)
             crew.submit(key, (run_task, place, task, source and source.name, modules))
 
-    fill()
-    while under_way:
-        key, outcome = crew.wait()
-        task = under_way.pop(key)
-        if outcome is None:
-            reason = EngineError(f"{task.parameters.label}: {crew.cause}")
-            folder.record_failure(task, reason)
-            outcome = Outcome(FAILED, str(reason), float("nan"))
-        if outcome.state == FULL:
-            raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs what is left")
-        if outcome.state == FINISHED and not folder.task_file(task.name).exists():
-            raise EngineError(
-                f"a worker says that {task.parameters.label} is finished, but {folder.task_file(task.name)} is not"
-                " there: workers must see the folder of the campaign under the same path"
-            )
-        counts[outcome.state] += 1
-        if stored is not None and outcome.state == FINISHED:
-            stored.add(task)
-        tell(outcome)
-        fill()
-    return CampaignRun(counts[FINISHED], counts[FAILED])
-
-
-def drive_rounds(crew: Crew, folder: CampaignFolder, chosen: list[Batch], **how: Any) -> CampaignRun:
-    """Run what is left of some batches, then the seeds that `until` adds, round by round; see `drive`."""
-    finished = failed = 0
     before: list[Batch] = []
     while (wanted := wanted_batches(chosen, folder)) != before:
-        tasks = remaining_tasks(wanted, folder.finished() | folder.failed())
-        done = drive(crew, folder, tasks, **how)
-        finished, failed, before = finished + done.finished, failed + done.failed, wanted
-    return CampaignRun(finished, failed)
+        before, tasks = wanted, remaining_tasks(wanted, folder.finished() | folder.failed())
+        fill(tasks)
+        while under_way:
+            key, outcome = crew.wait()
+            task = under_way.pop(key)
+            if outcome is None:
+                reason = EngineError(f"{task.parameters.label}: {crew.cause}")
+                folder.record_failure(task, reason)
+                outcome = Outcome(FAILED, str(reason), float("nan"))
+            if outcome.state == FULL:
+                raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs what is left")
+            if outcome.state == FINISHED:
+                if not (file := folder.task_file(task.name)).exists():
+                    raise EngineError(
+                        f"a worker says that {task.parameters.label} is finished, but {file} is not there: workers must"
+                        " see the folder of the campaign under the same path"
+                    )
+                stored.add(task)
+            tell(outcome)
+            fill(tasks)
 
 
 def task_key(folder: CampaignFolder, task: Task) -> str:

@@ -18,6 +18,7 @@ import os
 import re
 import stat
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -38,7 +39,8 @@ from jamlab.campaign.observable import Observable
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES, name_meant
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError, JamlabError
+from jamlab.errors import InputError
+from jamlab.models.models import MODELS
 from jamlab.storage.system_errors import system_said
 
 if TYPE_CHECKING:
@@ -54,7 +56,6 @@ SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
 STATES = "states"  # the observable of every task: what `jamlab.measure` says of its states
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
-_OTHERS = {"sp": "disks", "dp": "droplets"}
 _SHOWN = 120  # characters of a wrong value in its message
 
 
@@ -197,49 +198,39 @@ class Sweep(FileTable):
             raise ValueError(f"decompress goes from one of the pressures to the next: {remedy}")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
-                self._only("sp", f"{key} are", " (units k)", "compress")
+                self._only("sp", f"{key} are")
         if False in (getattr(self, "prestress", None) or ()):
             self._only("sp", "prestress = false is")
         if self.ranks > 1:
-            self._only("sp", f"ranks = {self.ranks} is", "", "ranks = 1")
-        self._check_force_law()
-        self._check_sizes()
+            self._only("sp", f"ranks = {self.ranks} is")
+        self._check_packings()
         self._check_observables()
         return self
 
-    def _only(self, model: str, what: str, units: str = "", remedy: str = "") -> None:
-        """Refuse what is for one model only where the sweep has the other."""
-        for other in {"sp", "dp"} - {model}:
-            if other in self.model:
-                end = f" with {remedy}" if remedy else ""
-                raise ValueError(f"{what} for model {model}{units}: give {_OTHERS[other]} a separate sweep{end}")
+    def _only(self, model: str, what: str) -> None:
+        """Refuse what is for one model only where the sweep has another."""
+        for other in self.model:
+            if other != model:
+                raise ValueError(f"{what} for model {model}: give {MODELS[other].particles} a separate sweep")
 
-    def _check_force_law(self) -> None:
+    def _check_packings(self) -> None:
+        """Refuse a force law and sizes that no packing can have; InputError is a ValueError."""
         from jamlab.protocols.onset import check_stiffness
         from jamlab.protocols.random_start import check_force_law
+        from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
         from jamlab.protocols.target_pressure import check_pressure
 
         force = self.tolerances.max_force
-        try:
-            for model in self.model:
-                check_force_law(model, self.force_law)
-            if "dp" in self.model:
-                check_stiffness(defaults("dp") | self.force_law, force)
-        except JamlabError as error:
-            raise ValueError(f"force_law: {error}") from None
+        for model in self.model:
+            check_force_law(model, self.force_law)
+            if "ka" in (law := defaults(model) | self.force_law):
+                check_stiffness(law, force)
         for pressure in self.pressures or ():
             check_pressure(pressure, force, **self.force_law)
-
-    def _check_sizes(self) -> None:
-        from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
-
         if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
             raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
         for n in self.n:
-            try:
-                disk_diameters(n, self.seeds[0] if self.seeds else 0, sizes=self.sizes)
-            except JamlabError as error:
-                raise ValueError(str(error)) from None
+            disk_diameters(n, self.seeds[0] if self.seeds else 0, sizes=self.sizes)
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
@@ -251,9 +242,9 @@ class Sweep(FileTable):
                     raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
             if observable.only and name in self.observables:
                 self._only(observable.only, f"observable {name!r} is")
-        sites = max(site_count(model, n, self.force_law) for model in self.model for n in self.n)
+        laws = [defaults(name) | self.force_law for name in self.model]
         for wanted in self.measured:
-            wanted.check(sites)
+            wanted.check(max(site_count(n, law) for n in self.n for law in laws))
 
     def _check_until(self) -> None:
         from jamlab.packing.quantities import COLUMNS
@@ -263,12 +254,10 @@ class Sweep(FileTable):
                 raise ValueError(f"until.{column}: table states has no such column: use one of {', '.join(COLUMNS)}")
 
 
-def site_count(model: str, n: int, force_law: dict[str, Any]) -> float:
+def site_count(n: int, force_law: Mapping[str, Any]) -> float:
     """Count the disks, or the vertices of n droplets, whose mean is that of the two sizes."""
-    if model == "sp":
-        return n
-    law = defaults("dp") | force_law
-    return n / 2 * (int(law["nv_small"]) + int(law["nv_large"]))
+    counts = [int(force_law[name]) for name in ("nv_small", "nv_large") if name in force_law]
+    return n * sum(counts) / 2 if counts else n
 
 
 def _sweep_table() -> type[Sweep]:
@@ -327,14 +316,10 @@ def read_text(path: str | os.PathLike[str]) -> str:
     """Read a file of a sensible size; a device or a pipe could be read without end, and not twice."""
     try:
         status = os.stat(path)
-        if not stat.S_ISREG(status.st_mode):
-            raise InputError(f"cannot read the campaign file {path}: it is not a regular file; give a file")
-        if status.st_size > MOST_BYTES:
-            raise InputError(f"{path} has {status.st_size} bytes, a campaign file at most {MOST_BYTES}: check its name")
+        if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
+            raise InputError(f"{path} is no campaign file: give a regular file of at most {MOST_BYTES} bytes")
         return Path(path).read_bytes().decode("utf-8")
     except OSError as error:
-        if isinstance(error, JamlabError):
-            raise
         raise InputError(f"cannot read the campaign file {path}: {system_said(error, 'check its name')}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path} is not TOML: {error}; correct that line") from error

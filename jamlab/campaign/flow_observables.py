@@ -32,7 +32,6 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import nonlinear_modulus
 
-Alpha = Annotated[float, Field(ge=LEAST_ALPHA, le=1)]
 Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
 
@@ -49,7 +48,16 @@ def _at_most(limit: float, what: str, least: float = 0.0) -> AfterValidator:
     return AfterValidator(check)
 
 
-class Flow(FileTable):
+class _Driving(FileTable):
+    """What all tables of driven packings have."""
+
+    alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0  # power of the velocity in contact damping, 1 is linear
+    # drag beside contact damping, over k tau_1; of steady flow by default that of `jamlab.shear`
+    background: Background | None = SMALL_STRAIN_BACKGROUND
+    tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE  # relative error of velocities in a step
+
+
+class Flow(_Driving):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
     # of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
@@ -57,36 +65,27 @@ class Flow(FileTable):
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
-    alpha: Alpha = 1.0  # power of the velocity in contact damping, 1 is linear
-    background: Background | None = None  # drag beside contact damping, over k tau_1; by default that of `jamlab.shear`
-    tolerance: FlowTolerance = TOLERANCE  # relative error of velocities in a step
+    background: Background | None = None
+    tolerance: FlowTolerance = TOLERANCE
     last: bool = False  # true: only of the last state of each packing
 
 
-class Oscillating(FileTable):
+class Oscillating(_Driving):
     """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
     omega: Annotated[Frequencies, _at_most(FASTEST, "highest frequency", SLOWEST)]  # frequencies, 1/tau_1
     # of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm
     amplitudes: Annotated[Frequencies, _at_most(LARGEST_AMPLITUDE, "largest strain", LEAST_STRAIN)]
-    # alpha, background, tolerance: see `Flow`
-    alpha: Alpha = 1.0
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
-    background: Background = SMALL_STRAIN_BACKGROUND
-    tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE
 
 
-class Creeping(FileTable):
+class Creeping(_Driving):
     """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
     # beside the residual one, in the packing's unit
     stresses: Annotated[Frequencies, _at_most(LARGEST_STRESS, "largest stress", LEAST_STRAIN)]
     duration: Annotated[float, Field(ge=LEAST_TIME, le=LONGEST)]  # time, tau_1
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0  # at which a run ends early
-    # alpha, background, tolerance: see `Flow`
-    alpha: Alpha = 1.0
-    background: Background = SMALL_STRAIN_BACKGROUND
-    tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE
 
 
 class _Run(Driven):
@@ -95,11 +94,10 @@ class _Run(Driven):
     before = ("phi", "rho", "background", "tolerance")
     _FLOW: ClassVar = {**STATE, **LAW, **floats("alpha")}
     _ENDED: ClassVar = {**floats("unsettled"), "converged": FLAG}  # contact changes, as in `FlowRun`
-    _MISSING: ClassVar[Row]  # of a run that has no answer
 
     @property
     def how(self) -> Any:
-        """Table of the campaign file that says how packings are driven."""
+        """Table of the campaign file, which has the name of the observable."""
         return getattr(self, self.name)
 
     @abstractmethod
@@ -127,8 +125,8 @@ class _Run(Driven):
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
         return [self.drive(packing, **how)]
 
-    def without_answer(self) -> list[Row]:
-        return [self._MISSING | {"unsettled": np.nan, "converged": False}]
+    def refused(self) -> list[Row]:
+        return [{}]
 
     def accuracy(self, row: Row) -> Row:
         """Tolerance of a run, and its background drag: Stokes drag is itself one."""
@@ -150,7 +148,6 @@ class SteadyFlow(_Run):
     )
     _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
     stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), **_Run._ENDED}
-    _MISSING: ClassVar[Row] = dict.fromkeys((*_STEADY, *_OTHERS), np.nan)
     labels: ClassVar[dict[str, str]] = {
         "rate": r"shear rate $\dot\gamma$",
         "stress": r"shear stress $\sigma$",
@@ -191,7 +188,6 @@ class Oscillation(_Run):
     _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # attributes of `Oscillation`
     _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
     stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), **_Run._ENDED}
-    _MISSING: ClassVar[Row] = dict.fromkeys((*_OF_RUN, *_EQUIVALENT), np.nan)
 
     oscillation: Oscillating
 
@@ -209,11 +205,11 @@ class Oscillation(_Run):
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
         """Linear answer at the stress that was seen, [T] eqs 23-29; nan for other than balanced contact damping."""
         if row["beta"] != 1:  # nan for Stokes drag
-            return dict.fromkeys(self._EQUIVALENT, np.nan)
+            return {}
         try:
             linear = nonlinear_modulus(packing, [row["omega"]], self.oscillation.alpha, stress)
         except ConvergenceError:  # not jammed, or unstable in a fixed box
-            return dict.fromkeys(self._EQUIVALENT, np.nan)
+            return {}
         return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))
 
 
@@ -223,12 +219,9 @@ class Creep(_Run):
     name, defined_by, needs = "creep", ("creep",), "a table with stresses and duration"
     _OF_RUN: ClassVar = ("residual", "final_time", "final_strain", "final_rate", "slope")
     stored: ClassVar[Schema] = {
-        **_Run._FLOW,
-        **floats("stress", *_OF_RUN),
-        **dict.fromkeys(("flows", "rests"), FLAG),
-        **_Run._ENDED,
+        **{**_Run._FLOW, **floats("stress", *_OF_RUN)},
+        **{"flows": FLAG, "rests": FLAG, **_Run._ENDED},
     }
-    _MISSING: ClassVar[Row] = {**dict.fromkeys(_OF_RUN, np.nan), "flows": False, "rests": False}
 
     creep: Creeping
 

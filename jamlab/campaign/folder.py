@@ -37,7 +37,7 @@ import stat
 import traceback
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
@@ -73,6 +73,12 @@ class TaskFile:
     cpu_seconds: float
     onset: tuple[float, float]  # rho_J and phi_J; nan for packings that were not compressed from onset
     missing: list[dict[str, str]]  # `state` and `reason` of each state that could not be made
+
+    @property
+    def gaps(self) -> str:
+        """Which states it lacks, and why they could not be made; "" if none."""
+        lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in self.missing)
+        return lines and f"{self.parameters.label} lacks {lines}"
 
 
 def write_task_file(
@@ -233,14 +239,12 @@ class CampaignFolder:
         found = ((name, damage(self.task_file(name), name)) for name in sorted(names))
         return {name: reason for name, reason in found if reason is not None}
 
-    def gaps(self, names: Iterable[str]) -> dict[str, str]:
-        """Return, for finished tasks that lack states: task -> which states, and why they could not be made."""
+    def read(self, names: Iterable[str]) -> dict[str, TaskFile]:
+        """Read finished tasks without their tables; a damaged file is left out: `run` finds it, and runs it again."""
         found = {}
         for name in sorted(names):
-            file = read_task_file(self.task_file(name), "")
-            if file.missing:
-                lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in file.missing)
-                found[name] = f"{file.parameters.label} lacks {lines}"
+            with suppress(StorageError):
+                found[name] = read_task_file(self.task_file(name), "")
         return found
 
     def move_aside(self, name: str) -> Path:

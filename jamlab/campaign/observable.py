@@ -93,14 +93,14 @@ class Observable(FileTable):
         """Raise ValueError for packings of so many sites that cannot be measured."""
 
     def measure(self, of: Measured) -> list[Row]:
-        """Measure the states of a task, row by row; an unstable packing has nan or no row."""
+        """Measure the states of a task, row by row."""
         rows = []
         for k, packing, state in of.each():
             for how, columns in self.cases():
                 try:
                     found = self.one(packing, of.tolerances, **how)
                 except self.refusal:
-                    found = self.without_answer()
+                    found = self.refused()
                 for row in found:
                     if "converged" in row:
                         row["converged"] = of.states.converged[k] & row["converged"]
@@ -115,8 +115,8 @@ class Observable(FileTable):
         """Measure a state in one way; its rows without the columns of state and way."""
         raise NotImplementedError
 
-    def without_answer(self) -> list[Row]:
-        """Rows of a state that `one` refuses."""
+    def refused(self) -> list[Row]:
+        """Rows of a state that `one` refuses; what they lack is nan, and not converged."""
         return []
 
     def depends_on(self, tolerances: Tolerances) -> Any:
@@ -156,11 +156,12 @@ def measure_tables(observables: list[Observable], of: Measured, known: Mapping[s
 
 
 def _stack(schema: Schema, rows: list[Row]) -> Columns:
-    """Concatenate rows to columns; numbers in a row are repeated to the length of its arrays."""
+    """Concatenate rows to columns; numbers in a row are repeated to the length of its arrays, and missing ones nan."""
     lengths = [max(np.size(value) for value in row.values()) for row in rows]
     columns: Columns = {}
     for name, kind in schema.items():
-        parts = [np.broadcast_to(row[name], length) for row, length in zip(rows, lengths, strict=True)]
+        blank = np.nan if kind == FLOAT else False
+        parts = [np.broadcast_to(row.get(name, blank), length) for row, length in zip(rows, lengths, strict=True)]
         columns[name] = np.concatenate(parts).astype(kind) if parts else np.empty(0, kind)
     return columns
 

@@ -82,8 +82,8 @@ class Spectra(Linear):
         found = {name: getattr(spectrum, name) for name in self._OF_MODULUS}
         return [{"omega": spectrum.omega, **found, "converged": spectrum.error <= tolerances.spectrum_error}]
 
-    def without_answer(self) -> list[Row]:
-        return [{"omega": np.array(self.omega), **dict.fromkeys(self._OF_MODULUS, np.nan), "converged": False}]
+    def refused(self) -> list[Row]:
+        return [{"omega": np.array(self.omega)}]
 
     def depends_on(self, tolerances: Tolerances) -> Any:
         return self, tolerances.spectrum_error
@@ -109,8 +109,8 @@ class Quasistatic(Observable):
         medians = dict(zip(self._KINDS, map(np.median, parts), strict=True))
         return [medians | dict(zip(self._MEANS, map(np.mean, parts), strict=True))]
 
-    def without_answer(self) -> list[Row]:
-        return [dict.fromkeys((*self._KINDS, *self._MEANS), np.nan)]
+    def refused(self) -> list[Row]:
+        return [{}]
 
 
 class Correlation(Linear):

@@ -15,18 +15,17 @@ one did not measure. A task of several ranks holds as many cores all its time, a
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from jamlab.campaign.file import site_count
-from jamlab.campaign.folder import CampaignFolder, read_last_state, read_task_file
+from jamlab.campaign.folder import CampaignFolder, read_last_state
 from jamlab.campaign.states import StoredStates
-from jamlab.campaign.tasks import Batch
-from jamlab.errors import InputError, StorageError
+from jamlab.campaign.tasks import Batch, task_names
+from jamlab.errors import InputError
 from jamlab.processes.cores import available_cores
 
 FIRST_SEEDS = 8  # give the standard deviation to 1 / sqrt(2 (8 - 1)), a quarter
@@ -135,37 +134,25 @@ class Status:
         return self.tasks - self.finished - self.failed
 
 
-def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) -> Status:
+def count_tasks(batches: list[Batch], folder: CampaignFolder, verify: bool) -> Status:
     """Count the tasks of batches; arguments and errors as in `Campaign.status`."""
-    finished, failed = folder.finished(), folder.failed()
+    finished, failed, known = folder.finished(), folder.failed(), task_names(batches)
+    files = folder.read(known & finished) if verify else {}
     sweeps: list[SweepStatus] = []
-    known: set[str] = set()
     wanted: set[str] = set()
     for batch in batches:
-        known |= set(batch.names())
         reached = precision(batch, folder, finished, failed)
         names = set(batch.first(reached.seeds).names())
         wanted |= names
         counts = (len(names), len(names & finished), len(names & failed), len(batch.seeds))
-        known_by_now = (batch.sweep, batch.parameters.model, batch.parameters.n, *counts, batch.until, reached.errors)
-        times = _read_times(folder, names & finished) if verify else []
-        spent = (sum((wall for wall, _ in times), 0.0), sum((cpu for _, cpu in times), 0.0)) if verify else (None, None)
-        sweeps.append(SweepStatus(*known_by_now, *spent))
+        own = [file for name, file in files.items() if name in names]
+        times = (sum(file.seconds for file in own), sum(file.cpu_seconds for file in own)) if verify else (None, None)
+        sweeps.append(SweepStatus(*batch.who, *counts, batch.until, reached.errors, *times))
     failures = {name: record for name, record in folder.failures().items() if name in known}
     damaged = folder.damages(known & finished) if verify else None
-    gaps = folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
+    gaps = {name: file.gaps for name, file in files.items() if file.gaps} if verify else None
     totals = (len(wanted), len(wanted & finished), len(wanted & failed))
     return Status(sweeps, *totals, failures, damaged, gaps, len(finished - known))
-
-
-def _read_times(folder: CampaignFolder, names: Iterable[str]) -> list[tuple[float, float]]:
-    """Wall and CPU time of finished tasks, s; a damaged file is left out: `run` will find it and run it again."""
-    times = []
-    for name in names:
-        with suppress(StorageError):
-            file = read_task_file(folder.task_file(name), "")
-            times.append((file.seconds, file.cpu_seconds))
-    return times
 
 
 _SAMPLES = 8  # finished tasks to average over; reading more would slow down `plan`
@@ -201,14 +188,13 @@ def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) 
         stored = [source.name for task in left if held and (source := held.source(task.parameters)) is not None]
         done = [name for name in batch.names() if name in finished][:_SAMPLES]
         seconds, size = (None, None) if left else (0.0, 0)
-        if left and (times := _read_times(folder, done)):
-            spared = [wall for wall, _ in _read_times(folder, stored[:_SAMPLES])]
-            each = float(np.mean([wall for wall, _ in times]))
+        if left and (times := [file.seconds for file in folder.read(done).values()]):
+            spared = [file.seconds for file in folder.read(stored[:_SAMPLES]).values()]
+            each = float(np.mean(times))
             seconds = (each * len(left) - min(float(np.mean(spared or [0])), each) * len(stored)) * batch.ranks
             size = int(np.mean([folder.task_file(name).stat().st_size for name in done])) * len(left)
-        who = (batch.sweep, batch.parameters.model, batch.parameters.n)
         counts = (len(wanted.seeds), len(left), len(stored))
-        lines.append(SweepPlan(*who, *counts, seconds, size, batch.until, batch.ranks))
+        lines.append(SweepPlan(*batch.who, *counts, seconds, size, batch.until, batch.ranks))
     return lines
 
 
@@ -228,4 +214,4 @@ def total_time(lines: list[SweepPlan], workers: int | None = None) -> tuple[floa
 
 def longest_first(batches: list[Batch]) -> list[Batch]:
     """Order batches by disks and vertices of a packing, so that no worker is left alone with a long task at the end."""
-    return sorted(batches, key=lambda b: -site_count(b.parameters.model, b.parameters.n, b.parameters.force_law))
+    return sorted(batches, key=lambda batch: -site_count(batch.parameters.n, batch.parameters.force_law))

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
 from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
-from jamlab.campaign.versions import as_column, unlike
+from jamlab.campaign.versions import as_column
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
-from jamlab.packing.quantities import COLUMNS
+from jamlab.packing.quantities import COLUMNS, LABELS, MEASURED, STRESS
 from jamlab.plotting.axes import merged
 from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE
@@ -39,8 +39,9 @@ NEAR = 5e-3  # of a value, within which a state is at it: half a step of 0.01 in
 _MOST_BINS = 12  # a column with no more values than that is not binned
 _WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
-_VERSIONS = ("protocol", "definitions")  # of the packings, and of what the table shows of them
-_WHO = ("task", "model", "n", "seed", "ensemble", *_VERSIONS)
+# protocol, definitions: versions of what made the packings, and of what the table shows of them
+_WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
+_PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
 _LAW = ("gamma", "ka", "delta", "eps", "nv_small")  # of droplets
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
@@ -206,34 +207,36 @@ def aggregate(
         inside = (place >= 0) & (place < len(edges) - 1)
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
         keys["bin"] = pd.Series(place[inside], index=frame.index)
-    if not len(frame):
-        return pd.DataFrame()
-    middle, rows = STATISTICS[statistic], []
+    rows = []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
         for name in _mixed(part, ("ensemble", "units")):
             found = " and ".join(sorted(map(str, part[name].unique())))
             raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
-        labels = group if isinstance(group, tuple) else (group,)
-        row: dict[str, Any] = dict(zip(keys, labels, strict=True))
+        row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:
             row[along] = float(part[along].mean())
-        row["packings"] = part.groupby(["model", "n", "seed"]).ngroups
+        row["packings"] = part.groupby(_PACKING).ngroups
         for name in values:
-            kept = part[np.isfinite(part[name].astype(np.float64))]
-            packings = kept.groupby(["model", "n", "seed"])[name].mean().to_numpy(np.float64)
-            row |= {name: np.nan, f"{name}_low": np.nan, f"{name}_high": np.nan, f"{name}_packings": len(packings)}
-            if len(packings):
-                mean = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
-                row |= {name: float(mean.value), f"{name}_low": float(mean.low), f"{name}_high": float(mean.high)}
+            row |= _mean(part, name, STATISTICS[statistic], resamples, confidence)
         rows.append(row)
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows if len(frame) else [])
+
+
+def _mean(part: pd.DataFrame, name: str, middle: Any, resamples: int, confidence: float) -> dict[str, Any]:
+    """Mean of a column over packings, the ends of its interval, and the number of packings that have a value."""
+    kept = part[np.isfinite(part[name].astype(np.float64))]
+    packings = kept.groupby(_PACKING)[name].mean().to_numpy(np.float64)
+    ends = (np.nan, np.nan, np.nan)
+    if len(packings):
+        mean = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
+        ends = (float(mean.value), float(mean.low), float(mean.high))
+    return dict(zip((name, f"{name}_low", f"{name}_high", f"{name}_packings"), (*ends, len(packings)), strict=True))
 
 
 def _mixed(frame: pd.DataFrame, columns: Iterable[str]) -> list[str]:
-    """Which of some columns, and of the versions, differ within a frame."""
-    several = [name for name in columns if name in frame and frame[name].nunique() > 1]
-    return several + [name for name in _VERSIONS if name in frame and unlike(frame[name].unique())]
+    """Which of some columns differ within a frame."""
+    return [name for name in columns if name in frame and frame[name].nunique() > 1]
 
 
 def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
@@ -246,25 +249,12 @@ ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to e
 _FEW = 0.5  # share of the packings below which the mean of those that have a value is that of a selection
 _LEGEND_WIDTH = 44  # characters of a line, which fit into axes of 4 inches
 _RESAMPLES = 400  # a standard error to 4 %
-LABELS = {
-    "z": "contact number $z$",
-    "rho": r"true packing fraction $\rho$",
-    "phi": r"nominal packing fraction $\phi$",
+_LABELS = LABELS | {
     "d_rho": r"distance from onset $\rho - \rho_J$",
     "d_phi": r"distance from onset $\phi - \phi_J$",
-    "pressure": "pressure $p$",
-    "target_pressure": "pressure $p$",
-    "g": "shear modulus, mean over\ndirections, $G$",
-    "g_x": "shear modulus $G_{xy}$",
-    "b": "bulk modulus $B$",
-    "shape": r"shape factor $\mathcal{A}$",
-    "shape_rim": r"shape factor with rim $\mathcal{A}$",
-    "void_sides": "mean sides of voids",
-    "void_shape": "mean shape factor of voids",
     **{column: label for o in OBSERVABLES.values() for column, label in o.labels.items()},
 }
 _UNLIKE = ("model", "n", "ensemble", "units")  # what is never averaged over
-_STRESSES = frozenset({"pressure", "target_pressure", "g", "g_x", "b"})
 
 
 def draw_means(
@@ -279,8 +269,7 @@ def draw_means(
             raise InputError(f"column {name!r} holds no numbers: plot one that does")
     parts = [part for _, part in frame.groupby(by, dropna=False)]
     mixed = {name for part in parts for name in _mixed(part, _UNLIKE)}
-    # what is unlike gets a curve each, never a mean
-    keys = [by, *(name for name in (*_UNLIKE, *_VERSIONS) if name in mixed and name != by)]
+    keys = [by, *(name for name in _UNLIKE if name in mixed and name != by)]  # a curve each, never a mean
     found = choose_bins(frame[along].to_numpy(np.float64))
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
     drawn = 0
@@ -322,7 +311,7 @@ def _name(keys: list[str], group: tuple[Any, ...]) -> str:
     words = []
     for key, value in zip(keys, group, strict=True):
         known = MODEL_STYLE[value]["label"] if key == "model" and value in MODEL_STYLE else None
-        words.append(str(known or (value if key in ("ensemble", "units", *_VERSIONS) else f"{key} = {value}")))
+        words.append(str(known or (value if key in ("ensemble", "units") else f"{key} = {value}")))
     return ", ".join(words)
 
 
@@ -336,8 +325,9 @@ def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:
+    column = "pressure" if column == "target_pressure" else column
     units: list[str] = []
-    if column in _STRESSES and {"model", "units"} <= set(frame.columns):
+    if column in MEASURED and MEASURED[column].dimension == STRESS and {"model", "units"} <= set(frame.columns):
         kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
         units = list(dict.fromkeys(MODELS[model].unit_names[unit].stress for model, unit in kinds))
-    return in_unit(LABELS.get(column, column), " or ".join(units))
+    return in_unit(_LABELS.get(column, column), " or ".join(units))

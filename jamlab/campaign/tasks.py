@@ -25,7 +25,7 @@ from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.campaign.versions import STATES_BY, Versions, raised
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
-from jamlab.models.models import optional_parameters
+from jamlab.models.models import MODELS, optional_parameters
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
 TASK_VERSION = 2  # of the groups in a task file and the meaning of the parameters
@@ -78,8 +78,8 @@ class Parameters(FileTable):
             return [*names, "pressure"]
         if self.phi is not None:
             return [*names, "quench"]
-        particles = "disks" if self.model == "sp" else "droplets"
-        stiffening = "stiffening " if self.model == "sp" and self.force_law.get("exponent", 2.0) != 2 else ""
+        particles = MODELS[self.model].particles
+        stiffening = "stiffening " if self.force_law.get("exponent", 2.0) != 2 else ""  # of disks alone
         made = [f"onset of {stiffening}{particles}"]
         return [*names, *made, *([f"compression of {particles}"] if self.compress is not None else [])]
 
@@ -129,9 +129,9 @@ class Batch:
     ranks: int = 1  # threads of each task
 
     @property
-    def label(self) -> str:
-        """Sweep, model and n, as text to show."""
-        return f"{self.sweep} {self.parameters.model} n={self.parameters.n}"
+    def who(self) -> tuple[str, str, int]:
+        """Sweep, model and n."""
+        return self.sweep, self.parameters.model, self.parameters.n
 
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""

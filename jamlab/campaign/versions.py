@@ -6,69 +6,56 @@ definitions those of tasks: after a raise, tasks are made again, or measured aga
 file without versions was written before there were any: it has 1 of each, which enters no name.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
 
 from jamlab.flow import creep, flow_curve, oscillate
 from jamlab.geometry import contact_network, orientational_order, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
 from jamlab.mechanics import elasticity, slow_shear
+from jamlab.models.models import MODELS
 from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
 from jamlab.rheology import complex_modulus, displacement_correlation, mode_motion
 
 FIRST = 1  # version of what was stored before versions were
-
-_VERSIONS: dict[str, Callable[[], int]] = {
-    # protocols
-    "onset of disks": lambda: onset.ONSET_PROTOCOL["sp"],
-    "onset of stiffening disks": lambda: onset.ONSET_PROTOCOL["stiffening"],
-    "onset of droplets": lambda: onset.ONSET_PROTOCOL["dp"],
-    "compression of disks": lambda: compression.COMPRESSION_PROTOCOL["sp"],
-    "compression of droplets": lambda: compression.COMPRESSION_PROTOCOL["dp"],
-    "pressure": lambda: target_pressure.PRESSURE_PROTOCOL,
-    "quench": lambda: relaxation.QUENCH_PROTOCOL,
-    "sizes": lambda: size_distributions.SIZES_PROTOCOL,
-    # definitions
-    "contacts": lambda: contact_network.CONTACTS_DEFINITION,
-    "packing fraction": lambda: packing_fraction.FRACTION_DEFINITION,
-    "shapes": lambda: particle_shape.SHAPE_DEFINITION,
-    "voids": lambda: voids.VOIDS_DEFINITION,
-    "order": lambda: orientational_order.ORDER_DEFINITION,
-    "moduli": lambda: elasticity.MODULI_DEFINITION,
-    "slow shear": lambda: slow_shear.SLOW_SHEAR_DEFINITION,
-    "spectra": lambda: complex_modulus.SPECTRUM_DEFINITION,
-    "correlation": lambda: displacement_correlation.CORRELATION_DEFINITION,
-    "modes": lambda: mode_motion.MODES_DEFINITION,
-    "flow": lambda: flow_curve.FLOW_DEFINITION,
-    "oscillation": lambda: oscillate.OSCILLATION_DEFINITION,
-    "creep": lambda: creep.CREEP_DEFINITION,
-}
 STATES_BY = ("contacts", "packing fraction", "shapes", "voids", "moduli")  # definitions of the columns of "states"
-
 Versions = dict[str, int]  # name -> version, of those above 1
+
+
+def _today() -> dict[str, int]:
+    """Versions of the protocols, then of the definitions."""
+    models = [(name, model.particles) for name, model in MODELS.items()]
+    return {
+        **{f"onset of {particles}": onset.ONSET_PROTOCOL[name] for name, particles in models},
+        "onset of stiffening disks": onset.ONSET_PROTOCOL["stiffening"],
+        **{f"compression of {particles}": compression.COMPRESSION_PROTOCOL[name] for name, particles in models},
+        "pressure": target_pressure.PRESSURE_PROTOCOL,
+        "quench": relaxation.QUENCH_PROTOCOL,
+        "sizes": size_distributions.SIZES_PROTOCOL,
+        "contacts": contact_network.CONTACTS_DEFINITION,
+        "packing fraction": packing_fraction.FRACTION_DEFINITION,
+        "shapes": particle_shape.SHAPE_DEFINITION,
+        "voids": voids.VOIDS_DEFINITION,
+        "order": orientational_order.ORDER_DEFINITION,
+        "moduli": elasticity.MODULI_DEFINITION,
+        "slow shear": slow_shear.SLOW_SHEAR_DEFINITION,
+        "spectra": complex_modulus.SPECTRUM_DEFINITION,
+        "correlation": displacement_correlation.CORRELATION_DEFINITION,
+        "modes": mode_motion.MODES_DEFINITION,
+        "flow": flow_curve.FLOW_DEFINITION,
+        "oscillation": oscillate.OSCILLATION_DEFINITION,
+        "creep": creep.CREEP_DEFINITION,
+    }
 
 
 def raised(names: Iterable[str]) -> Versions:
     """Versions of today of some protocols or definitions, those above 1."""
-    return {name: found for name in sorted(names) if (found := _VERSIONS[name]()) != FIRST}
+    today = _today()
+    return {name: today[name] for name in sorted(names) if today[name] != FIRST}
 
 
 def as_column(names: Iterable[str], versions: Mapping[str, int]) -> str:
     """Versions as the value of a column, such as "contacts=2; moduli=1"."""
     return "; ".join(f"{name}={versions.get(name, FIRST)}" for name in sorted(names))
-
-
-def unlike(values: Iterable[Any]) -> list[str]:
-    """Names that have several versions in a column; a row without versions is from before there were any."""
-    several: dict[str, set[str]] = {}
-    values = list(values)
-    for text in values:
-        for part in text.split("; ") if isinstance(text, str) and text else ():
-            name, version = part.split("=")
-            several.setdefault(name, set()).add(version)
-    if not all(isinstance(text, str) for text in values):
-        several = {name: found | {str(FIRST)} for name, found in several.items()}
-    return [name for name, found in several.items() if len(found) > 1]
 
 
 def changes(then: Mapping[str, int], now: Mapping[str, int]) -> list[str]:

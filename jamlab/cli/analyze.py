@@ -13,13 +13,13 @@ from jamlab.cli.console import (
     print_packings,
     print_table,
     progress_bar,
-    write_rows,
 )
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.file_endings import check_ending
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
@@ -28,98 +28,115 @@ if TYPE_CHECKING:
 
 STACKS = (".tif", ".tiff")
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", *STACKS)
+ALLOWED = {  # options, by what is measured
+    "several pictures": ("--overlay", "--csv", "--memory"),
+    "a picture": ("--overlay", "--csv", "--packing", "--labels"),
+    "a file of packings": (),
+}
+
+
+Source = Annotated[
+    Path | None,
+    typer.Argument(
+        help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder or TIFF of many; a track table (CSV). "
+        "None with --labels."
+    ),
+]
+Pixel = Annotated[
+    float | None,
+    typer.Option(help="Picture: size of a pixel, in any unit of length; without it lengths are in pixels."),
+]
+Film = Annotated[
+    float | None, typer.Option(help="Picture: widest gap between droplets in contact, in pixels; default: measured.")
+]
+Contrast = Annotated[
+    str, typer.Option(help="Picture: dark, bright or ring (dark walls, light on both sides); default: seen.")
+]
+Labels = Annotated[
+    Path | None, typer.Option(help="Label image, mask, or outlines (JSON, beside their picture), to be measured.")
+]
+Overlay = Annotated[
+    Path | None,
+    typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png")),
+]
+OfDroplets = Annotated[
+    Path | None,
+    typer.Option(
+        help="Picture: HDF5 file of its droplets as a relaxed periodic packing.", callback=written_as("packings")
+    ),
+]
+Csv = Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.", callback=written_as("table"))]
+Memory = Annotated[int, typer.Option(help="Several pictures: so many in a row may miss a droplet, which is kept.")]
 
 
 def analyze(
-    file: Annotated[
-        Path | None,
-        typer.Argument(
-            help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder or TIFF of many; a track table (CSV). "
-            "None with --labels."
-        ),
-    ] = None,
-    pixel: Annotated[
-        float | None,
-        typer.Option(help="Picture: size of a pixel, in any unit of length; without it lengths are in pixels."),
-    ] = None,
-    film: Annotated[
-        float | None,
-        typer.Option(help="Picture: widest gap between droplets in contact, in pixels; default: measured."),
-    ] = None,
-    contrast: Annotated[
-        str, typer.Option(help="Picture: dark, bright or ring (dark walls, light on both sides); default: seen.")
-    ] = "auto",
-    labels: Annotated[
-        Path | None, typer.Option(help="Label image, mask, or outlines (JSON, beside their picture), to be measured.")
-    ] = None,
+    file: Source = None,
+    pixel: Pixel = None,
+    film: Film = None,
+    contrast: Contrast = "auto",
+    labels: Labels = None,
     channel: Annotated[str, typer.Option(help="Picture in colours: grey, red, green or blue.")] = "grey",
     periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
-    overlay: Annotated[
-        Path | None,
-        typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png")),
-    ] = None,
-    packing: Annotated[
-        Path | None,
-        typer.Option(
-            help="Picture: HDF5 file of its droplets as a relaxed periodic packing.", callback=written_as("packings")
-        ),
-    ] = None,
+    overlay: Overlay = None,
+    packing: OfDroplets = None,
     model: Annotated[str, typer.Option(help="Model of that packing: dp (droplets) or sp (disks).")] = "dp",
-    csv: Annotated[
-        Path | None, typer.Option(help="Picture: CSV with a row per droplet.", callback=written_as("table"))
-    ] = None,
+    csv: Csv = None,
+    memory: Memory = 0,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
-    if file is None and labels is None:
+    source = file or labels
+    if source is None:
         raise InputError("no FILE is given: name a file, a picture or a folder, or a label image by --labels")
+    kind = _kind(source) if file is not None else "a picture"
+    given = {"--overlay": overlay, "--csv": csv, "--packing": packing, "--labels": labels, "--memory": memory or None}
+    if wrong := [name for name, value in given.items() if value is not None and name not in ALLOWED[kind]]:
+        raise InputError(f"{', '.join(wrong)}: not for {source.name}, {kind}; leave it out")
+    for path in (overlay, csv, packing):
+        if path is not None:
+            check_target(path, source, replace=force)
+            expect_output(path)
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
-    if file is None:
-        assert labels is not None
-        _analyze_picture(labels, None, labels, periodic, how, (overlay, csv, packing), model, force, as_json)
-        return
-    followed = file.is_dir() or file.suffix.lower() == ".csv" or (file.suffix.lower() in STACKS and _pages(file) > 1)
-    if file.suffix.lower() in PICTURES and not followed:
-        _analyze_picture(file, file, labels, periodic, how, (overlay, csv, packing), model, force, as_json)
-        return
-    if followed:
-        _check_outputs(file, (overlay, csv), force)
-        _analyze_tracks(file, overlay, csv, as_json, {} if file.suffix.lower() == ".csv" else how)
-        return
-    if any(path is not None for path in (overlay, csv, labels, packing)):
-        raise InputError(
-            f"--overlay, --csv, --labels and --packing are for pictures ({', '.join(PICTURES)}); {file.name} is none"
-        )
-    from jamlab.trajectories.files import read_all
+    if kind == "several pictures":
+        _analyze_tracks(source, how | {"memory": memory}, overlay, csv, as_json)
+    elif kind == "a picture":
+        from jamlab.micrographs.micrograph import micrograph
 
-    packings = read_all(file)
-    _say_what_is_missing(file, packings[0])
-    print_packings(packings, None, as_json)
+        found = micrograph(file, labels=labels, periodic=periodic, **how)
+        if overlay is not None:
+            found.draw(overlay)
+        if csv is not None:
+            write_table(found.table(), csv)
+        if packing is not None:
+            found.packing(model).write(packing)
+        print_micrograph(source.name, found, as_json)
+    else:
+        from jamlab.trajectories.files import read_all
+
+        packings = read_all(source)
+        _say_what_is_missing(source, packings[0])
+        print_packings(packings, None, as_json)
 
 
-def _analyze_picture(
-    file: Path,
-    picture: Path | None,
-    labels: Path | None,
-    periodic: bool,
-    how: dict[str, Any],
-    outputs: tuple[Path | None, Path | None, Path | None],
-    model: str,
-    force: bool,
-    as_json: bool,
-) -> None:
-    _check_outputs(file, outputs, force)
-    from jamlab.micrographs.micrograph import micrograph
+def _kind(source: Path) -> str:
+    ending = source.suffix.lower()
+    if source.is_dir() or ending == ".csv" or (ending in STACKS and _pages(source) > 1):
+        return "several pictures"
+    return "a picture" if ending in PICTURES else "a file of packings"
 
-    found, (overlay, csv, packing) = micrograph(picture, labels=labels, periodic=periodic, **how), outputs
+
+def _analyze_tracks(source: Path, how: dict[str, Any], overlay: Path | None, csv: Path | None, as_json: bool) -> None:
+    from jamlab.figures.save_picture import save_picture
+    from jamlab.micrographs.tracks import follow
+
+    tracks = follow(source, **({} if source.suffix.lower() == ".csv" else how))
     if overlay is not None:
-        found.draw(overlay)
+        figure: Any = tracks.plot().figure
+        save_picture(figure, overlay)
     if csv is not None:
-        write_rows(found.table(), csv)
-    if packing is not None:
-        found.packing(model).write(packing)
-    print_micrograph(file.name, found, as_json)
+        write_table(tracks.table, csv)
+    print_tracks(source.name, tracks, as_json)
 
 
 def _pages(file: Path) -> int:
@@ -131,25 +148,6 @@ def _pages(file: Path) -> int:
             return int(getattr(image, "n_frames", 1))
     except (OSError, ValueError, SyntaxError):
         return 1
-
-
-def _check_outputs(file: Path, outputs: tuple[Path | None, ...], replace: bool) -> None:
-    for path in outputs:
-        if path is not None:
-            check_target(path, file, replace=replace)
-            expect_output(path)
-
-
-def _analyze_tracks(file: Path, overlay: Path | None, csv: Path | None, as_json: bool, how: dict[str, Any]) -> None:
-    from jamlab.micrographs.tracks import follow
-
-    tracks = follow(file, **how)
-    if overlay is not None:
-        figure: Any = tracks.plot().figure
-        figure.savefig(overlay)
-    if csv is not None:
-        write_rows(tracks.table, csv)
-    print_tracks(file.name, tracks, as_json)
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:
@@ -171,69 +169,49 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
         err_console.print(line, markup=False)
 
 
-DOUBT = " ?"  # beside every doubtful number
+DOUBT = "?"  # beside every doubtful number
 SIDES = {"bright": "bright on dark", "dark": "dark on bright", "ring": "with dark walls", "labels": "as labelled"}
 MOST_SIDES = 6  # voids with more are one entry of the table
 
 
 def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     """Print what a picture shows; each doubtful number is marked, and reasons are given."""
-    from jamlab.micrographs.quality import LIMITS
-
     if as_json:
         print_json(_json(found))
         return
-    marks = {name: DOUBT if number.reasons else "" for name, number in found.numbers.items()}
     length = "pixels" if found.pixel is None else "units of --pixel"
-    means = found.means
-    row = {
-        "droplets": f"{found.count}{marks['count']}",
-        "cut": f"{found.cut}{marks['count']}",
-        "rho": means["rho"].text(".4f") + marks["rho"],
-        "z": means["z"].text(".2f") + marks["z"],
-        "A": means["shape_rim"].text(".4f") + marks["shape_rim"],
-        "rattlers": f"{found.rattlers.sum()}{marks['z']}",
-        "voids": f"{len(found.voids.sides)}{marks['voids']}",
-        "radius": means["radius"].text(".4g") + marks["area"],
-    }
-    print_table(f"droplets of {name}", list(row), [list(row.values())])
-    shift = f"rho by up to {LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
-    seen = found.contrast in ("bright", "dark")
-    shifted = f"; light, blur and films of a good picture shift {shift}" if seen else ""
-    print_note(f"± standard error over the droplets{shifted}")
+    marks = {key: f" {DOUBT}" if number.reasons else "" for key, number in found.numbers.items()}
+    rows, errors = [], {key: mean.error for key, mean in found.means.items()}
+    for key, number in found.numbers.items():
+        known = (number.value, errors.get(key, float("nan")), number.half_width)
+        rows.append([key, *(_digits(value) for value in known), marks[key]])
+    print_table(f"droplets of {name}", ["", "value", "± over droplets", "within", ""], rows)
+    print_note("± over droplets: standard error of a mean over many more; within: how far this picture's may be off")
+    print_note(f"{found.cut} more are cut by the edge, and not counted; {found.rattlers.sum()} rattlers{marks['z']}")
+    radius = f"radius {found.means['radius'].text('.4g')}{marks['area']}"
+    print_note(f"{found.sizes}{marks['area']}, {radius}; lengths in {length}; droplets {SIDES[found.contrast]}")
+    if found.contrast in ("bright", "dark"):
+        blur = f"blur {found.blur:.1f} pixels"
+        print_note(f"light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, {blur}")
     share = found.voids.probability
-    sides = [f"P_{k} = {share[k]:.2f}{marks['voids']}" for k in share if k <= MOST_SIDES]
+    sides = [f"P_{k} = {part:.2f}" for k, part in share.items() if k <= MOST_SIDES]
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
-    sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}{marks['voids']}"] if more else []
-    print_note(", ".join(sides) or "no voids")
-    print_note(f"sizes: {found.sizes}{marks['area']}; lengths in {length}; droplets that the edge cuts are not counted")
-    light = f"; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, blur {found.blur:.1f} pixels"
-    print_note(f"droplets {SIDES[found.contrast]}{light if seen else ''}")
-    for note in found.label_notes:
-        print_note(note)
+    sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}"] if more else []
+    print_note(", ".join(sides) + marks["voids"] if sides else "no voids")
     if small := int((~found.measurable).sum()):
         print_note(f"{small} droplets are below the limit of detection, where others are missed")
-    known = {
-        name: f"{number.value:.4g} within {number.half_width:.2g}{marks[name]}"
-        for name, number in found.numbers.items()
-    }
-    if found.contrast == "labels":
-        print_note(
-            f"by the edges of labels: {', '.join(f'{name} {known[name]}' for name in ('count', 'area', 'rho', 'z'))}"
-        )
-    if found.contrast == "ring":
-        print_note(
-            f"rings above the limit: {known['count']}; light inside: {known['area']} each, "
-            f"{known['interior_fraction']} of the picture (95 %)"
-        )
     low, high = found.z_range
     if low <= high:  # not nan
         gap = found.film + found.fringe
         print_note(f"z is {low:.2f} to {high:.2f} with wider and narrower gaps than {gap:.2g} {length} as contacts")
-    print_note(_balance(found))
-    print_note(f"quality: {found.quality}")
+    for note in (*found.label_notes, _balance(found), f"quality: {found.quality}"):
+        print_note(note)
     for reason in found.reasons:
-        print_note(f"{DOUBT.strip()} {reason}")
+        print_note(f"{DOUBT} {reason}")
+
+
+def _digits(value: float) -> str:
+    return f"{value:.4g}" if value == value else ""
 
 
 def _balance(found: "Micrograph") -> str:

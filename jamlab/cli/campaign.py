@@ -1,7 +1,7 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table, progress_bar
+from jamlab.cli.console import err_console, print_json, print_line, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError, StorageError
@@ -19,8 +19,6 @@ from jamlab.storage.system_errors import system_said
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
     from jamlab.campaign.driver import Outcome
-    from jamlab.campaign.plan import SweepStatus
-    from jamlab.campaign.tasks import Batch
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -34,7 +32,7 @@ app = typer.Typer(
 def _warnings_as_lines() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: err_console.print(str(message), soft_wrap=True, markup=False)
+        warnings.showwarning = lambda message, *_, **__: print_line(str(message), err_console)
         yield
 
 
@@ -50,20 +48,12 @@ Folder = Annotated[
 ]
 Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; can be repeated.")]
 Count = Annotated[int | None, typer.Option(help="Number of worker processes (with --slurm: jobs); default: all cores.")]
-Scheduler = Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")]
 SLURM_HELP = (
     "Run on SLURM: every worker is a job of 1 core, 2 GB and 24 h, unless the table [slurm] of the file "
     'says otherwise: queue = "short", account, walltime = "04:00:00", memory = "4 GB", '
     'job_extra_directives = ["--qos=low"], job_script_prologue = ["module load python"], interface = "ib0": '
     "the keys of dask_jobqueue.SLURMCluster."
 )
-Slurm = Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)]
-Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")]
-Pilot = Annotated[bool, typer.Option("--pilot", help="One task of each sweep, model and n, so that plan knows times.")]
-Dry = Annotated[
-    bool, typer.Option("--dry-run", help="Run nothing; print the script of a job of --slurm, and how many there are.")
-]
-Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")]
 
 
 @app.command(epilog="Example: jamlab campaign new campaign.toml")
@@ -106,35 +96,24 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
         totals = {"workers": workers or cores, "seconds": seconds, "core_seconds": core_seconds, "bytes": size}
         print_json({**totals, "tasks": left, "sweeps": [vars(line) for line in lines]})
         return
-    names = ["sweep", "model", "n", "tasks", "left", "stored", "core time", "size"]
+    names = ("sweep", "model", "n", "tasks", "left", "stored", "ranks")
     cells = []
     for line in lines:
-        counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored)]
-        cells.append([line.sweep, line.model, *counts, _format_time(line.seconds), _format_size(line.bytes)])
-    print_table(f"campaign {campaign.name}", names, cells)
-    out_console.print(f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}")
+        until = ", ".join(f"{column} {error:g}" for column, error in line.until.items())
+        cells.append([*_texts(line, names), until, _format_time(line.seconds), _format_size(line.bytes)])
+    print_table(f"campaign {campaign.name}", [*names, "until", "core time", "size"], cells)
+    print_line(f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}")
     if seconds is None:
-        out_console.print(
-            f"?: not known before a task of that kind ends: `jamlab campaign run {file} --pilot` runs one of each",
-            soft_wrap=True,
+        print_line(
+            f"?: not known before a task of that kind ends; `jamlab campaign run {file} --pilot` runs one of each"
         )
     if stored := sum(line.stored for line in lines):
-        out_console.print(f"{stored} of them measure states that are stored already")
+        print_line(f"{stored} of them measure states that are stored already")
     _print_earlier(campaign)
-    for line in lines:
-        if line.ranks > 1 and line.left:
-            held = f"each task by {line.ranks} threads, on a worker of {line.ranks} cores"
-            out_console.print(f"{line.sweep} {line.model} n={line.n}: {held}", soft_wrap=True, highlight=False)
-        if line.until and line.left:
-            aims = ", ".join(f"{column} to {error:g}" for column, error in line.until.items())
-            out_console.print(f"{line.sweep} {line.model} n={line.n}: at most, until the means are known: {aims}")
 
 
-def _format_spent(*sweeps: "SweepStatus") -> list[str]:
-    """Wall and CPU time of the finished tasks of sweeps as text; nothing where the files were not read."""
-    if sweeps[0].seconds is None:
-        return []
-    return [_format_time(sum(getattr(s, kind) for s in sweeps)) for kind in ("seconds", "cpu_seconds")]
+def _texts(entry: Any, names: Iterable[str]) -> list[str]:
+    return [str(getattr(entry, name)) for name in names]
 
 
 def _format_time(seconds: float | None) -> str:
@@ -154,13 +133,18 @@ def run(
     file: Where,
     out: Folder = None,
     workers: Count = None,
-    scheduler: Scheduler = None,
-    slurm: Slurm = False,
+    scheduler: Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")] = None,
+    slurm: Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)] = False,
     only: Only = None,
-    retry_failed: Retry = False,
-    pilot: Pilot = False,
-    no_verify: Trust = False,
-    dry_run: Dry = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")] = False,
+    pilot: Annotated[
+        bool, typer.Option("--pilot", help="One task of each sweep, model and n, so that plan knows times.")
+    ] = False,
+    no_verify: Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")] = False,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Run nothing; print the script of a job of --slurm, and how many there are."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Run the remaining tasks.
@@ -168,30 +152,31 @@ def run(
     Stop it at any time; the same command resumes it.
     """
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.tasks import batches
 
     campaign = open_campaign(file, out)
     if dry_run:
         _print_scripts(campaign, only, workers)
         return
-    chosen = batches(campaign.content, only)
-    describe_kept(lambda: _describe(campaign, chosen))
+    words = f"{file} --out {out}" if out else str(file)
+    describe_kept(lambda: f"{_describe(campaign, only)}; `jamlab campaign resume {words}` resumes")
     with progress_bar(campaign.name, resumed=True) as progress:
         where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify, "pilot": pilot}
         where |= {"only": only, "retry_failed": retry_failed, "progress": progress, "done": _print_failure}
         ran = campaign.run(workers, **where)
     for task, line in ran.repaired.items():
-        err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
+        print_line(f"run again: {task}: {line}", err_console)
     if as_json:
-        print_json({"finished": ran.finished, "failed": ran.failed, "repaired": ran.repaired})
-        raise typer.Exit(1 if ran.failed else 0)
-    if ran.finished or ran.failed or ran.repaired:
-        out_console.print(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+        print_json(vars(ran))
+    elif ran.finished or ran.failed or ran.repaired:
+        print_line(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+        if ran.failed:
+            print_line(f"Reasons: jamlab campaign status {file}")
     else:
-        print_note(_describe_nothing_left(campaign, only))
-    if ran.failed:
-        out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
-        raise typer.Exit(1)
+        print_note(f"nothing left to run: {_describe(campaign, only)}")
+    raise typer.Exit(1 if ran.failed else 0)
+
+
+app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 
 def _print_scripts(campaign: "Campaign", only: list[str] | None, jobs: int | None) -> None:
@@ -201,40 +186,27 @@ def _print_scripts(campaign: "Campaign", only: list[str] | None, jobs: int | Non
         left = sum(line.left for line in lines if line.ranks == ranks)
         print(script)
         said = f"{left} tasks left for --slurm, by {min(jobs or 1, left)} jobs of {ranks} cores; nothing was run"
-        err_console.print(said, highlight=False)
-
-
-app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
-
-
-def _describe_nothing_left(campaign: "Campaign", only: list[str] | None) -> str:
-    """Say that a run had nothing to do, and what would give it something."""
-    chosen = [sweep for sweep in campaign.status().sweeps if not only or sweep.sweep in only]
-    finished, failed = sum(s.finished for s in chosen), sum(s.failed for s in chosen)
-    failures = f", {failed} failed before (--retry-failed runs them again)" if failed else ""
-    remedy = "" if failed else "; more seeds, sizes or observables in the file give it more to do"
-    return f"nothing left to run: {finished} tasks are finished in {campaign.folder.path}{failures}{remedy}"
+        print_line(said, err_console)
 
 
 def _print_failure(outcome: "Outcome") -> None:
     from jamlab.campaign.driver import FAILED
 
     if outcome.state == FAILED:
-        err_console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
+        print_line(f"failed: {outcome.line}", err_console)
 
 
-def _describe(campaign: "Campaign", chosen: "list[Batch]") -> str:
-    """How many tasks are finished, of at most how many if `until` decides, and what resumes them."""
-    from jamlab.campaign.tasks import task_names
+def _describe(campaign: "Campaign", only: list[str] | None) -> str:
+    """How many tasks are finished, of at most how many if `until` decides."""
+    from jamlab.campaign.tasks import batches, task_names
 
+    chosen = batches(campaign.content, only)
     names = task_names(chosen)
     most = "at most " if any(batch.until for batch in chosen) else ""
-    path = campaign.folder.path
-    elsewhere = "" if path in (campaign.file.parent, campaign.file.parent / campaign.name) else f" --out {path}"
-    return (
-        f"{len(names & campaign.folder.finished())} of {most}{len(names)} tasks are finished in {path}; "
-        f"`jamlab campaign resume {campaign.file}{elsewhere}` resumes"
-    )
+    failed = len(names & campaign.folder.failed())
+    again = f", {failed} failed (--retry-failed runs them again)" if failed else ""
+    finished = len(names & campaign.folder.finished())
+    return f"{finished} of {most}{len(names)} tasks are finished in {campaign.folder.path}{again}"
 
 
 @app.command(epilog="Example: jamlab campaign status campaign.toml --verify")
@@ -252,34 +224,37 @@ def status(
 
     campaign = open_campaign(file, out)
     found = campaign.status(verify=verify)
+    counts = ("tasks", "finished", "failed", "left")
     if as_json:
         sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
-        totals = {key: getattr(found, key) for key in ("tasks", "finished", "failed", "left", "foreign")}
+        totals = {key: getattr(found, key) for key in (*counts, "foreign")}
         more = {"damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
         print_json({**totals, **more})
         return
-    counts = ("tasks", "finished", "failed", "left")
+    times = ("seconds", "cpu_seconds") if verify else ()
     lines = [
-        [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in counts), *_format_spent(s)] for s in found.sweeps
+        [*_texts(sweep, ("sweep", "model", "n", *counts)), *(_format_time(getattr(sweep, time)) for time in times)]
+        for sweep in found.sweeps
     ]
-    lines.append(["total", "", "", *(str(getattr(found, key)) for key in counts), *_format_spent(*found.sweeps)])
-    times = ["wall time", "CPU time"] if verify else []
-    print_table(f"campaign {campaign.name}", ["sweep", "model", "n", *counts, *times], lines)
+    spent = [_format_time(sum(getattr(sweep, time) for sweep in found.sweeps)) for time in times]
+    lines.append(["total", "", "", *_texts(found, counts), *spent])
+    headings = ["sweep", "model", "n", *counts, *(["wall time", "CPU time"] if verify else [])]
+    print_table(f"campaign {campaign.name}", headings, lines)
     for s in found.sweeps:
         for column, wanted in s.until.items():
             state = "met" if s.errors[column] <= wanted else "not met"
             seeds = f"{s.finished} of at most {s.most} seeds finished"
             error = f"error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
-            out_console.print(f"{s.sweep} {s.model} n={s.n}: {error}; {seeds}", soft_wrap=True, highlight=False)
+            print_line(f"{s.sweep} {s.model} n={s.n}: {error}; {seeds}")
     said = [f"failed: {record['label']}: {record['reason']}" for record in found.failures.values()]
     said += [f"damaged: {campaign.folder.task_file(t)}: {why}" for t, why in (found.damaged or {}).items()]
     said += [f"incomplete: {line}" for line in (found.gaps or {}).values()]
-    for line in said:
-        out_console.print(line, soft_wrap=True, highlight=False)
     if found.damaged:
-        out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
+        said.append(f"`jamlab campaign resume {file}` runs damaged tasks again")
     if found.foreign:
-        out_console.print(f"{found.foreign} further files belong to no task of this campaign file", soft_wrap=True)
+        said.append(f"{found.foreign} further files belong to no task of this campaign file")
+    for line in said:
+        print_line(line)
     _print_earlier(campaign)
 
 
@@ -287,7 +262,7 @@ def _print_earlier(campaign: "Campaign") -> None:
     from jamlab.campaign.campaign import describe_earlier
 
     if others := campaign.earlier():
-        out_console.print(describe_earlier(others), soft_wrap=True, highlight=False)
+        print_line(describe_earlier(others))
 
 
 @app.command(epilog="Example: jamlab campaign page campaign.toml --out campaign.html")
@@ -324,16 +299,15 @@ def merge(
     as_json: Json = False,
 ) -> None:
     """Copy finished tasks from other folders."""
-    from jamlab.campaign.campaign import merge as copy
-    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign import campaign as run_of
 
-    campaign = open_campaign(file, out)
+    campaign = run_of.open_campaign(file, out)
     expect_output(campaign.folder.path)
-    counts = copy(campaign, folders)
+    counts = run_of.merge(campaign, folders)
     if as_json:
         print_json(counts)
     else:
-        out_console.print(", ".join(f"{count} {what}" for what, count in counts.items()))
+        print_line(", ".join(f"{count} {what}" for what, count in counts.items()))
 
 
 @app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --format csv --table states")
@@ -345,20 +319,16 @@ def export(
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
     out: Folder = None,
     force: Force = False,
-    earlier: Annotated[
-        bool, typer.Option("--earlier", help="Also write rows that other versions of protocols or definitions made.")
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Write tables, or the frames of every task."""
-    from jamlab.campaign.campaign import export as write
-    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign import campaign as run_of
 
     expect_output(to)
-    campaign = open_campaign(file, out)
-    written = [str(path) for path in write(campaign, to, form, table or (), sweep, replace=force, earlier=earlier)]
+    campaign = run_of.open_campaign(file, out)
+    written = [str(path) for path in run_of.export(campaign, to, form, table or (), sweep, replace=force)]
     if as_json:
         print_json({"written": written})
     else:
         none = f"no task is finished in {campaign.folder.path}, the folder of the tasks: nothing written to {to}"
-        out_console.print("\n".join(written) or none, soft_wrap=True)
+        print_line("\n".join(written) or none)

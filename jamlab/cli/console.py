@@ -12,11 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
-from jamlab.storage.atomic_file import atomic_file
-from jamlab.storage.file_endings import check_ending
-
 if TYPE_CHECKING:
-    import pandas as pd
     from rich.table import Table
 
     from jamlab.packing.packing import Packing
@@ -26,6 +22,11 @@ if TYPE_CHECKING:
 # names may hold [brackets], which are no markup; a file or a pipe has no width of its own
 out_console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160, markup=False, emoji=False)
 err_console = Console(stderr=True, markup=False, emoji=False)
+
+
+def print_line(text: str, console: Console = out_console) -> None:
+    """Print lines as they are, neither wrapped nor coloured."""
+    console.print(text, soft_wrap=True, highlight=False)
 
 
 def print_stage(name: str) -> None:
@@ -76,13 +77,6 @@ def print_json(content: dict[str, Any]) -> None:
     print(json.dumps(json.loads(json.dumps(content), parse_constant=lambda _: None)))
 
 
-def write_rows(table: "pd.DataFrame", path: Path) -> None:
-    """Write a table as CSV, all digits, all or nothing."""
-    check_ending(path, "table")
-    with atomic_file(path) as temporary:
-        table.to_csv(temporary, index=False)
-
-
 _LINE_INTERVAL = 30.0  # s between lines of one name where there is no terminal: a log stays short
 _EARLY = 0.03  # share of the work below which the time left is a guess not worth showing
 
@@ -111,7 +105,7 @@ def progress_bars(names: dict[str, str], *, resumed: bool = False) -> "Iterator[
                 bars.update(bar, completed=share if share == share else None, at=at)
                 if quiet and now - last > _LINE_INTERVAL:
                     last = now
-                    err_console.print(f"{name}: {at}, {now - began:.0f} s so far", soft_wrap=True, highlight=False)
+                    print_line(f"{name}: {at}, {now - began:.0f} s so far", err_console)
 
             return show
 

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar, write_rows
+from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law, written_as
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from jamlab.flow.read_flow import Flow
@@ -124,7 +125,7 @@ def give(run: FlowRun, found: "Flow", columns: Mapping[str, str], *notes: str) -
     if run.csv is not None:
         import pandas as pd
 
-        write_rows(pd.DataFrame(_rows(found)), run.csv)
+        write_table(pd.DataFrame(_rows(found)), run.csv)
     if run.as_json:
         content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
         content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
