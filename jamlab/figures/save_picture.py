@@ -23,8 +23,12 @@ def save_picture(figure: Figure, path: Path) -> bytes:
 
 
 def picture(figure: Figure, kind: str = ".png") -> bytes:
-    """Draw a figure as .png, .pdf or .svg."""
+    """Draw a figure as .png, .pdf or .svg. It is laid out once, here: matplotlib would draw it twice."""
     buffer = BytesIO()
+    if (engine := figure.get_layout_engine()) is not None:
+        figure.set_dpi(_DPI)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
     with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
         figure.savefig(buffer, format=kind[1:], dpi=_DPI, metadata=_WITHOUT_DATE.get(kind))
     return buffer.getvalue()
