@@ -22,6 +22,7 @@ from studies.ensemble_tables import (
 )
 from studies.ensembles import average, bootstrap, mean_over_packings, of_packings, side_by_side
 from studies.panels import FREQUENCY, Drawing, drawing, label, scale, sequence, style
+from studies.papers.statements import caption
 
 
 def droplet_spectra(tables: EnsembleTables) -> Drawing:
@@ -51,10 +52,7 @@ def droplet_spectra(tables: EnsembleTables) -> Drawing:
         out.keep(f"slow limit of G', {what}", [_static(rows, rho) for rho in ends], rho=ends)
     _keep_exponent(out, contact[np.isclose(contact["rho"], SCANNED)])
     counts = " and ".join(f"{rows['seed'].nunique()} packings of {what}" for what, rows in models.items())
-    out.caption = (
-        "G' (full, with 95 % bands) and G'' (dashed; under Stokes drag less that of the fluid) in a fixed box, means "
-        f"over {counts}, interpolated between states 0.01 apart."
-    )
+    out.caption = caption(out.name, counts=counts)
     return out
 
 
@@ -133,11 +131,7 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
         _draw_shares(out, panels[3], rows, law)
     out.legend_above(axes[0], fontsize=10)
     _keep_rates(out, table)
-    out.caption = (
-        f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings: "
-        "strength per decade of rate, by the motion in the modes; dotted: rates that part them. Right: share of "
-        "motions of whole droplets in them, with 95 % bars."
-    )
+    out.caption = caption(out.name, n=int(usual["n"].mode()[0]), made=usual["seed"].nunique())
     return out
 
 

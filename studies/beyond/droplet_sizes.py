@@ -24,6 +24,7 @@ from studies.ensembles import (
 )
 from studies.panels import FIT, Drawing, drawing, label, scale, size_style, style
 from studies.papers.boromand.conventions import NEAR, ONSET_CORRECTION, onset_law
+from studies.papers.statements import caption
 
 DISTANCES = {"d_z": (1e-3, 1e-2, 0.03, 0.1), "g": (1e-2, 0.03, 0.1, 0.14)}  # from onset, in rho
 WORDS = {"d_z": "z - z_J", "g": "G"}
@@ -48,11 +49,7 @@ def droplet_sizes(tables: EnsembleTables) -> Drawing:
     for name, table in (("packings compressed", states), ("packings at onset", onset)):
         counts = table[table["model"] == "dp"].groupby("n")["seed"].nunique()
         out.keep(name, counts.tolist(), N=counts.index)
-    out.caption = (
-        "Droplets against their number; bars and intervals: 95 % over packings. (a), (b) At fixed distances from onset."
-        f" (c) Dashed: {FEW:g} contacts more than at onset. (d) Boxes that would shear by themselves. (e) Onset, with "
-        f"a correction N^-{ONSET_CORRECTION} (O'Hern et al. 2003). (f) Width of its distribution."
-    )
+    out.caption = caption(out.name, few=FEW, correction=ONSET_CORRECTION)
     return out
 
 
@@ -213,11 +210,7 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
         _draw_limit(out, axes[3 + k], vertices, groups, column)
     made = {nv: droplets_with(table, nv_small=nv)["seed"].nunique() for nv in vertices}
     counts = ", ".join(f"{packings} with {_name(nv)}" for nv, packings in made.items())
-    out.caption = (
-        f"{n} droplets with more and more vertices (of small and of large ones), packings: {counts}; 95 % bands and "
-        f"bars. Below: at {COMPARED:g} from onset over the inverse number of vertices of small droplets, with a line, "
-        "each mean weighted by its error."
-    )
+    out.caption = caption(out.name, n=n, counts=counts, at=COMPARED)
     return out
 
 

@@ -13,7 +13,7 @@ from jamlab.statistics.bootstrap import Interval
 from studies.ensemble_tables import DEFAULT_LAW, LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size
 from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings
 from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style, style
-from studies.papers.statements import paper
+from studies.papers.statements import caption, paper
 
 # column -> legend, and name of its mean
 SHARES = {
@@ -47,11 +47,7 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
     _draw_more(out, more, n, means("S - 1", "more"))
     _draw_shares(out, shares, table, n)
     counts = ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
-    out.caption = (
-        f"Droplets at onset, taken as rigid, {counts}: (a) pairs in contact, (b) states of self-stress of contacts of "
-        "vertices with edges, (c) mean of those beyond one, (d) for each droplet that bears load. Contacts are 3N' - 2 "
-        "- F + S, with F floppy modes and S states of self-stress; disks have F = 0 and S = 1."
-    )
+    out.caption = caption(out.name, counts=counts)
     return out
 
 
@@ -116,12 +112,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
     label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)
     out.legend_above(by_overlap, ncols=3)
-    size = int(table["n"].iloc[0])
-    out.caption = (
-        f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
-        "(b) Over the area that droplets share with each other, of that of the cell; full: voids of a triangular "
-        "lattice of equal disks that overlap."
-    )
+    out.caption = caption(out.name, n=int(table["n"].iloc[0]))
     return out
 
 

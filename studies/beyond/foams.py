@@ -30,6 +30,7 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, sequence, style
+from studies.papers.statements import caption
 from studies.study import Study
 from studies.tables import Row
 
@@ -106,11 +107,7 @@ def draw_crystal(tables: EnsembleTables) -> Drawing:
     label(pressure, text, r"osmotic pressure  [$\gamma/R$]", loc="upper left")
     label(modulus, text, r"$G$  [$\gamma/R$]", loc="lower right")
     label(errors, "vertices of a droplet", rf"relative error at $\rho$ = {COMPARED:g}", loc="best")
-    out.caption = (
-        f"Hexagonal crystal of droplets with thin rims (width {LAW['delta']:g} of the root of their area) beside "
-        f"the exact foam: hexagons with rounded corners, which in shear keep films at 120 degrees. (b) Dashed: dry "
-        f"foam without rims, G = {DRY:.3f} gamma/R, gamma being half the tension of a film. (c) What facets leave out."
-    )
+    out.caption = caption(out.name, width=LAW["delta"], dry=DRY)
     return out
 
 
@@ -237,11 +234,7 @@ def draw_foam(tables: EnsembleTables) -> Drawing:
     for each, of in rows.groupby("what"):
         whole = of["theirs"].abs().max() if each == "pressure" else of["theirs"]
         out.keep(f"{each}, largest relative difference", ((of["ours"] - of["theirs"]) / whole).abs().max())
-    out.caption = (
-        f"{rows['seed'].nunique()} states of 16 droplets of two sizes at rho = {WET:g}, with rims of width "
-        f"{FOAM['delta']:g} l that hardly yield, beside the dry foam of the same topology and areas as Surface Evolver "
-        "relaxes it: wet corners decorate a dry foam, and change neither its films nor its G."
-    )
+    out.caption = caption(out.name, made=rows["seed"].nunique(), wet=WET, width=FOAM["delta"])
     return out
 
 

@@ -27,7 +27,7 @@ from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, Sample, average, bootstrap, mean_over_packings, of_packings, select
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
-from studies.papers.statements import statistic
+from studies.papers.statements import caption, statistic
 from studies.study import Study
 from studies.tables import Row, Task
 
@@ -229,10 +229,7 @@ def draw_moduli(tables: EnsembleTables) -> Drawing:
     out.legend_above(vibrations[0])
     for x, y in (("distance", "pressure"), ("excess", "b"), ("excess", "g"), ("pressure", "excess")):
         out.keep(f"{_WORDS[y]} in {_WORDS[x]}", bootstrap(over_distance(tables, x, y).groups, _slope))
-    out.caption = (
-        f"{SIZE} disks compressed from onset, {one['seed'].nunique()} packings; states that came loose are left "
-        f"out. (d), (e) Density of vibrations; dotted: half its plateau, where omega* is read."
-    )
+    out.caption = caption(out.name, n=SIZE, made=one["seed"].nunique())
     return out
 
 
@@ -311,12 +308,7 @@ def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
     names = ("theta of bucklers", "theta of other contacts", "gamma of gaps")
     for k, name in enumerate(names):
         out.keep(name, found[k])
-    out.caption = (
-        f"{len(groups[0])} packings of {SIZE} disks at onset with one state of self-stress, rattlers left out. (a) "
-        f"Forces of that state; bucklers are disks with {BUCKLED} contacts. (b) Gaps of disks that do not touch. "
-        "Lines: fits by maximum likelihood. Marginal stability asks for gamma >= 1/(2 + theta') and (1 - theta)/2 "
-        "(Lerner et al. 2013)."
-    )
+    out.caption = caption(out.name, n=SIZE, made=len(groups[0]), buckled=BUCKLED)
     return out
 
 
@@ -340,12 +332,7 @@ def draw_protocols(tables: EnsembleTables) -> Drawing:
     label(ways, "step in phi, or pressure of the quench [k]", r"$\phi_J$", loc="best")
     cycles.set_ylim(0, 1.4 * cycles.get_ylim()[1])
     label(cycles, "cycles of compression", r"gain in $\phi_J$", loc="best")
-    out.caption = (
-        f"{len(first)} random starts of {CYCLED} disks. (a) Compressed in steps until they jam, or quenched above "
-        "onset at a pressure and decompressed; grey: where amorphous packings of such disks jam by their cooling "
-        "(Schreck et al. 2011). (b) Compressed above their first onset and back to where their pressure is gone, "
-        "again and again."
-    )
+    out.caption = caption(out.name, made=len(first), n=CYCLED)
     return out
 
 

@@ -17,6 +17,7 @@ from jamlab.rheology.complex_modulus import complex_modulus
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, mean_over_packings
 from studies.panels import Drawing, drawing, label, model_style, scale, style
+from studies.papers.statements import caption
 from studies.study import Study
 from studies.tables import Task
 
@@ -98,12 +99,8 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
     label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
     _keep_ranges(out, rows)
     counts = rows.groupby(["model", "sizes"]).size()
-    out.caption = (
-        f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each "
-        f"of {len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes. (d), "
-        f"(e) z and G, {DISTANCE:g} above onset, and (f) the mean of |G*| there; {int(rows['z'].isna().sum())} of "
-        f"{len(rows)} packings came loose on the way, or had no onset."
-    )
+    made = {"few": counts.min(), "most": counts.max(), "kinds": len(counts), "rows": len(rows)}
+    out.caption = caption(out.name, loose=int(rows["z"].isna().sum()), at=DISTANCE, **PARTICLES, **made)
     return out
 
 

@@ -13,6 +13,7 @@ from jamlab.arrays import Array
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import FIT, Drawing, drawing, label, scale, style
+from studies.papers.statements import caption
 
 DECADE = (3e-3, 4.1e-2)  # of the distance from onset, over which the exponents are taken
 NAMES = {2.0: "harmonic", 2.5: "Hertz"}
@@ -57,11 +58,7 @@ def stiffening_disks(tables: EnsembleTables) -> Drawing:
         )
         for column in QUANTITIES
     )
-    out.caption = (
-        f"128 disks compressed from the onset of each packing: {packings['harmonic']} of springs, {packings['Hertz']} "
-        "of energies that grow as the power 5/2 of the overlap; 95 % bands. Powers of the distance between "
-        f"{DECADE[0]:g} and {DECADE[1]:g}: {said}."
-    )
+    out.caption = caption(out.name, low=DECADE[0], high=DECADE[1], said=said, **packings)
     return out
 
 

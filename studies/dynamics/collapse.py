@@ -21,7 +21,7 @@ from studies.dynamics.flow_curves import (
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, mean_over_packings, of_packings, select
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
-from studies.papers.statements import statistic
+from studies.papers.statements import caption, statistic
 
 WINDOW = (0.82, 0.86)  # packing fractions of the fit
 ONSET = 0.84347  # onset in shear: Olsson & Teitel, Phys. Rev. E 83, 030302 (2011)
@@ -66,14 +66,9 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
     _draw(out, smooth, branches, best, phi, rate, stress)
     label(smooth, r"$(\phi - \phi_J)/\dot\gamma^{\,w}$", r"$\sigma/\dot\gamma^{\,q}$", loc="upper left")
     label(*(branches, r"$\dot\gamma/|\phi - \phi_J|^{1/w}$", r"$\sigma/|\phi - \phi_J|^{\,q/w}$"), legend=False)
-    out.caption = (
-        f"Stress of steady flow of {SETTINGS['n']} disks, means over {len(values[0])} packings, packing "
-        f"fractions {WINDOW[0]} to {WINDOW[1]}, rates up to {HIGHEST:g}, scaled by one fit of q = {best.q:.3f} and "
-        f"w = {best.w:.3f} with onset at {best.critical}, that of Olsson & Teitel 2011; points lie "
-        f"{100 * best.spread:.1f} % from the line, and {100 * best.before:.0f} % before scaling. Rates like these do "
-        f"not settle onset itself: left free, it is put at {free.critical:.3f}. (a) One smooth curve through onset. "
-        "(b) The same on its two sides: a yield stress above, a liquid below, one power law where both meet."
-    )
+    fit = {"q": best.q, "w": best.w, "onset": best.critical, "spread": 100 * best.spread, "before": 100 * best.before}
+    fit |= {"n": SETTINGS["n"], "made": len(values[0]), "low": WINDOW[0], "high": WINDOW[1], "highest": HIGHEST}
+    out.caption = caption(out.name, free=free.critical, **fit)
     return out
 
 
@@ -130,13 +125,8 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
     label(ratio, power, r"$\sigma_\alpha(\dot\gamma)/\sigma_1(\dot\gamma^\alpha)$", loc="lower right")
     label(checks, "settings", rf"the same, $\alpha$ = {powers[0]:.2f}, lowest rate", legend=False)
     checks.tick_params(axis="x", labelsize=7.5)
-    out.caption = (
-        f"{SETTINGS['n']} disks at packing fraction {JAMMED:.2f}, {linear['seed'].nunique()} packings, "
-        "95 % intervals. (a) Steady flow under contact drag that grows as velocity to the power alpha, over the rate "
-        "to that power, on which it would be one curve if velocities scaled as the rate. (b) The ratio to linear drag, "
-        f"of the same packings; grey, 10 %. "
-        f"(c) What becomes of it with other settings: {said}."
-    )
+    made = linear["seed"].nunique()
+    out.caption = caption(out.name, n=SETTINGS["n"], jammed=JAMMED, made=made, said=said)
     return out
 
 

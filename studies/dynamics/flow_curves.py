@@ -17,7 +17,7 @@ from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, bootstrap, mean_over_packings, of_packings, scaled, select, side_by_side
 from studies.numbers_in_text import write_interval
 from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style
-from studies.papers.statements import paper, statistic
+from studies.papers.statements import caption, paper, statistic
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 STRESS = r"shear stress $\sigma$  [k]"
@@ -93,16 +93,12 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
     label(stress, RATE, STRESS, fontsize=7.5)
     label(friction, RATE, r"stress over pressure $\sigma/p$", legend=False)
     label(fit, RATE, r"$\sigma - \sigma_y$  [k]", loc="upper left")
-    out.caption = (
-        f"Steady flow of {SETTINGS['n']} disks with balanced contact drag at a given rate, means over "
-        f"{table['seed'].nunique()} packings with 95 % intervals. (a) Stress over rate; the lower the rate, the more "
-        "curves part, to a yield stress above onset and a liquid below; dashed, the power law at onset. (b) Stress "
-        f"over pressure. {said}"
-    )
+    made = table["seed"].nunique()
+    out.caption = caption(out.name, n=SETTINGS["n"], made=made, jammed=JAMMED, highest=HIGHEST, **said)
     return out
 
 
-def _draw_fit(out: Drawing, axes: Any, tables: EnsembleTables) -> str:
+def _draw_fit(out: Drawing, axes: Any, tables: EnsembleTables) -> dict[str, str]:
     """Draw the law with a yield stress, and write what it gives with quasi-static shear and without."""
     moving = steady_flows(tables.flow, phi=JAMMED)
     rates, stress = of_packings(moving, "rate", "stress")
@@ -113,11 +109,7 @@ def _draw_fit(out: Drawing, axes: Any, tables: EnsembleTables) -> str:
     line = np.geomspace(rates.min(), HIGHEST, 50)
     out.curve(axes, f"$n$ = {law.exponent:.3f}", line, law(line) - y, **FIT)
     still = of_packings(balanced_disks(tables.flow, phi=JAMMED, **SETTINGS), "rate", "stress")
-    alone, both = (_write_law(yield_law_interval(*each)) for each in ((rates, stress), still))
-    return (
-        f"(c) The law of Herschel and Bulkley at packing fraction {JAMMED:.2f}, fitted up to rate {HIGHEST:g}: {alone} "
-        f"1e-4 k. With the mean of quasi-static shear as rate 0: {both} 1e-4 k."
-    )
+    return {name: _write_law(yield_law_interval(*each)) for name, each in (("alone", (rates, stress)), ("both", still))}
 
 
 def _write_law(found: Interval) -> str:
@@ -158,12 +150,7 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
         draw_mean(out, last, text, rows, "rate", "flow_pressure", **look)
     label(last, RATE, "pressure $p$  [ε/l²]", legend=False)
     out.legend_above(last)
-    out.caption = (
-        f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
-        f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with 95 % "
-        "intervals. (a), (b) Stress. (c) Pressure. Units of length: of disks their mean diameter, of "
-        "droplets the mean of the square roots of their areas at rest."
-    )
+    out.caption = caption(out.name, n=int(table["n"].iloc[0]), made=table["seed"].nunique())
     return out
 
 
@@ -199,15 +186,8 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
     label(ways, "way", r"yield stress $\sigma_y$  [$10^{-3}$ k]", legend=False)
     ways.tick_params(axis="x", labelsize=8)
     text = "; ".join(f"{each.way} {write_interval(scaled(each.found, 1e4), 1)}" for each in found)
-    out.caption = (
-        f"{SETTINGS['n']} disks at packing fraction {JAMMED:.2f}, {slow['seed'].nunique()} packings, 95 % "
-        "intervals. (a) Steady flow, the law of Herschel and Bulkley through it, the mean of quasi-static shear, to "
-        "which it tends, and the peaks of start-up. (b) Packings at rest under a stress, with their residual stress: "
-        f"mean rate over the last half of a time of {loaded['final_time'].max():g}, beside the law of (a). (c) Yield "
-        f"stresses, in 1e-4 k: {text}. What keeps flow going needs less stress than what starts it from a quenched "
-        f"packing. That of creep lies between the largest stress under which a packing ends slower than {MOVES:g}, and "
-        "the next."
-    )
+    settings = {"n": SETTINGS["n"], "jammed": JAMMED, "made": slow["seed"].nunique(), "moves": MOVES}
+    out.caption = caption(out.name, time=loaded["final_time"].max(), ways=text, **settings)
     return out
 
 
@@ -274,11 +254,7 @@ def overshoot(tables: EnsembleTables) -> Drawing:
     label(height, RATE, r"peak stress, dotted steady stress $\sigma$  [k]", loc="upper left")
     label(excess, RATE, "peak over steady stress", legend=False)
     label(strain, RATE, "strain at the peak", legend=False)
-    out.caption = (
-        f"Start-up of {int(table['n'].iloc[0])} quenched disks, means over {table['seed'].nunique()} packings with "
-        "95 % intervals. The peak is the largest stress up to strain 1, which stress of so few disks reaches by chance "
-        "too: where steady flow fluctuates most, at low rates near onset, most of the excess is of that kind."
-    )
+    out.caption = caption(out.name, n=int(table["n"].iloc[0]), made=table["seed"].nunique())
     return out
 
 
@@ -304,12 +280,8 @@ def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
                 draw_mean(out, part, name, rows, "amplitude", column, **look)
         label(part, AMPLITUDE, rf"$G'$, dashed $G''$  [k], $\omega\,\tau_1$ = {omega:g}", legend=part is axes[0])
     _draw_limits(out, axes[-1], tables)
-    out.caption = (
-        f"{int(table['n'].iloc[0])} disks, {table['seed'].nunique()} packings at each pressure p, in units of k, means "
-        "with 95 % intervals. Storage modulus, dashed the loss modulus, of the first harmonic at three frequencies. "
-        f"Last: amplitude at which {100 * SOFT:.0f} % of the storage modulus are left (softening), and at which "
-        f"{100 * YIELDED:.0f} % are (yielding), at the lowest frequency; dashed, in proportion to pressure."
-    )
+    made = {"n": int(table["n"].iloc[0]), "made": table["seed"].nunique()}
+    out.caption = caption(out.name, soft=100 * SOFT, yielded=100 * YIELDED, **made)
     return out
 
 
@@ -391,14 +363,8 @@ def equivalent_damping(tables: EnsembleTables) -> Drawing:
     _draw_map(out, grid, table)
     label(grid, FREQUENCY, r"power $\alpha$ of the drag", legend=False)
     first = table.iloc[0]
-    out.caption = (
-        f"{int(first['n'])} disks at pressure {first['target_pressure']:g} k, {table['seed'].nunique()} packings: "
-        "error of G* by the equivalent linear damping of Baumgarten & Tighe, eqs 23-29, against the drag law itself "
-        f"at strain amplitude {first['amplitude']:g}. (a) Error of |G*| in percent, against frequency and alpha. (b), "
-        "(c) Error of the storage and loss modulus over frequency times the equivalent time; grey, 10 %; 95 % "
-        "intervals. Linear drag is the check: its error is that of finite amplitude. "
-        f"In percent: {'; '.join(said)}."
-    )
+    made = {"n": int(first["n"]), "made": table["seed"].nunique(), "said": "; ".join(said)}
+    out.caption = caption(out.name, pressure=first["target_pressure"], amplitude=first["amplitude"], **made)
     return out
 
 

@@ -92,11 +92,12 @@ def paper(statement: str) -> float:
 
 @cache
 def _read_prose(name: str) -> dict[str, str]:
-    """Read the paragraph under each heading of a Markdown file, by the names in the heading."""
+    """Read the paragraph under each heading of the Markdown files of a name, by the names in the heading."""
     found: dict[str, str] = {}
-    for part in (FOLDER / name).read_text(encoding="utf-8").split("\n## ")[1:]:
-        headings, _, text = part.partition("\n")
-        found |= {heading.strip(): " ".join(text.split()) for heading in headings.split(",")}
+    for path in FOLDER.parent.glob(f"*/{name}"):
+        for part in path.read_text(encoding="utf-8").split("\n## ")[1:]:
+            headings, _, text = part.partition("\n")
+            found |= {heading.strip(): " ".join(text.split()) for heading in headings.split(",")}
     return found
 
 
@@ -106,7 +107,7 @@ def explanations() -> dict[str, str]:
 
 
 def caption(figure: str, **numbers: Any) -> str:
-    """Write what a figure shows."""
+    """Write what a figure shows, by the `captions.md` of its folder."""
     return _read_prose("captions.md")[figure].format(**numbers)
 
 
