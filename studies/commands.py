@@ -158,17 +158,17 @@ def tables(
 
 
 @app.command("compare", short_help="Compare with other codes.", epilog="Example: python -m studies compare --n 64")
-def compare(
+def compare_codes(
     n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
     seed: Seed = 1,
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from studies.other_codes.compare import comparison_tables, measure_all
+    from studies.other_codes.compare import compare, compare_analysis, comparison_tables, jolted_minimum
 
-    both = measure_all(n, seed, phi, tell)
-    found, analysis = ([row for row in both if row["part"] == part] for part in ("rows", "analysis"))
+    found = compare(n, seed, phi, progress=tell)
+    analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
     if as_json:
         print_json({"rows": found, "analysis": analysis})
         return

@@ -61,7 +61,6 @@ PAPERS = _figures(
         "baumgarten-8": motion.figure_8,
         "dynamics-flow-curves": flow_curves.flow_curves,
         "dynamics-collapse": collapse.flow_collapse,
-        "dynamics-overshoot": flow_curves.overshoot,
         "dynamics-yield": flow_curves.yield_stress,
         "dynamics-amplitudes": flow_curves.amplitude_sweeps,
         "dynamics-power-law": collapse.power_law_collapse,

@@ -154,7 +154,6 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
     return out
 
 
-LOOSE = 0.845  # packing fraction below which nothing holds a quenched packing before it flows
 MOVES = 1e-5  # rate of creep below which a packing is taken to bear a stress
 _CREEP: dict[str, Any] = {"color": PINK, "marker": "v"}
 
@@ -233,29 +232,6 @@ def _threshold(rows: pd.DataFrame) -> float:
     if not len(held) or held[-1] + 1 == len(total):
         return np.nan
     return float(np.sqrt(total[held[-1]] * total[held[-1] + 1]))
-
-
-def overshoot(tables: EnsembleTables) -> Drawing:
-    """Overshoot of start-up from quenched packings: height, excess over steady flow, and strain."""
-    table = steady_flows(tables.flow)
-    table = table[table["phi"] > LOOSE]
-    out, (height, excess, strain) = drawing("dynamics-overshoot", 1, 3, 4.6, 3.9)
-    for axes in (height, excess, strain):
-        scale(axes, y="log" if axes is height else "linear")
-    fractions = sorted(table["phi"].unique())
-    for k, phi in enumerate(fractions):
-        rows = table[table["phi"] == phi]
-        rows = rows.assign(excess=(rows["peak_stress"] / rows["stress"]).fillna(1.0))  # 1 without a peak
-        look = sequence(k, len(fractions))
-        for axes, column in ((height, "peak_stress"), (excess, "excess"), (strain, "peak_strain")):
-            draw_mean(out, axes, f"$\\phi$ = {phi:.2f}", rows, "rate", column, **look)
-        rate, steady = mean_of_rows(rows, "rate", "stress")
-        out.curve(height, f"steady, $\\phi$ = {phi:.2f}", rate, steady.value, label=None, color=look["color"], ls=":")
-    label(height, RATE, r"peak stress, dotted steady stress $\sigma$  [k]", loc="upper left")
-    label(excess, RATE, "peak over steady stress", legend=False)
-    label(strain, RATE, "strain at the peak", legend=False)
-    out.caption = caption(out.name, n=int(table["n"].iloc[0]), made=table["seed"].nunique())
-    return out
 
 
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"

@@ -19,19 +19,11 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
-from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
-from studies.other_codes.peers import (
-    MOST_STEPS,
-    PEERS,
-    Analyst,
-    Jamlab,
-    Matscipy,
-    Peer,
-    plain_point,
-)
-from studies.panels import Drawing, drawing, label, scale, style
-from studies.study import Study
+from studies.other_codes.freud_and_matscipy import Freud, Matscipy
+from studies.other_codes.jax_md_and_jaxdem import JaxDEM, JaxMD
+from studies.other_codes.openmm_and_ase import ASE, OpenMM
+from studies.other_codes.peers import MOST_STEPS, Analyst, Jamlab, Lammps, Peer, plain_point
 from studies.tables import one_core, shortest
 
 _JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
@@ -53,36 +45,8 @@ ANALYSIS_COLUMNS = ("name", "version", "quantity", "difference", "note")  # the 
 Row = dict[str, Any]
 
 
-class Freud(Analyst):
-    """Centres of disks in a two-dimensional box, in a process of its own. Both freud and liblammps bring voro++; where
-    LAMMPS was opened first, freud would call LAMMPS' and crash."""
-
-    name = "freud"
-    package = "freud-analysis"
-
-    def measure(self, packing: Packing) -> dict[str, Any]:
-        """Number of contacts, and |psi_6| of every disk."""
-        return run_side_by_side(_measure, [packing], 1)[0]
-
-
-def _measure(packing: Packing, _: Any) -> dict[str, Any]:
-    import freud
-
-    lattice = np.zeros((3, 3))
-    lattice[:2, :2] = packing.box.T  # columns are lattice vectors
-    box = freud.box.Box.from_matrix(lattice, dimensions=2)
-    points = box.wrap(np.column_stack([packing.positions, np.zeros(packing.n)]))
-    assert packing.diameters is not None
-    query = {"r_max": float(packing.diameters.max()), "exclude_ii": True}
-    near = freud.locality.AABBQuery(box, points).query(points, query).toNeighborList()
-    i, j = np.asarray(near.point_indices), np.asarray(near.query_point_indices)
-    touch = np.asarray(near.distances) < 0.5 * (packing.diameters[i] + packing.diameters[j])
-    cells = freud.locality.Voronoi().compute((box, points))
-    order = freud.order.Hexatic(k=6).compute((box, points), neighbors=cells.nlist)
-    return {"contacts": int(touch[i < j].sum()), "|psi_6|": np.abs(order.particle_order)}
-
-
 ANALYSTS: tuple[Analyst, ...] = (Matscipy(), Freud())
+PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the names that analysts use
     "energy": lambda p: evaluate(p).energy,
     "pressure": lambda p: evaluate(p).pressure,
@@ -111,9 +75,9 @@ def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS
 def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
-    """Compare jamlab and its peers on one packing of an even number of disks in units "eps": rows of `COLUMNS`, of
-    which jamlab's is the first. Random starts end in different minima in different codes, so the start is a minimum
-    whose disks were moved a little. A code that is not installed is a row that says so."""
+    """Compare jamlab and its peers on one packing of an even number of disks in units "eps" in double precision: rows
+    of `COLUMNS`, of which jamlab's is the first. Random starts end in different minima in different codes, so the start
+    is a minimum whose disks were moved a little. A code that is not installed is a row that says so."""
     start, minimum = jolted_minimum(n, seed, phi)
     target = measure(minimum)
     rows: list[Row] = []
@@ -178,12 +142,6 @@ def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[
     raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
 
 
-_LEAD = (
-    "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
-    "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
-)
-
-
 def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row]) -> list[TextTable]:
     """Tables for the reader: same coordinates, same basin and its time, analysis."""
     same = ("name", "version", "energy", "forces", "stress", "pressure")
@@ -213,37 +171,3 @@ def _text(value: Any) -> str:
     if value is None or value != value or value == "":  # as a table holds it
         return "-"
     return f"{value:.2g}" if isinstance(value, float) else str(value)
-
-
-def measure_all(n: int, seed: int = 1, phi: float = 0.88, progress: Progress = no_progress) -> list[Row]:
-    """Compare one packing of n disks in all codes, and its minimum in those that measure; rows of both tables."""
-    rows = compare(n, seed, phi, progress=progress)
-    analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
-    parts = (("rows", rows), ("analysis", analysis))
-    return [{"n": n, "phi": phi, "part": part, **row} for part, of in parts for row in of]
-
-
-def draw_comparison(tables: EnsembleTables) -> Drawing:
-    """Draw how long one minimisation takes in every code, over jamlab's, beside tables of all differences."""
-    table = tables.read("comparison")
-    out, (axes,) = drawing("comparison", 1, 1, 7.0, 4.0)
-    scale(axes, y="linear")
-    for k, (n, part) in enumerate(table.groupby("n")):
-        of: list[Any] = [part[part["part"] == name].to_dict("records") for name in ("rows", "analysis")]
-        rows, analysis = of
-        out.text += comparison_tables(rows, analysis)
-        ran = [row for row in rows if np.isfinite(row["warm_ratio"])]
-        places = list(range(len(ran)))
-        out.curve(axes, f"N = {n}", [row["warm_ratio"] for row in ran], places, linestyle="none", **style(k))
-        axes.set_yticks(places, [row["name"] for row in ran])
-    label(axes, "time of one minimisation over jamlab's", "")
-    out.caption = _LEAD
-    return out
-
-
-STUDY = Study(
-    "comparison",
-    "jamlab beside other codes: the same packings, energies, minima and times",
-    {f"N = {n}": partial(measure_all, n) for n in (64, 128)},  # disks
-    draw_comparison,
-)

@@ -21,7 +21,9 @@ import pandas as pd
 
 import jamlab
 from jamlab.protocols.random_start import random_disks
-from studies.other_codes.peers import PEERS, Jamlab, double_precision, mean_diameters, plain_point
+from studies.other_codes.compare import PEERS
+from studies.other_codes.jax_md_and_jaxdem import double_precision
+from studies.other_codes.peers import Jamlab, mean_diameters, plain_point
 from studies.tables import one_core
 
 PHI, FORCE, STEPS = 0.88, 1e-12, 10_000_000

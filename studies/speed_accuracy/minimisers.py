@@ -20,8 +20,8 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance, relax
-from studies.other_codes.compare import jolted_minimum
-from studies.other_codes.peers import MOST_STEPS, PEERS, Descent, Jamlab
+from studies.other_codes.compare import PEERS, jolted_minimum
+from studies.other_codes.peers import MOST_STEPS, Descent, Jamlab
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 from studies.tables import shortest
 

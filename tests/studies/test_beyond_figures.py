@@ -14,12 +14,9 @@ from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
 from studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
 from studies.beyond.stiffening_disks import EXPECTED, NAMES, stiffening_disks
 from studies.ensemble_tables import (
-    FRACTIONS,
     EnsembleTables,
-    droplet_states,
     modes_at_fractions,
     spectra_at_fractions,
-    voids_by_state,
 )
 from studies.reference_data import reference_tables
 
@@ -68,20 +65,6 @@ def test_states_of_self_stress_are_told_size_by_size():
     assert kept("contacts", "S - 1 a droplet, N = 64") == pytest.approx(more[64] / 64)
     means = drawn("beyond-droplet-contacts").table.query("panel == 'c' and series == 'mean'")
     assert dict(zip(means["x"], means["y"], strict=True)) == pytest.approx(more)
-
-
-def test_the_figure_of_sizes_keeps_how_many_packings_were_compressed_and_how_many_are_onsets():
-    values = drawn("beyond-droplet-sizes").values
-    counts = {name: found.value for name, found in values.items() if name.startswith("packings")}
-    assert counts == {f"packings compressed, N = {n}": 5 for n in (16, 32, 64, 128)} | {
-        f"packings at onset, N = {n}": 30 for n in (16, 32, 64, 128, 256)
-    }
-
-
-@pytest.mark.slow
-def test_the_figure_of_spectra_keeps_what_the_table_holds():
-    assert kept("spectra", "exponent of the slow limit of G' in line tension") == pytest.approx(1.0)
-    assert kept("spectra", "slow limit of G', disks, rho = 0.86") == pytest.approx(FRACTIONS[0], abs=1e-3)
 
 
 def test_void_shapes_are_interpolated_between_states_and_end_with_them():
@@ -149,19 +132,6 @@ def test_modes_are_binned_without_loss():
     assert found["strength"].sum() == pytest.approx(4 * 2.0) and len(found) == 3
     assert found["translation"].sum() == pytest.approx(4 * 2.0 * 0.4)
     assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
-
-
-def test_voids_and_states_of_several_laws():
-    voids = pd.DataFrame({"task": "t", "state": [0, 0, 0, 1], "sides": [3, 3, 4, 4], "shape": [2.0, 4.0, 9.0, 9.0]})
-    table = states([0.85, 0.87])
-    with pytest.raises(InputError, match="shared_fraction"):
-        voids_by_state(table, voids)
-    found = voids_by_state(table.assign(shared_fraction=0.003), voids).set_index("state")
-    assert found["three"].tolist() == [2, 0] and found["shape_of_three"].tolist() == [6.0, 0.0]
-    assert found["overlap"].to_numpy() == pytest.approx(0.003)
-    table = beyond_tables.droplet_states()
-    assert table.groupby("nv_small")["seed"].nunique().to_dict() == {12: 5, 24: 5, 48: 5}
-    assert droplet_states(pd.DataFrame({"model": ["sp"], **{k: [np.nan] for k in ("gamma", "eps", "nv_small")}})).empty
 
 
 def test_tables_without_droplets_are_refused():

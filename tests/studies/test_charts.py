@@ -113,23 +113,6 @@ def test_means_and_bands_over_packings():
     assert found[1].exact and found[1].default and not found[0].exact
 
 
-def test_points_of_runs_that_were_cut_short_say_so():
-    notes = {"set-up": False, "after 1 s": True, "": False}
-    rows = [("p", "m", "1", 1.0, 1e-3, 0.0, False, note, cut) for note, cut in notes.items()]
-    (found,) = points_of(pd.DataFrame(rows, columns=COLUMNS))
-    assert (found.cut, found.note) == (1, "after 1 s")
-    axes = curve_figure("title", "error", [found, point("whole", 2.0, 1e-3, panel="p")]).axes[0]
-    assert [line.get_fillstyle() for line in axes.lines if line.get_marker() in "os"] == ["left", "full"]
-
-
-def test_a_figure_rings_defaults_and_counts_what_has_no_number():
-    points = [point("m", 1.0, 1e-3, default=True), point("n", 2.0, 1e-17, floor=1e-12), point("o", 1.0, np.nan)]
-    axes = curve_figure("title", "error", [*points, point("none", np.nan, np.nan, panel="b")]).axes[0]
-    assert "without a number: 1" in axes.get_title() and axes.get_ylim()[0] < 1e-12
-    assert sum(line.get_markersize() == 14 for line in axes.lines) == 1
-    assert {line.get_ydata()[0] for line in axes.lines} == {1e-3, 1e-12}
-
-
 @pytest.mark.parametrize("name", CHARTS)
 def test_what_ships(name):
     """Twenty packings, a default that gives numbers, and a reference better than what is compared with it."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jamlab.errors import InputError
-from studies.dynamics.critical_collapse import collapse_through
+from studies.dynamics.collapse import collapse_through
 
 SHAPE = (-0.02, 0.1, 0.4, 0.3)  # of ln f, highest power first
 X, S = (part.ravel() for part in np.meshgrid(np.linspace(0.80, 0.88, 9), np.geomspace(1e-4, 1e-2, 5)))

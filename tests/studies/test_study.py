@@ -1,8 +1,6 @@
 """The one mechanism: tasks whose rows are kept, tables and their manifest, pages, groups and commands."""
 
 import json
-import os
-import time
 from functools import partial
 
 import campaigns
@@ -18,7 +16,7 @@ from studies.html_page import TextTable
 from studies.panels import Drawing
 from studies.reference_data import open_tables, read_folder, reduce
 from studies.study import Group, Study
-from studies.tables import DATA, MANIFEST, AbsentTableError, measure, one_core, read_manifest, read_table, shortest
+from studies.tables import DATA, MANIFEST, AbsentTableError, measure, read_manifest, read_table
 from studies.tables import write_table as write
 
 
@@ -65,13 +63,6 @@ def test_a_table_comes_back_as_it_was_and_a_changed_one_is_refused(tmp_path, kin
     assert str(path) in str(refused.value)
     with pytest.raises(AbsentTableError):
         read_table(tmp_path, "u")
-
-
-def test_commits_of_a_table_measured_in_parts_are_all_named(tmp_path, monkeypatch):
-    for commit in ("one", "two", "two"):
-        monkeypatch.setattr("studies.tables.commit", lambda commit=commit: commit)
-        measure(tmp_path, "t", {commit: lambda: [{"x": 1}]})
-    assert read_manifest(tmp_path)["t.csv"]["commit"] == "one two"
 
 
 def test_the_manifest_names_every_table_that_ships():
@@ -164,8 +155,6 @@ def test_a_campaign_is_reduced_and_packings_are_added(tmp_path):
     ("words", "name"),
     [
         ("draw boromand-6", "boromand-6.pdf"),
-        ("draw papers", "papers.html"),
-        ("draw boromand-6 moved", "moved.csv"),
         ("draw stability", "moved.png"),
         ("reduce c.toml", "states.parquet"),
     ],
@@ -178,25 +167,3 @@ def test_no_file_is_replaced_without_force(tmp_path, words, name):
     done = call_studies(tmp_path, *words.split(), "--out", file.parent)
     assert done.exit_code == 1 and name in done.stderr, done.stderr
     assert file.read_text() == "work of a week" and list(file.parent.glob("*")) == [file]
-
-
-def test_one_core_holds_and_lets_go():
-    before = os.sched_getaffinity(0)
-    with one_core():
-        assert len(os.sched_getaffinity(0)) == 1 and os.sched_getaffinity(0) <= before
-    assert os.sched_getaffinity(0) == before
-
-
-def test_shortest_counts_work_not_waiting_and_stops_at_its_budget():
-    """Sleep costs nothing; a run that works longest does not count."""
-    runs = iter([300_000, 3_000, 100_000])
-
-    def work():
-        time.sleep(0.02)
-        return sum(range(next(runs)))
-
-    seconds, last = shortest(work, runs=3, budget=10.0)
-    assert seconds < 0.01 and last == sum(range(100_000))
-    runs = iter([200_000] * 2)
-    shortest(work, runs=2, budget=1e-6)
-    assert len(list(runs)) == 1
