@@ -140,28 +140,31 @@ def check_setting(deck_name: str, name: str, text: str, known: Mapping[str, str]
     own = sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
     if name not in own:
         raise InputError(f"--{name}: {deck_name} has no such variable; {name_meant(name.lower(), own, ', '.join(own))}")
-    choices, limits = _choices(), limits_of(deck_name)
-    if name in choices:
+    if name in (choices := _choices()):
         if text not in choices[name]:
             raise InputError(f"{name} = {text}: must be one of {', '.join(choices[name])}")
-    elif name in limits:
-        least, most = limits[name]
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        if not (is_number(value) and least <= value <= most):
-            low = "above 0" if least == _ABOVE_ZERO else f"from {least:g}"
-            raise InputError(f"{name} = {text}: must be a number {low} to {most:g}")
-        if (name in _WHOLE and value != int(value)) or (name == "n" and value % 2):
-            raise InputError(f"{name} = {text}: must be {'an even' if name == 'n' else 'a whole'} number")
-    elif name in ("data", "out") and (set(text) & set(" \t\"'$&#") or not text):
-        raise InputError(f"{name} = {text!r}: LAMMPS takes a name without spaces and quotes")
+        return
+    if name in ("data", "out"):
+        if set(text) & set(" \t\"'$&#") or not text:
+            raise InputError(f"{name} = {text!r}: LAMMPS takes a name without spaces and quotes")
+        return
+    least, most = limits_of(deck_name, name, known[name])
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not (is_number(value) and least <= value <= most):
+        low = "above 0" if least == _ABOVE_ZERO else f"from {least:g}"
+        raise InputError(f"{name} = {text}: must be a number {low} to {most:g}")
+    if (name in _WHOLE and value != int(value)) or (name == "n" and value % 2):
+        raise InputError(f"{name} = {text}: must be {'an even' if name == 'n' else 'a whole'} number")
 
 
 _ABOVE_ZERO = 5e-324
 _WHOLE = {"n", "seed", "steps", "stretch", "steps_shear", "halvings", "tries", "rows", "cycles", "per_decade", "least"}
 _WHOLE |= {"nv_small", "nv_large"}
+_SHARES = {"above", "phi_start", "increment_least", "miss", "residual", "doubt", "loose", "fall", "dmax"}
+_SHARES |= {"slope_least", "slope", "slope_most"}
 
 
 def _choices() -> dict[str, tuple[str, ...]]:
@@ -176,8 +179,8 @@ def _choices() -> dict[str, tuple[str, ...]]:
     }
 
 
-def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
-    """Least and largest value of every number in the decks: those of the arguments of Python, where it has them."""
+def limits_of(deck_name: str, name: str, default: str) -> tuple[float, float]:
+    """Least and largest value of a number of a deck: of an argument of Python, where it is one."""
     from jamlab.checks import MOST_PARTICLES
     from jamlab.flow import creep, oscillate, overdamped_session, shear
     from jamlab.models.models import optional_parameters
@@ -186,55 +189,41 @@ def limits_of(deck_name: str) -> dict[str, tuple[float, float]]:
     from jamlab.protocols.size_distributions import LARGEST_RATIO
     from jamlab.rheology.damping import LEAST_ALPHA
 
-    largest, above = 1e9, _ABOVE_ZERO
-    background = (0.0, overdamped_session.LARGEST_BACKGROUND)
-    droplets, exponent = ".dp." in deck_name, optional_parameters("sp")["exponent"]
+    least_strain, exponent = overdamped_session.LEAST_STRAIN, optional_parameters("sp")["exponent"]
     found: dict[str, tuple[float, float]] = {
-        **dict.fromkeys(
-            ("d1", "d2", "u_jammed", "u_contact", "displacement", "nearby", "longest_edge", "skin"), (above, largest)
-        ),
-        **dict.fromkeys(("short_edge", "fluid", "seed", "least"), (0, largest)),
-        **dict.fromkeys(_WHOLE - {"seed", "least", "nv_small", "nv_large"}, (1, largest)),
-        **dict.fromkeys(("to", "phi_jammed"), (above, 2)),
-        **dict.fromkeys(("above", "step", "phi_start", "increment_least"), (above, 1)),
-        **dict.fromkeys(
-            ("miss", "residual", "doubt", "loose", "fall", "slope_least", "slope", "slope_most"), (above, 1)
-        ),
+        **dict.fromkeys(("to", "phi_jammed"), (_ABOVE_ZERO, 2)),
         **dict.fromkeys(("nv_small", "nv_large"), (3, 1000)),
         # softer disks never seem to touch within absolute windows of energy, stiffer ones never rest
-        "eps": (above if droplets else 1e-3, 100),
+        "eps": (_ABOVE_ZERO if ".dp." in deck_name else 1e-3, 100),
         "k": (1e-3, 100),
         "phi_target": (0, 2),
         "nearest": (0, 1),
-        "step": (above, 0.5),
+        "step": (_ABOVE_ZERO, 0.5),
         "per_decade": (1, 1000),
         "gamma": (0, 100),
-        "eta": (0, largest),
-        "ka": (above, 1e5),  # stiffer droplets fly apart under the time step of FIRE
-        "delta": (above, 2),
+        "ka": (_ABOVE_ZERO, 1e5),  # stiffer droplets fly apart under the time step of FIRE
+        "delta": (_ABOVE_ZERO, 2),
         "exponent": (exponent.least, exponent.largest),
         "ratio": (1, LARGEST_RATIO),
         "n": (2, MOST_PARTICLES),
-        "pressure": (above, 30),
+        "pressure": (_ABOVE_ZERO, 30),
         "force": (LEAST_TOLERANCE, LARGEST_TOLERANCE),
         "beta": (0, overdamped_session.LARGEST_BETA),
         "alpha": (LEAST_ALPHA, 1),
-        "tau": (above, largest),
-        "background": background,
+        "background": (0, overdamped_session.LARGEST_BACKGROUND),
         "accuracy": (overdamped_session.LEAST_TOLERANCE, overdamped_session.LARGEST_TOLERANCE),
         "solver": (1e-13, 0.1),
         "rows": (1, shear.MOST_ROWS),
         "rate": (shear.LEAST_RATE, shear.LARGEST_RATE),
-        "strain": (above, 0.1),
+        "strain": (least_strain, shear.LARGEST_STRAIN) if deck_name.endswith("startup") else (_ABOVE_ZERO, 0.1),
         "omega": (oscillate.SLOWEST, oscillate.FASTEST),
-        "amplitude": (overdamped_session.LEAST_STRAIN, oscillate.LARGEST_AMPLITUDE),
+        "amplitude": (least_strain, oscillate.LARGEST_AMPLITUDE),
         "cycles": (1, oscillate.MOST_CYCLES),
-        "stress": (overdamped_session.LEAST_STRAIN, creep.LARGEST_STRESS),
+        "stress": (least_strain, creep.LARGEST_STRESS),
         "duration": (overdamped_session.LEAST_TIME, creep.LONGEST),
-        "timestep": (above, largest),
-        "dmax": (above, 1),
-        "tmax": (1, largest),
     }
-    if deck_name.endswith("startup"):
-        found["strain"] = (overdamped_session.LEAST_STRAIN, shear.LARGEST_STRAIN)
-    return found
+    if name in _SHARES:
+        return _ABOVE_ZERO, 1
+    whole = 0.0 if name in ("seed", "least") else 1.0  # the least of those that are whole
+    usual = whole if name in _WHOLE else 0.0 if default.strip("0.") == "" else _ABOVE_ZERO
+    return found.get(name, (usual, 1e9))

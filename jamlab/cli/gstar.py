@@ -1,18 +1,32 @@
-"""`jamlab gstar`: the complex shear modulus."""
+"""`jamlab gstar`: the complex shear modulus, on the screen and as a picture, a table or an HDF5 file.
 
+A table holds one curve: frequency, storage and loss modulus under the names by which pyRheo and rheojax know them,
+separated by commas (.csv) or tabs (.tsv). The window of pyRheo takes tabs alone; rheojax finds separator and columns by
+itself, but takes a further column whose name holds one of these for the column itself.
+"""
+
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jamlab.cli.console import out_console, print_json, print_note, print_table
+from jamlab.cli.console import print_json, print_line, print_note, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Force, Frame, Json, Seed, Stokes, Tau, drag_law
 from jamlab.errors import InputError
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.file_endings import FORMATS, check_ending
+from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
+    from jamlab.arrays import Array
+    from jamlab.packing.packing import Packing
+    from jamlab.rheology.damping import Damping
     from jamlab.rheology.mean_spectrum import Spectra
 
+TABLES = (".csv", ".tsv")
+HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes
 
 
@@ -44,22 +58,15 @@ def gstar(
     It is G*_xy, for shear along x of the box; the static G averaged over directions is printed beside it. Packings
     that differ in pressure, units, force law, sizes or ensemble get a curve each.
     """
-    import numpy as np
-
-    from jamlab.cli import spectrum_output
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.target_pressure import pack as make
     from jamlab.rheology.mean_spectrum import mean_spectra
 
-    if not 0 < omega_min < omega_max < np.inf or not 2 <= points <= MOST_POINTS:
-        raise InputError(
-            f"frequencies {omega_min} .. {omega_max} in {points} points: need 0 < min < max"
-            f" and 2 to {MOST_POINTS} points"
-        )
     if bool(files) == (n is not None or pressure is not None) or (n is None) != (pressure is None):
         raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
+    omega = _frequencies(omega_min, omega_max, points)
     if out is not None:
-        spectrum_output.check_output(out, files or [], replace=force)
+        check_output(out, files or [], replace=force)
         expect_output(out)
     law = drag_law(stokes, beta, alpha, tau, eta_f)
     packings = (
@@ -68,11 +75,10 @@ def gstar(
         else [make(int(n or 0), float(pressure or 0), seed, ensemble=ensemble)]
     )
     if out is not None:
-        spectrum_output.check_one_kind(out, packings)
-    omega = np.geomspace(omega_min, omega_max, points)
+        check_one_kind(out, packings)
     found = mean_spectra(packings, omega, law, prestress=prestress, method=method)
     if out is not None:
-        spectrum_output.save(found, law, out)
+        save(found, law, out)
     if as_json:
         curves = [spectra.summary() for spectra in found]
         print_json(curves[0] if len(curves) == 1 else {"curves": curves})
@@ -80,9 +86,17 @@ def gstar(
     for spectra in found:
         print_spectra(f"{law}; {spectra.description}", spectra)
     if out is not None:
-        out_console.print(f"wrote {out}", soft_wrap=True)
+        print_line(f"wrote {out}")
     if len(found) > 1:
-        out_console.print(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean", soft_wrap=True)
+        print_line(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean")
+
+
+def _frequencies(lowest: float, highest: float, points: int) -> "Array":
+    import numpy as np
+
+    if not 0 < lowest < highest < np.inf or not 2 <= points <= MOST_POINTS:
+        raise InputError(f"{points} points from {lowest} to {highest}: need 0 < min < max, 2 to {MOST_POINTS} points")
+    return np.geomspace(lowest, highest, points)
 
 
 def print_spectra(name: str, spectra: "Spectra") -> None:
@@ -99,3 +113,65 @@ def print_spectra(name: str, spectra: "Spectra") -> None:
         if value < 0:
             print_note(f"{name} {NEGATIVE_G}")
     print_note(f"eta0 = {spectra.limit('eta0'):.5g}, eta_inf = {spectra.limit('eta_inf'):.5g}")
+
+
+def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = True) -> None:
+    """Check that a path has a known suffix and can be written; a source never, another file only with `replace`."""
+    check_ending(path, "picture", "table", "tabs", "packings")
+    if not path.suffix:
+        raise InputError(f"cannot tell what to write to {path}: end its name in .png, .csv or .h5")
+    check_target(path, *sources, replace=replace)
+
+
+def check_one_kind(path: Path, packings: "Sequence[Packing]") -> None:
+    """Refuse packings of several kinds, which have a curve each, where a table holds one curve."""
+    from jamlab.rheology.mean_spectrum import group_packings
+
+    if path.suffix.lower() in TABLES and (kinds := len(group_packings(packings))) > 1:
+        raise InputError(
+            f"{path} holds one curve, and these are packings of {kinds} kinds: give one kind, or write .h5"
+        )
+
+
+def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:
+    """Write a picture (.png, .pdf, .svg), a table (.csv, .tsv) or an HDF5 file (.h5), all or nothing.
+
+    HDF5: omega (m,), storage, loss, error (packings, m), g0, g, eta0, eta_inf, converged (packings,); attributes
+    damping, units, method, label, shear. Several curves: groups curve_1, curve_2, ... that hold the same. Times are in
+    tau_1, moduli in the packing's unit of stress; all are for shear along x of the box but g, the mean over directions.
+    """
+    kind = path.suffix.lower()
+    if kind in TABLES:
+        import pandas as pd
+
+        (curve,) = curves
+        columns = (curve.omega, curve.band("storage")[0], curve.band("loss")[0])
+        write_table(pd.DataFrame(dict(zip(HEADERS, columns, strict=True))), path)
+    elif kind in FORMATS["picture"].endings:
+        from jamlab.figures.packing_pictures import modulus_figure
+        from jamlab.figures.save_picture import save_picture
+
+        several = len(curves) > 1
+        named = {spectra.label if several else str(damping): spectra for spectra in curves}
+        unit = " or ".join(dict.fromkeys(spectra.unit for spectra in curves))
+        save_picture(modulus_figure(named, unit, str(damping) if several else ""), path)
+    else:
+        import h5py
+
+        with atomic_file(path) as temporary, h5py.File(temporary, "w", locking=False) as file:
+            file.attrs.update({"schema": "jamlab-spectra", "version": 1, "damping": repr(damping)})
+            for k, spectra in enumerate(curves, 1):
+                _fill(file if len(curves) == 1 else file.create_group(f"curve_{k}"), spectra)
+
+
+def _fill(group: Any, spectra: "Spectra") -> None:
+    from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS
+
+    group.attrs.update({"units": spectra.units, "method": spectra.method, "label": spectra.label})
+    group.attrs["shear"] = "storage, loss, g0, eta0, eta_inf: shear along x of the box; g: mean over directions"
+    group["omega"] = spectra.omega
+    for column in COLUMNS:
+        group[column] = spectra.all_of(column)
+    for limit in LIMITS:
+        group[limit] = [getattr(member, limit) for member in spectra.members]
+    group["g"], group["converged"] = spectra.g, spectra.converged

@@ -39,7 +39,6 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
     known = settings(installed("lammps_inputs"), deck)
     assert {"force", "steps", "out"} <= known.keys()
     for name in known.keys() - FREE - {"d1", "d2"}:
-        assert name in decks.limits_of(deck) or name in decks._choices(), name
         decks.check_setting(deck, name, known[name], known)
 
 

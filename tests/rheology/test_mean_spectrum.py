@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.cli.spectrum_output import check_one_kind, check_output, save
+from jamlab.cli.gstar import check_one_kind, check_output, save
 from jamlab.rheology.mean_spectrum import Spectra, group_packings, mean_spectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
