@@ -40,10 +40,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from jamlab.campaign.observable import Columns, TaskStates
 from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
@@ -128,9 +129,8 @@ def damage(path: Path, task: str) -> str | None:
 def read_task_file(path: Path, table: str | None = None) -> TaskFile:
     """Read everything except the positions; with `table`, that table alone, or none if there is no such table: columns
     of the user's own observables are of "states"."""
-    with _campaign(path) as file:
+    with _campaign(path) as (file, parameters):
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
-        parameters = _parameters(path, file)
         onset = [float(file[f"tables/onset/{name}"][0]) if "tables/onset" in file else np.nan for name in _ONSET]
         return TaskFile(
             task=group.attrs["task"],
@@ -154,15 +154,8 @@ def read_task_file(path: Path, table: str | None = None) -> TaskFile:
 
 def read_parameters(path: Path) -> Parameters:
     """Read the parameters alone. Errors as in `read_task_file`."""
-    with _campaign(path) as file:
-        return _parameters(path, file)
-
-
-def _parameters(path: Path, file: Any) -> Parameters:
-    try:
-        return Parameters.read(file["campaign"].attrs["parameters"])
-    except StorageError as error:
-        raise StorageError(f"{path} holds {error}") from error
+    with _campaign(path) as (_, parameters):
+        return parameters
 
 
 def read_last_state(path: Path) -> dict[str, float]:
@@ -175,11 +168,15 @@ def read_last_state(path: Path) -> dict[str, float]:
 
 
 @contextmanager
-def _campaign(path: Path) -> Iterator[Any]:
+def _campaign(path: Path) -> Iterator[tuple[Any, Parameters]]:
     with opened(path) as file:
         if "campaign" not in file:
             raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
-        yield file
+        try:
+            parameters = Parameters.model_validate_json(file["campaign"].attrs["parameters"])
+        except ValidationError as error:
+            raise StorageError(f"{path} has parameters of another version of jamlab: {error!s:.200}") from error
+        yield file, parameters
 
 
 COPY = "campaign.toml"
@@ -282,24 +279,26 @@ class CampaignFolder:
     @contextmanager
     def lock(self) -> Iterator[None]:
         """Keep other drivers out until the block ends; the lock of a driver that dies is released."""
-        with _open_lock(self.path / "lock") as file:
+        path = self.path / "lock"
+        with _changing(path):  # not through a link, which may lead anywhere
+            how = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+            handle = os.open(path, how, 0o666)
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            os.close(handle)
+            raise StorageError(f"the lock {path} is not a file: remove it")
+        with open(handle, "r+", encoding="utf-8", errors="replace") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                file.seek(0)
                 holder = file.read().strip() or "another process"
-                raise StorageError(
-                    f"{holder} is working in {self.path}: wait for it, stop it, or choose another folder with --out"
-                ) from None
+                said = f"{holder} is working in {self.path}"
+                raise StorageError(f"{said}: wait for it, stop it, or choose another folder with --out") from None
             except OSError as error:
                 if error.errno not in _NO_LOCKS:
-                    raise StorageError(
-                        f"cannot lock {self.path}: {system_said(error, 'choose another folder')}"
-                    ) from error
-                warnings.warn(
-                    f"{self.path}: {os.strerror(error.errno)}: nothing keeps a second driver out, so run one at a time",
-                    stacklevel=4,
-                )
+                    said = system_said(error, "choose another folder")
+                    raise StorageError(f"cannot lock {self.path}: {said}") from error
+                said = f"{self.path}: {os.strerror(error.errno)}"
+                warnings.warn(f"{said}: nothing keeps a second driver out, so run one at a time", stacklevel=4)
             file.seek(0)
             file.truncate()
             file.write(f"process {os.getpid()} on {os.uname().nodename}")
@@ -327,20 +326,6 @@ class CampaignFolder:
             said = system_said(error, "check it and its permissions")
             raise InputError(f"cannot read the folder {self.path / part}: {said}") from error
         return {entry[: -len(ending)] for entry in entries if entry.endswith(ending) and not entry.startswith(".")}
-
-
-def _open_lock(path: Path) -> TextIO:
-    """Open the lock for reading and writing, and make it if need be; not through a link, which may lead anywhere."""
-    try:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
-    except OSError as error:
-        raise StorageError(
-            f"cannot open the lock {path}: {system_said(error, 'check it and its permissions')}"
-        ) from error
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
-        raise StorageError(f"cannot open the lock {path}: it is not a file; remove it")
-    return open(handle, "r+", encoding="utf-8", errors="replace")
 
 
 @contextmanager

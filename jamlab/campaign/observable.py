@@ -178,10 +178,8 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
     try:
         found = importlib.import_module(module)
     except Exception as error:  # the module is the user's: whatever it raises is reported with its name
-        raise InputError(
-            f"observable {observable}: cannot import {module}: {type(error).__name__}: {error}; put "
-            f"{module.partition('.')[0]}.py beside the campaign file (searched: {' and '.join(folders)})"
-        ) from error
+        said = f"{module}: {type(error).__name__}: {error}; it must lie in {' or '.join(folders)}"
+        raise InputError(f"observable {observable}: cannot import {said}") from error
     finally:
         sys.path[:] = before
     function = getattr(found, name, None)
@@ -196,35 +194,29 @@ def measure_own(
 ) -> dict[str, NDArray[np.float64]]:
     """Measure each packing with a function of the user's own, which returns a number, for the column `function`, or a
     dict of numbers, the same keys every time; columns (packings,) may not bear a taken name."""
-    rows = [_row(observable, function, packing, k) for k, packing in enumerate(packings)]
-    for k, row in enumerate(rows):
-        if row.keys() != rows[0].keys():
-            raise InputError(
-                f"observable {observable}: columns {', '.join(row)} for state {k}, {', '.join(rows[0])} for state 0:"
-                " return the same keys for every packing, with nan where there is no value"
+    rows: list[dict[str, float]] = []
+    for k, packing in enumerate(packings):
+        try:
+            found = function(packing)
+        except Exception as error:  # the function is the user's: whatever it raises is reported with its name
+            said = f"{type(error).__name__}: {error}; return nan where it has no value"
+            raise InputError(f"observable {observable} failed for state {k}: {said}") from error
+        row = found if isinstance(found, dict) else {observable.partition(":")[2]: found}
+        if not row or not all(_is_cell(column, value) for column, value in row.items()):
+            said = (
+                f"{found!r:.200} for state {k}: return a finite number or nan, or a dict of them whose keys are words"
             )
+            raise InputError(f"observable {observable} returned {said}")
+        if rows and row.keys() != rows[0].keys():
+            said = f"{', '.join(row)} for state {k}, {', '.join(rows[0])} for state 0: return the same keys for all"
+            raise InputError(f"observable {observable} returned columns {said}")
+        rows.append({column: float(value) for column, value in row.items()})
     for column in rows[0]:
         if column in taken:
             raise InputError(f"observable {observable}: column {column!r} is taken: choose another name")
-    return {column: np.array([row[column] for row in rows], dtype=np.float64) for column in rows[0]}
+    return {column: np.array([row[column] for row in rows]) for column in rows[0]}
 
 
-def _row(observable: str, function: Function, packing: Packing, state: int) -> dict[str, float]:
-    try:
-        found = function(packing)
-    except Exception as error:  # the function is the user's: whatever it raises is reported with its name
-        raise InputError(
-            f"observable {observable} failed for state {state}: {type(error).__name__}: {error};"
-            " correct it, or return nan where it has no value"
-        ) from error
-    row = found if isinstance(found, dict) else {observable.partition(":")[2]: found}
-    for column, value in row.items():
-        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-        if not number or np.isinf(value) or not isinstance(column, str) or not column.isidentifier():
-            raise InputError(
-                f"observable {observable} returned {found!r:.200} for state {state}: return a finite number or nan,"
-                " or a dict of them whose keys are words"
-            )
-    if not row:
-        raise InputError(f"observable {observable} returned {{}} for state {state}: return at least one number")
-    return {column: float(value) for column, value in row.items()}
+def _is_cell(column: Any, value: Any) -> bool:
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    return number and not np.isinf(value) and isinstance(column, str) and column.isidentifier()

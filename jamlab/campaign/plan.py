@@ -25,7 +25,7 @@ from jamlab.campaign.file import site_count
 from jamlab.campaign.folder import CampaignFolder, read_last_state
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import Batch, task_names
-from jamlab.errors import InputError
+from jamlab.checks import check_choice
 from jamlab.processes.cores import available_cores
 
 FIRST_SEEDS = 8  # give the standard deviation to 1 / sqrt(2 (8 - 1)), a quarter
@@ -54,11 +54,7 @@ def precision(batch: Batch, folder: CampaignFolder, finished: set[str], failed: 
             if name in finished:
                 state = read_last_state(folder.task_file(name))
                 for column, found in values.items():
-                    if column not in state:
-                        raise InputError(
-                            f"until.{column} of sweep {batch.sweep}: table states has no such column: use one of "
-                            f"{', '.join(state)}"
-                        )
+                    check_choice("column of until:", column, state)
                     if state["converged"] and math.isfinite(state[column]):
                         found.append(state[column])
             elif name not in failed:

@@ -68,7 +68,7 @@ def job_script(
     fixed |= {"death_timeout": _DEATH_TIMEOUT, "protocol": "tls://", "security": security, "name": name}
     for key in fixed.keys() & given.keys():
         raise InputError(
-            f"[slurm] {key} = {given[key]!r}: leave it out, jamlab sets it; `ranks` of a sweep books cores"
+            f"[slurm] {key} = {given[key]!r}: jamlab sets it, leave it out; `ranks` of a sweep books cores"
         )
     try:
         return str(SLURMJob(address, **given, **fixed).job_script())
@@ -86,8 +86,7 @@ def slurm_crew(options: dict[str, Any], name: str, ranks: int, jobs: int, folder
     options = {"job_name": name} | options
     if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
         raise InputError(
-            f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
-            " --workers or --scheduler"
+            f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or --workers"
         )
     _try_submission(job_script(options, ranks))
     with contextlib.ExitStack() as stack:
@@ -237,9 +236,9 @@ class SlurmCrew:
             elif not job.began:
                 self._still += 1
                 if self._still > _MOST_STILL:
+                    said = f"see the output of the last, {job.id}, correct [slurm], then `jamlab campaign resume`"
                     raise EngineError(
-                        f"{self._still} jobs of SLURM in a row ended before their worker answered, the last with id "
-                        f"{job.id}: see its output, correct [slurm], then `jamlab campaign resume`"
+                        f"{self._still} jobs of SLURM in a row ended before their worker answered: {said}"
                     )
             del self._jobs[job.name]
             ended += 1
@@ -345,10 +344,7 @@ def _certificate(folder: Path) -> "Iterator[Security]":
     try:
         made = Security.temporary()
     except ImportError:
-        raise InputError(
-            "SLURM needs cryptography, so that no other user of the network can reach the workers: pip install"
-            " 'jamlab[slurm]'"
-        ) from None
+        raise InputError("SLURM needs cryptography, to keep others out: pip install 'jamlab[slurm]'") from None
     with tempfile.TemporaryDirectory(prefix=CERTIFICATE, dir=folder) as place:  # which nobody else may enter
         key, certificate = Path(place, "key.pem"), Path(place, "certificate.pem")
         key.write_text(made.tls_scheduler_key)

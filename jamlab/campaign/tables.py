@@ -125,9 +125,8 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
         if ":" in observable:
             for column in columns:
                 if known.setdefault(column, observable) != observable:
-                    raise InputError(
-                        f"{observable} and {known[column]} both have a column {column!r}: take one sweep at a time"
-                    )
+                    both = f"{observable} and {known[column]}"
+                    raise InputError(f"{both} have a column {column!r}: take one sweep at a time")
             found |= columns
     return found
 
@@ -141,10 +140,8 @@ def states_at(frame: pd.DataFrame, column: str, value: float) -> pd.DataFrame:
     inside = frame[distance <= NEAR * abs(value)]
     if not len(inside):
         found = frame[column].astype(np.float64)
-        raise InputError(
-            f"{column} = {value:g}: no state lies within {NEAR:.1%} of it; they reach from {found.min():.6g} to"
-            f" {found.max():.6g}: give another value, or a sweep with a state there"
-        )
+        ends = f"they reach from {found.min():.6g} to {found.max():.6g}"
+        raise InputError(f"{column} = {value:g}: no state lies within {NEAR:.1%} of it; {ends}")
     nearest = frame.loc[distance[inside.index].groupby(inside["task"]).idxmin(), ["task", "state"]]
     return inside.merge(nearest, on=["task", "state"])
 

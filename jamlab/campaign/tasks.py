@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from pydantic import Field, SerializeAsAny, ValidationError, field_validator
+from pydantic import Field, SerializeAsAny, field_validator
 
 from jamlab.campaign.file import STATES, CampaignTable, Compression, Sweep
 from jamlab.campaign.file_values import FileTable, Tolerances
@@ -24,7 +24,7 @@ from jamlab.campaign.observable import Observable
 from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.campaign.versions import STATES_BY, Versions, raised
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError
 from jamlab.models.models import MODELS, optional_parameters
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
@@ -61,14 +61,6 @@ class Parameters(FileTable):
         if unknown := value.keys() - OBSERVABLES.keys():
             raise ValueError(f"no observable {', '.join(sorted(unknown))}")
         return {name: OBSERVABLES[name].model_validate(keys) for name, keys in value.items()}
-
-    @classmethod
-    def read(cls, text: str) -> "Parameters":
-        """Read the JSON of a task file."""
-        try:
-            return cls.model_validate_json(text)
-        except ValidationError as error:
-            raise StorageError(f"parameters of another version of jamlab: {error!s:.200}") from error
 
     @property
     def protocol_names(self) -> list[str]:

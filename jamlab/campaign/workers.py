@@ -187,8 +187,7 @@ class Workers:
             return self.count or 1
         if self.ranks > (cores := available_cores()):
             raise InputError(
-                f"ranks = {self.ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, "
-                "or --workers to share cores"
+                f"ranks = {self.ranks}: this process may use {cores} cores: lower ranks, or give --workers"
             )
         return cores // self.ranks
 
@@ -198,10 +197,8 @@ def _check_cores(client: "Client", address: str, ranks: int) -> None:
     known = client.scheduler_info(n_workers=-1)["workers"].values()
     most = max((worker["resources"].get(_CORES, 1) for worker in known), default=ranks)
     if most < ranks:
-        raise InputError(
-            f"ranks = {ranks}: no worker of {address} holds as many cores: start some with `dask worker --nthreads 1"
-            f" --resources {_CORES}={ranks} ADDRESS`"
-        )
+        line = f"dask worker --nthreads 1 --resources {_CORES}={ranks} ADDRESS"
+        raise InputError(f"ranks = {ranks}: no worker of {address} holds as many cores: start some with `{line}`")
 
 
 def _connect(address: str) -> "Client":
@@ -212,15 +209,11 @@ def _connect(address: str) -> "Client":
         socket.create_connection(get_address_host_port(address), timeout=_KNOCK_TIMEOUT).close()
         client = Client(address, timeout=_FIND_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"no Dask scheduler answers at {address!r}: start one with `dask scheduler`, give the address that it "
-            "prints, such as tcp://host:8786, and start workers with `dask worker --nthreads 1 ADDRESS`"
-        ) from error
+        line = "start one with `dask scheduler`, and workers with `dask worker --nthreads 1 ADDRESS`"
+        raise InputError(f"no Dask scheduler answers at {address!r}: {line}") from error
     for worker, threads in client.nthreads().items():
         if threads != 1:
             client.close()
-            raise InputError(
-                f"worker {worker} of {address} runs {threads} tasks at once in threads, which LAMMPS cannot:"
-                " start workers with `dask worker --nthreads 1 --nworkers N`"
-            )
+            line = "dask worker --nthreads 1 --nworkers N ADDRESS"
+            raise InputError(f"worker {worker} has {threads} threads, and LAMMPS can use one: start it with `{line}`")
     return client

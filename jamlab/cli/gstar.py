@@ -128,9 +128,7 @@ def check_one_kind(path: Path, packings: "Sequence[Packing]") -> None:
     from jamlab.rheology.mean_spectrum import group_packings
 
     if path.suffix.lower() in TABLES and (kinds := len(group_packings(packings))) > 1:
-        raise InputError(
-            f"{path} holds one curve, and these are packings of {kinds} kinds: give one kind, or write .h5"
-        )
+        raise InputError(f"{path} holds one curve, these packings are of {kinds} kinds: give one kind, or write .h5")
 
 
 def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:

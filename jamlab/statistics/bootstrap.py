@@ -61,9 +61,7 @@ def bootstrap(
     if not arrays or not all(a.ndim and len(a) for a in arrays):
         raise InputError("bootstrap got an empty group: it needs one packing at least in each")
     if not 1 <= resamples <= MOST_RESAMPLES or not 0 < level < 1:
-        raise InputError(
-            f"resamples = {resamples}, level = {level}: need 1 to {MOST_RESAMPLES}, and a level between 0 and 1"
-        )
+        raise InputError(f"resamples = {resamples}, level = {level}: need 1 to {MOST_RESAMPLES}, and 0 to 1")
     check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
     several = [len(a) for a in arrays if len(a) > 1]  # one packing says nothing about its spread

@@ -87,9 +87,7 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
     may be negative. One below its error means that none is seen."""
     x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_error), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
-        raise InputError(
-            f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: three points of the curve are needed"
-        )
+        raise InputError(f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: three points are needed")
     if min(x.min(), error.min()) <= 0:
         raise InputError("rates and errors of the stress must be positive")
     if not np.ptp(y) > 0:
@@ -104,18 +102,11 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
             _law, x, y, start, error, absolute_sigma=True, bounds=bounds, x_scale=(np.abs(y).max(), start[1], 0.5)
         )
     except RuntimeError as failure:
-        raise ConvergenceError(
-            f"no Herschel-Bulkley law fits these {len(x)} points: give more rates, longer strain or more particles"
-        ) from failure
+        raise ConvergenceError(f"no Herschel-Bulkley law fits these {len(x)} points: {_REMEDY}") from failure
     if not _EDGE < best[2] < _STEEPEST - _EDGE:
-        raise ConvergenceError(
-            f"the exponent of these {len(x)} points runs to {best[2]:.3g}, an end of its range: give more rates, or "
-            "longer strain"
-        )
+        raise ConvergenceError(f"the exponent of {len(x)} points runs to {best[2]:.3g}, an end of its range: {_REMEDY}")
     if best[1] * np.ptp(x ** best[2]) < error.min():
-        raise ConvergenceError(
-            f"stress is {y.mean():.6g} at every rate, within its errors: such a curve has no exponent"
-        )
+        raise ConvergenceError(f"stress is {y.mean():.6g} at every rate, within its errors: {_REMEDY}")
     freedom = len(x) - 3
     misfit = float(np.sqrt(np.sum(((_law(x, *best) - y) / error) ** 2) / freedom)) if freedom else np.nan
     errors = np.sqrt(np.diag(covariance)) * max(1.0, misfit if freedom else 1.0)
@@ -123,6 +114,7 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
     return HerschelBulkley(yields, consistency, exponent, a, b, c, misfit, x, y, error, unit)
 
 
+_REMEDY = "give more rates, longer strain or more particles"
 _NAMES = ("rates", "stress", "stress_error")
 
 

@@ -94,9 +94,7 @@ def power_law(
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
     for e in exponents:
         if e is not None and not abs(e) <= _STEEPEST:
-            raise InputError(
-                f"exponents = {exponents!r}: must lie between -{_STEEPEST:g} and {_STEEPEST:g}, or be None"
-            )
+            raise InputError(f"exponents = {exponents!r}: must lie within {_STEEPEST:g} of 0, or be None")
     x, y = _same_length(x, y)
     unit = y if error is None else _same_length(x, error)[1]
     kept = (x >= low) & (x <= high) & (x > 0) & (unit > 0) & np.isfinite(x + y + unit)
@@ -104,7 +102,7 @@ def power_law(
     free = [k for k, e in enumerate(exponents) if e is None]
     if len(x) < max(len(exponents) + len(free), 2):
         raise InputError(
-            f"{len(x)} points between {low:g} and {high:g} for {len(exponents)} power law(s): widen the window"
+            f"{len(x)} points from {low:g} to {high:g} for {len(exponents)} power law(s): widen the window"
         )
     powers = np.array([np.nan if e is None else e for e in exponents])
     up = y > 0

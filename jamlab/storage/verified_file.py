@@ -174,19 +174,13 @@ def _check_links(path: FilePath, file: Any) -> None:
 def _check_schema(path: FilePath, file: Any) -> None:
     schema = file.attrs.get("schema")
     if not isinstance(schema, str) or schema != SCHEMA:
-        raise StorageError(
-            f"{path} is HDF5 but not from jamlab (it lacks the root attribute schema = {SCHEMA!r}): "
-            "give a file that jamlab wrote"
-        )
+        raise StorageError(f"{path} is HDF5 without the attribute schema = {SCHEMA!r}: give a file that jamlab wrote")
     version = file.attrs.get("schema_version")
     if not isinstance(version, int | np.integer) or version < 1:
         raise StorageError(f"{path} is damaged (schema_version is {version!r}, not a whole number): {REMEDY}")
     if version > SCHEMA_VERSION:
         needed = file["h5md/creator"].attrs["version"]
-        raise StorageError(
-            f"{path} has schema version {version}, jamlab {jamlab_version()} reads up to {SCHEMA_VERSION}: "
-            f"install jamlab {needed} or newer"
-        )
+        raise StorageError(f"{path} has schema {version}, this jamlab reads {SCHEMA_VERSION}: install jamlab {needed}")
 
 
 def jamlab_version() -> str:

@@ -170,7 +170,7 @@ def test_task_names_depend_on_what_results_depend_on(tmp_path):
 def test_names_of_tasks_survive_their_files_and_depend_on_the_defaults_of_the_decks(tmp_path):
     path = written(tmp_path / "c.toml", model="dp", force_law={"gamma": 0.1})
     task = next(batches(read_campaign_file(path))[0].tasks())
-    assert task_name(Parameters.read(task.parameters.model_dump_json())) == task.name
+    assert task_name(Parameters.model_validate_json(task.parameters.model_dump_json())) == task.name
     assert task.parameters.force_law["ka"] == defaults("dp")["ka"]
     before = set(names(path))
     assert not before & set(names(written(path, model="dp", force_law={"gamma": 0.11})))

@@ -101,7 +101,7 @@ def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     (record,) = status.failures.values()
     assert (record["label"], record["error"]) == ("sp n=8 seed=1", "ConvergenceError")
     assert campaign.run(1) == type(campaign.run(1))(0, 0, {})  # nothing is left: no worker starts
-    kept = campaign.folder.failure_file(task_name(Parameters.read(record["parameters"])))
+    kept = campaign.folder.failure_file(task_name(Parameters.model_validate_json(record["parameters"])))
     first = kept.stat().st_mtime_ns
     done = campaign.run(1, retry_failed=True)
     assert (done.finished, done.failed) == (0, 1)

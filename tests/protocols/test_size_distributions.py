@@ -211,7 +211,7 @@ def test_outlines_make_the_droplets_that_they_came_from(droplets):
 def test_a_campaign_of_droplets_of_any_sizes(tmp_path):
     file = written(tmp_path / "c.toml", model="dp", n=3, seeds=1, compress=None, onset=True, sizes=[1.0, 1.5, 2.0])
     (batch,) = batches(read_campaign_file(file))
-    (packing,) = make_states(Parameters.read(batch.parameters.model_dump_json())).packings
+    (packing,) = make_states(Parameters.model_validate_json(batch.parameters.model_dump_json())).packings
     assert np.sqrt(packing.params["a0"]) == pytest.approx([2 / 3, 1.0, 4 / 3], rel=1e-12)
     assert packing.phi == jamlab.jam("dp", 3, 1, sizes=[1.0, 1.5, 2.0]).phi
     written(file, model="dp", n=3, seeds=1, compress=None, onset=True, force_law={"vertices": 12})
