@@ -259,7 +259,7 @@ def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[f
     law = damping(wanted.alpha, wanted.beta)
     curve = flow_curve(packing, [wanted.drag ** (1.0 / wanted.alpha)], law, **_FLOW)
     error = 0.0 if wanted.alpha == 1.0 else abs(linear[wanted.drag] / curve.stress[0] - 1.0)
-    return float(error), float(curve.stress_error[0] / curve.stress[0] * np.sqrt(_STRAIN))
+    return float(error), float(curve.stress_stderr[0] / curve.stress[0] * np.sqrt(_STRAIN))
 
 
 _Plan = Callable[[int], tuple[Packing, list[Flow]]]  # function of a seed

@@ -26,8 +26,9 @@ from jamlab.flow.overdamped_session import (
     SMALL_STRAIN_TOLERANCE,
     check_flowing,
 )
-from jamlab.flow.quasistatic_shear import LARGEST_STEP
+from jamlab.flow.quasistatic_shear import LARGEST_STEP, quasistatic_shear
 from jamlab.flow.shear import LARGEST_RATE, LEAST_RATE, TOLERANCE, shear
+from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import LEAST_ALPHA, Damping
 from jamlab.rheology.nonlinear_drag import nonlinear_modulus
@@ -166,14 +167,14 @@ class SteadyFlow(_Run):
         if rate := row["rate"]:
             background = None if row["stokes"] else how.background  # Stokes drag is itself one
             rows = int(np.ceil(ROWS * strain))
-            run = shear(packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background=background)
+            run: ShearRun = shear(packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background=background)
         else:
-            run = shear(packing, 0.0, strain, step=how.step)
+            run = quasistatic_shear(packing, strain, how.step)
         mean, peak = steady_point(run, how.discard), run.peak
         return {
-            **{name: mean[name] for name in self._STEADY},
+            **{name: mean[name.replace("_error", "_stderr")] for name in self._STEADY},
             "flow_pressure": mean["pressure"],
-            "flow_pressure_error": mean["pressure_error"],
+            "flow_pressure_error": mean["pressure_stderr"],
             "peak_stress": peak.stress if peak else np.nan,
             "peak_strain": peak.strain if peak else np.nan,
             "unsettled": run.unsettled,
@@ -185,7 +186,7 @@ class Oscillation(_Run):
     """First harmonic of the stress at each frequency and amplitude, beside the linear answer by equivalent damping."""
 
     name, defined_by, needs = "oscillation", ("oscillation",), "a table with omega and amplitudes"
-    _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # attributes of `Oscillation`
+    _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # error: relative change of the last cycle
     _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
     stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), **_Run._ENDED}
 
@@ -199,7 +200,7 @@ class Oscillation(_Run):
         how = self.oscillation
         run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
-        found: Row = {name: getattr(run, name) for name in (*self._OF_RUN, "unsettled")}
+        found: Row = {name: getattr(run, name) for name in (*self._OF_RUN[:-1], "unsettled")} | {"error": run.change}
         return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:

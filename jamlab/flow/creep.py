@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import REST, FlowRun, check_touching, draw_in_time, finish_in_time
+from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
-    Length,
+    End,
 )
-from jamlab.flow.recording import Recording
-from jamlab.flow.run_file import RunFile
-from jamlab.mechanics.force_network import check_at_rest
+from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
@@ -46,6 +44,8 @@ class CreepRun(FlowRun):
         residual: shear stress of the packing at rest, before.
         duration: time that was asked for.
     """
+
+    derived: ClassVar[tuple[str, ...]] = ("compliance", *FlowRun.derived)
 
     applied: float
     residual: float
@@ -85,24 +85,10 @@ class CreepRun(FlowRun):
         return self.state != "creeps"
 
     @property
-    def outcome(self) -> str:
-        """What the packing does at the end, as short as a legend needs it."""
-        words = {
-            "rests": f"at rest at strain {self.strain[-1]:.4g}",
-            "flows": f"flows at rate {self.final_rate:.3g}",
-            "creeps": "STILL CREEPS",
-        }
-        return words[self.state]
-
-    @property
-    def reached(self) -> str:
-        """What the run has reached, in words."""
-        early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
-        growth = f": strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}" if self.state == "creeps" else ""
-        return early + self.outcome + growth
-
-    def __repr__(self) -> str:
-        return f"CreepRun(stress={self.applied:g}, {self.describe()}; {self.conclusion})"
+    def summary(self) -> dict[str, float]:
+        """Stress applied; last time and strain; mean rate and d ln strain/d ln time over the last half of the time."""
+        last = {"time": float(self.time[-1]), "strain": float(self.strain[-1])}
+        return {"stress": self.applied, **last, "rate": self.final_rate, "slope": self.slope}
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
@@ -111,9 +97,9 @@ class CreepRun(FlowRun):
         >>> ax = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0).plot()
         """
         per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
-        name = label or rf"$\sigma$ = {self.applied:g}: {self.outcome}"
-        draw_in_time(axes, self.time[1:], self.compliance[1:], name, **style)
-        finish_in_time(axes, in_unit(r"compliance $J(t)$", per_unit if self.unit else ""), self)
+        name = label or rf"$\sigma$ = {self.applied:g}: {self.state}"
+        quantity = in_unit(r"compliance $J(t)$", per_unit if self.unit else "")
+        self._draw(axes, self.time[1:], self.compliance[1:], name, quantity, **style)
 
 
 CREEP_DEFINITION = 1  # version, see jamlab.campaign.versions
@@ -166,32 +152,23 @@ def creep(
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("largest_strain", largest_strain, 1e4)
-    check_at_rest(packing, REST)
-    check_touching(packing)
-    task = {"stress": stress, "tolerance": tolerance, "background": background}
-    file = RunFile(out, CreepRun, packing, law, task, progress)
-    length = Length(duration, f"a shorter duration than {duration:g}", largest_strain)
-    with Recording(packing, law, tolerance, background, file.before, length) as flow:
-        before = file.before
+    accuracy = Accuracy(law, tolerance, background)
+    end = End(duration, f"a shorter duration than {duration:g}", largest_strain)
+    with TimedRun(CreepRun, packing, accuracy, {"stress": stress}, end, out, progress, at_rest=True) as flow:
+        before = flow.before
         residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
-
-        def result() -> CreepRun:
-            return CreepRun(**flow.content(), applied=stress, residual=residual, duration=duration)
-
-        done = flow.rows[-1].time if flow.rows else 0.0
-        if done < duration * (1 - 1e-12):
-            flow.drive(flow.session.stress_drive(residual + stress), duration - done)
+        flow.facts |= {"applied": stress, "residual": residual, "duration": duration}
+        if flow.time < duration * (1 - 1e-12):
+            flow.drive(flow.session.stress_drive(residual + stress), duration - flow.time)
         for state in flow.advance_log_spaced(duration):
-            file.report(result, state.time / duration, f"time {state.time:.3g}, strain {state.strain:.3g}")
             if abs(state.strain) > largest_strain:
                 break
-        return file.finish(result)
+        return flow.finish()
 
 
 def check_creeping(law: Damping) -> None:
     """Refuse a law under which a stress has no answer."""
     if not law.resists_shear:
         raise InputError(
-            f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
-            "use contact damping"
+            f"{law} does not resist shear, so the rate has no bound under a stress. Set eta_f > 0 or use ContactDamping"
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jamlab.checks import check_number
+from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.overdamped_session import OverdampedSession, background_drag
 from jamlab.flow.shear import TOLERANCE, check_rates
@@ -24,7 +24,8 @@ _LONGEST_TRIAL = 0.2  # strain
 _FLOW_OVER_START = 2.0  # cost of a unit of strain in flow over that of start-up, which the trial sees
 
 
-def cost_of_flow(
+@checked
+def flow_cost(
     packing: Packing,
     rates: Sequence[float],
     damping: Damping | None = None,
@@ -33,9 +34,27 @@ def cost_of_flow(
     tolerance: float = TOLERANCE,
     background: float | None = None,
 ) -> pd.DataFrame:
-    """Measure for half a second at each rate what shear to a strain costs, to a factor of two. `packing, damping,
-    tolerance, background`: see `shear`; `rates`: of shear, 1/tau_1; `strain`: of each run. Returns A row for each rate,
-    ascending: `rate`, `strain` and `seconds` of one core."""
+    """Measure for half a second at each rate what shear to a strain costs, to a factor of two.
+
+    >>> cost = jamlab.flow_cost(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.1, 1.0], strain=5.0)
+    >>> list(cost.columns), bool(cost["seconds"][0] > 0)
+    (['rate', 'strain', 'seconds'], True)
+
+    Args:
+        packing: SP or DP.
+        rates: of shear, 1/tau_1.
+        damping: see `shear`.
+        strain: of each run; of `flow_curve` that is `strain` and `discard`.
+        tolerance: see `shear`.
+        background: see `shear`.
+
+    Returns:
+        pandas DataFrame, a row for each rate, ascending: `rate`, `strain` and `seconds` of one core.
+
+    Raises:
+        InputError: a value out of range.
+        ConvergenceError: see `shear`.
+    """
     import pandas as pd
 
     law = damping or ContactDamping()
@@ -47,13 +66,13 @@ def cost_of_flow(
 
 
 def require_time(cost: pd.DataFrame, given: float) -> None:
-    """Refuse rates of `cost_of_flow` that do not fit into the seconds given."""
+    """Refuse rates of `flow_cost` that do not fit into the seconds given."""
     rates, seconds, strain = (cost[name].to_numpy() for name in ("rate", "seconds", "strain"))
     total = float(seconds.sum())
     if total <= given:
         return
     fits = rates[np.cumsum(seconds[::-1])[::-1] <= given]
-    rest = f"rates from {fits[0]:g} on fit" if len(fits) else "no rate fits"
+    rest = f"give rates from {fits[0]:g} on" if len(fits) else "give a smaller strain"
     raise InputError(
         f"rate = {rates[0]:g}: strain {strain[0]:g} takes about {seconds[0]:.2g} s, and all rates "
         f"{total:.2g} s, of {given:g} s given: {rest}, or strain {strain[0] * given / total:.2g} at all of them"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +14,9 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.flow.flow_cost import cost_of_flow
-from jamlab.flow.flow_run import (
-    Remedy,
-    better_balance,
-    describe_balance,
-    describe_drag,
-    describe_unsettled,
-    energy_gap,
-    energy_imbalance,
-    say_balance,
-    warn_of_imbalance,
-)
+from jamlab.flow.flow_run import better_balance, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import background_drag, check_flowing
+from jamlab.flow.report import conclude, report, say_balance
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear import TOLERANCE, check_rates, shear
 from jamlab.flow.shear_run import TRANSIENT, ShearRun
@@ -35,6 +26,7 @@ from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.statistics.block_average import LARGEST_DRIFT
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
 if TYPE_CHECKING:
@@ -46,13 +38,13 @@ class FlowCurve:
     """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[1.0], strain=1.0, discard=0.2)
-    >>> bool(c.stress[0] > c.stress_error[0] > 0)
+    >>> bool(c.stress[0] > c.stress_stderr[0] > 0)
     True
 
     Attributes:
         rates: (m,) of shear, ascending.
-        stress, stress_error: (m,) mean shear stress.
-        elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._error`; z_all as in
+        stress, stress_stderr: (m,) mean shear stress.
+        elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._stderr`; z_all as in
             `FlowRun`, nan where it was not counted.
         dissipation: (m,) mean, per time and area, over all steps; stress times rate but for what elastic energy took.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
@@ -68,13 +60,13 @@ class FlowCurve:
 
     rates: Array
     stress: Array
-    stress_error: Array
+    stress_stderr: Array
     elastic_stress: Array
-    elastic_stress_error: Array
+    elastic_stress_stderr: Array
     pressure: Array
-    pressure_error: Array
+    pressure_stderr: Array
     normal_stress_difference: Array
-    normal_stress_difference_error: Array
+    normal_stress_difference_stderr: Array
     dissipation: Array
     drift: Array
     plastic_events: Array
@@ -89,19 +81,17 @@ class FlowCurve:
     unit: str = field(repr=False)
     unsettled: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     z_all: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
-    z_all_error: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    z_all_stderr: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     failed: dict[str, str] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
-        for name, value in {"unsettled": 0.0, "z_all": np.nan, "z_all_error": np.nan}.items():
+        for name, value in {"unsettled": 0.0, "z_all": np.nan, "z_all_stderr": np.nan}.items():
             if not len(getattr(self, name)):  # not counted
                 object.__setattr__(self, name, np.full(len(self.rates), value))
 
     @property
     def finished(self) -> NDArray[np.bool_]:
         """(m,) whether the flow is steady: its stress has one mean in both halves of the average, to the errors."""
-        from jamlab.statistics.block_average import LARGEST_DRIFT
-
         return np.abs(self.drift) <= LARGEST_DRIFT
 
     @property
@@ -109,37 +99,44 @@ class FlowCurve:
         """The last state of each rate."""
         return self.frames[1:]
 
-    @property
-    def conclusion(self) -> str:
-        """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
-        drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.finished])
-        reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
-        failures = [f"FAILED at rate {rate}: {why}" for rate, why in self.failed.items()]
-        off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > self.tolerance]]
-        warning = warn_of_imbalance(self._worst, self.tolerance, self.remedy, off)
-        return "; ".join(filter(None, (reached, warning, *failures)))
+    def to_dataframe(self) -> pd.DataFrame:
+        """All rates as a pandas DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame({name: getattr(self, name) for name in ("rates", *_POINTS, "finished")})
 
     @property
-    def remedy(self) -> Remedy:
-        """What to give next where energy is not balanced."""
+    def state(self) -> Literal["steady", "drifting"]:
+        """Whether the flow is steady at every rate."""
+        return "steady" if self.finished.all() else "drifting"
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Stress at each rate with its standard error; rates that drift, lose energy or failed."""
+        points = zip(self.rates, self.stress, self.stress_stderr, strict=True)
+        off = {"DRIFTING at": ~self.finished, "ENERGY OFF at": self.imbalance > self.tolerance}
+        return {
+            **{f"stress at {rate:g}": (stress, error) for rate, stress, error in points},
+            **{words: self.rates[which] for words, which in off.items() if which.any()},
+            **{f"FAILED at {rate}": why for rate, why in self.failed.items()},
+        }
+
+    @property
+    def allowed_imbalance(self) -> float:
+        """From which on a rate is doubtful: the tolerance."""
+        return self.tolerance
+
+    @property
+    def remedy(self) -> dict[str, float]:
+        """Name and value of the argument to change where energy is not balanced."""
         return better_balance(self.frames[0], self.damping, self.background, self.tolerance)
 
     @property
-    def _worst(self) -> float:
-        return float(self.imbalance.max(initial=0.0))
+    def conclusion(self) -> str:
+        """State and numbers in words, and what to change if energy is not balanced to the tolerance."""
+        return conclude(self)
 
-    def describe(self) -> str:
-        """Say with which drag and accuracy it was run, and how well energy is balanced at the worst rate."""
-        how = describe_drag(self.damping, self.background, self.tolerance)
-        return f"{how}, {describe_balance(self._worst)}{describe_unsettled(int(self.unsettled.sum()))}"
-
-    def __repr__(self) -> str:
-        points = ", ".join(
-            f"{rate:g}: {stress:.4g} ± {error:.1g}"
-            for rate, stress, error in zip(self.rates, self.stress, self.stress_error, strict=True)
-        )
-        unsettled = describe_unsettled(int(self.unsettled.sum()))
-        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}{unsettled}; {self.conclusion})"
+    __repr__ = report
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:
@@ -159,7 +156,7 @@ class FlowCurve:
             raise InputError(
                 f"{kept.sum()} rates between {lowest:g} and {highest:g}: three are needed for three unknowns"
             )
-        return herschel_bulkley(self.rates[kept], self.stress[kept], self.stress_error[kept], self.unit)
+        return herschel_bulkley(self.rates[kept], self.stress[kept], self.stress_stderr[kept], self.unit)
 
     @drawn("Line2D; `label` names the curve in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
@@ -172,7 +169,7 @@ class FlowCurve:
         look = merged_line({"color": colour, "marker": "o", "markersize": 5, "linewidth": 1.2}, style)
         stress, left_out = positive(self.stress)
         name = (label or str(self.damping)) + left_out
-        axes.errorbar(self.rates, stress, self.stress_error, capsize=2.5, label=name, **look)
+        axes.errorbar(self.rates, stress, self.stress_stderr, capsize=2.5, label=name, **look)
         drifting = ~self.finished
         if drifting.any():
             open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
@@ -181,7 +178,7 @@ class FlowCurve:
         axes.set_yscale("log")
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
         axes.legend(fontsize=LEGEND)
-        say_balance(axes, self._worst, self.tolerance)
+        say_balance(axes, self)
 
 
 FLOW_DEFINITION = 1  # version, see jamlab.campaign.versions
@@ -191,7 +188,7 @@ AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
 _AVERAGED = ("stress", "elastic_stress", "pressure", "normal_stress_difference", "z_all")
 _POINTS = (
     *_AVERAGED,
-    *(f"{name}_error" for name in _AVERAGED),
+    *(f"{name}_stderr" for name in _AVERAGED),
     "dissipation",
     "drift",
     "plastic_events",
@@ -199,40 +196,6 @@ _POINTS = (
     "unsettled",
     "seconds",
 )
-
-
-@overload
-def flow_curve(
-    packing: Packing,
-    rates: Sequence[float],
-    damping: Damping | None = ...,
-    *,
-    strain: float = ...,
-    discard: float = ...,
-    tolerance: float = ...,
-    background: float | None = ...,
-    processes: int = ...,
-    out: str | Path | None = ...,
-    progress: Progress | None = ...,
-    dry_run: Literal[False] = ...,
-) -> FlowCurve: ...
-
-
-@overload
-def flow_curve(
-    packing: Packing,
-    rates: Sequence[float],
-    damping: Damping | None = ...,
-    *,
-    strain: float = ...,
-    discard: float = ...,
-    tolerance: float = ...,
-    background: float | None = ...,
-    processes: int = ...,
-    out: str | Path | None = ...,
-    progress: Progress | None = ...,
-    dry_run: Literal[True],
-) -> pd.DataFrame: ...
 
 
 @checked
@@ -248,8 +211,7 @@ def flow_curve(
     processes: int = 1,
     out: str | Path | None = None,
     progress: Progress | None = None,
-    dry_run: bool = False,
-) -> FlowCurve | pd.DataFrame:
+) -> FlowCurve:
     """Shear a packing into steady flow at each rate, from the same packing, and average.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.3, 1.0], strain=1.0, discard=0.2)
@@ -266,8 +228,6 @@ def flow_curve(
         processes: rates side by side, each on one core.
         out: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
         progress: called with the share of all strain that is done, and in words.
-        dry_run: run half a second at each rate alone, and give a pandas DataFrame of what all would take, to a factor
-            of two: `rate`, ascending, `strain` and `seconds` of one core.
 
     Raises:
         InputError: a value out of range.
@@ -284,8 +244,6 @@ def flow_curve(
     check_flowing(law, tolerance, background)
     if not 1 <= processes <= MOST_PROCESSES:
         raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
-    if dry_run:
-        return cost_of_flow(packing, rates, law, strain=strain + discard, tolerance=tolerance, background=background)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
     file = RunFile(out, FlowCurve, packing, law, task)
     facts = {**task, "damping": law, "unit": packing.unit_names.stress}
@@ -294,17 +252,18 @@ def flow_curve(
     done = dict.fromkeys(missing, 0.0)
     failed: dict[str, str] = {}
 
-    def report(item: _Item, *step: Any) -> None:
+    def heard(item: _Item, *step: Any) -> None:
+        """Take what `_measure` says of a rate."""
+        rate = item[1]
         if isinstance(step[0], str):
-            failed[f"{item[1]:g}"] = step[0]
-            return
-        if len(step) == 1:
-            done[item[1]] = step[0]
+            failed[f"{rate:g}"] = step[0]
+        elif len(step) == 2:
+            points[rate] = step
+            file.save(result, now=True)
+        else:
+            done[rate] = step[0]
             if progress is not None:
-                progress(sum(done.values()) / len(done), f"rate {item[1]:g}")
-            return
-        points[item[1]] = step
-        file.save(result, now=True)
+                progress(sum(done.values()) / len(done), f"rate {rate:g}")
 
     def result() -> FlowCurve:
         return _curve(packing, points, {**facts, "failed": failed})
@@ -312,9 +271,9 @@ def flow_curve(
     items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background) for rate in missing]
     if processes == 1:
         for item in items:
-            _measure(item, lambda *step, item=item: report(item, *step))
+            _measure(item, partial(heard, item))
     else:
-        run_side_by_side(_measure, items, processes, report=report)
+        run_side_by_side(_measure, items, processes, report=heard)
     if not points:
         raise ConvergenceError("; ".join(f"rate {rate}: {why}" for rate, why in failed.items()))
     return file.finish(result)
@@ -350,7 +309,7 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
     time, lost, strain = run.time[kept], run.dissipated[kept], run.strain[kept]
     return {
         **{name: mean.value for name, mean in means.items()},
-        **{f"{name}_error": mean.error for name, mean in means.items()},
+        **{f"{name}_stderr": mean.error for name, mean in means.items()},
         "dissipation": float((lost[-1] - lost[0]) / (time[-1] - time[0])) if run.shear_rate else 0.0,
         "drift": means["stress"].drift,
         "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),

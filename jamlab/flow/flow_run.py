@@ -1,4 +1,4 @@
-"""A run of flow in time: its rows, the packings on the way, its drag and accuracy, and its energy balance.
+"""What every flow has in common: its rows, the packings on the way, its drag and accuracy, and its energy balance.
 
 Work that flow does on a packing is stored or lost. Steps integrate positions, work and dissipation each on their own,
 so the gap between the three measures the errors of the steps.
@@ -6,40 +6,30 @@ so the gap between the three measures the errors of the steps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
-from jamlab.geometry.contact_network import contacts
+from jamlab.flow.report import conclude, report, say_balance
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
-from jamlab.plotting.palette import BLACK, COLOURS, RED
+from jamlab.plotting.palette import COLOURS
 from jamlab.rheology.damping import Damping
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-def check_touching(packing: Packing) -> None:
-    """Refuse particles of which no two touch."""
-    if contacts(packing).loose:
-        raise InputError(
-            f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}, so nothing holds or resists: give a jammed "
-            "packing, or shear it at a rate"
-        )
-
-
-REST = "give jamlab.relaxed(packing), or, to stop a flow, relax_stress(packing, strain=0, duration=...)"
-
-
-LIMIT = 0.02  # imbalance from which on a quasi-static result is doubtful; that of a flow, from its tolerance on
-LEAST_SHOWN = 1e-4
+SERIES = (  # arrays of a result, one value a row
+    *("time", "strain", "rate", "stress", "elastic_stress", "viscous_stress", "pressure"),
+    *("normal_stress_difference", "dissipation", "energy", "work", "dissipated", "contacts"),
+)
 ROUNDING = 1e-13  # of an energy that is a sum over all contacts and edges
-# background drag from which on finer steps help droplets: below, four flows that lost .013 to 113 of their work lost as
-# much at a tenth of the tolerance, or found no step at all; with it 3e-5 to .006
-HELD = 1e-2
+# drag beside that of contacts, over k tau_1. Droplets lose less of their work with it: without, finer steps did not
+# help, four flows lost .013 to 113 of it; with it 3e-5 to .006. Flows of disks that find no step go on with it, and
+# their mean stress moves by less than 3 %
+HELPFUL_BACKGROUND = 1e-2
 FINER = 0.1  # tolerance to try next, over the present one; steps go as its root, errors as steps squared
 
 
@@ -58,55 +48,19 @@ def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
     return float(np.abs(gap).max()) / scale if scale > 0 else 0.0
 
 
-def describe_balance(imbalance: float) -> str:
-    """Say in words how well energy is balanced."""
-    return f"energy balance to {_percent(imbalance)}"
-
-
-def describe_unsettled(times: int) -> str:
-    """Say how often contacts that open and close together had to be guessed; nothing if never."""
-    return f", {times} contact changes unsettled" if times else ""
-
-
-def warn_of_imbalance(imbalance: float, limit: float, remedy: Remedy, where: Sequence[str] = ()) -> str:
-    """Say that a result is doubtful and what to do; nothing if energy is balanced. `imbalance`: largest one; `limit`:
-    above which it is doubtful; `remedy`: what makes it smaller; `where`: names of the parts that are off, where there
-    are several."""
-    if not imbalance > limit:
-        return ""
-    place = f" at {', '.join(where)}" if where else ""
-    return f"ENERGY BALANCE OFF by {_percent(imbalance)}{place}, above {100 * limit:g} %: {remedy}"
-
-
-class Remedy(NamedTuple):
-    """What to give to a flow next, so that its energy is better balanced; None: leave it as it is."""
-
-    tolerance: float | None = None
-    background: float | None = None
-    step: float | None = None  # of strain, without time
-
-    def __str__(self) -> str:
-        if self.step is not None:
-            return f"steps are too long to tell what events release; give step = {self.step:g}"
-        if self.background is not None:
-            return f"doubt the stresses; droplets snap against no drag: give background = {self.background:g}"
-        return f"doubt the stresses; give tolerance = {self.tolerance:g}, or a lower rate"
-
-
-def better_balance(packing: Packing, damping: Damping | None, background: float, tolerance: float) -> Remedy:
+def better_balance(packing: Packing, damping: Damping | None, background: float, tolerance: float) -> dict[str, float]:
     """What balances the energy of a flow in time better: shorter steps, but for droplets that no drag holds back."""
-    if packing.model == "dp" and damping is not None and damping.at_contacts and background < HELD:
-        return Remedy(background=HELD)
-    return Remedy(tolerance=FINER * tolerance)
-
-
-def _percent(imbalance: float) -> str:
-    return f"{100 * imbalance:.2g} %" if imbalance > LEAST_SHOWN else f"better than {100 * LEAST_SHOWN:g} %"
+    if packing.model == "dp" and damping is not None and damping.at_contacts and background < HELPFUL_BACKGROUND:
+        return {"background": HELPFUL_BACKGROUND}
+    return {"tolerance": FINER * tolerance}
 
 
 @dataclass(frozen=True, eq=False)
 class FlowRun:
-    """A flow in time: m rows, in the packing's unit of stress and with times in tau_1."""
+    """A flow: m rows, in the packing's unit of stress and with times in tau_1."""
+
+    series: ClassVar[tuple[str, ...]] = SERIES
+    derived: ClassVar[tuple[str, ...]] = ("z_all", "energy_gap")  # further columns of its table
 
     # time, strain: (m,) since the start
     time: Array
@@ -140,7 +94,7 @@ class FlowRun:
     # closest were taken
     unsettled: int = field(default=0, kw_only=True)
 
-    __repr__ = short_repr
+    __repr__ = report
 
     @property
     def packing(self) -> Packing:
@@ -173,50 +127,36 @@ class FlowRun:
         return self.imbalance <= self.allowed_imbalance
 
     @property
-    def reached(self) -> str:
-        """What the run has reached, in words; each kind of flow says it in its own."""
+    def remedy(self) -> dict[str, float]:
+        """Name and value of the argument to change where energy is not balanced."""
+        return better_balance(self.packing, self.damping, self.background, self.tolerance)
+
+    @property
+    def state(self) -> str:
+        """What the packing does at the end, in a word; each kind of flow has its own."""
+        raise NotImplementedError
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Numbers to show first, by name; a pair is a number and its standard error."""
         raise NotImplementedError
 
     @property
     def conclusion(self) -> str:
-        """What the run has reached, in words, and a warning if energy is not balanced to the tolerance."""
-        warning = warn_of_imbalance(self.imbalance, self.allowed_imbalance, self.remedy)
-        return "; ".join(filter(None, (self.reached, warning)))
+        """State and numbers in words, and what to change if energy is not balanced to the tolerance."""
+        return conclude(self)
 
-    @property
-    def remedy(self) -> Remedy:
-        """What to give next where energy is not balanced."""
-        return better_balance(self.packing, self.damping, self.background, self.tolerance)
+    def to_dataframe(self) -> pd.DataFrame:
+        """All rows as a pandas DataFrame."""
+        import pandas as pd
 
-    def describe(self) -> str:
-        """Say with which drag and accuracy it was run, and how well energy is balanced."""
-        how = describe_drag(self.damping, self.background, self.tolerance)
-        return f"{how}, {describe_balance(self.imbalance)}{describe_unsettled(self.unsettled)}"
+        return pd.DataFrame({name: getattr(self, name) for name in (*self.series, *self.derived)})
 
-
-def describe_drag(damping: Damping | None, background: float, tolerance: float) -> str:
-    """Say in words with which drag and accuracy a flow was run."""
-    beside = f", background drag {background:g} k τ1" if background else ""
-    return f"{damping}{beside}, tolerance {tolerance:g}"
-
-
-def say_balance(axes: Any, imbalance: float, limit: float) -> None:
-    """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
-    doubtful = imbalance > limit
-    if doubtful or not axes.get_title("right"):
-        words = f"{describe_balance(imbalance)}: DOUBTFUL" if doubtful else describe_balance(imbalance)
-        axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
-
-
-def draw_in_time(axes: Any, time: Array, values: Array, name: str, **style: Any) -> None:
-    """Draw values (m,) over time (m,), both logarithmic; the legend counts values that are not positive."""
-    shown, left_out = positive(values)
-    look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name + left_out}
-    axes.loglog(time, shown, **merged_line(look, style))
-
-
-def finish_in_time(axes: Any, y: str, run: FlowRun) -> None:
-    """Name the axes of a response in time, and say how well energy is balanced."""
-    label_axes(axes, r"time $t/\tau_1$", y)
-    axes.legend(fontsize=LEGEND)
-    say_balance(axes, run.imbalance, run.allowed_imbalance)
+    def _draw(self, axes: Any, time: Array, values: Array, name: str, label: str, **style: Any) -> None:
+        """Draw values (m,) over time (m,), both logarithmic; the legend counts values that are not positive."""
+        shown, left_out = positive(values)
+        look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name + left_out}
+        axes.loglog(time, shown, **merged_line(look, style))
+        label_axes(axes, r"time $t/\tau_1$", label)
+        axes.legend(fontsize=LEGEND)
+        say_balance(axes, self)

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import REST, FlowRun, check_touching, say_balance
-from jamlab.flow.overdamped_session import (
-    LEAST_STRAIN,
-    SMALL_STRAIN_BACKGROUND,
-    SMALL_STRAIN_TOLERANCE,
-    Length,
-)
-from jamlab.flow.recording import Recording
-from jamlab.flow.run_file import RunFile
-from jamlab.mechanics.force_network import check_at_rest
+from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.overdamped_session import LEAST_STRAIN, SMALL_STRAIN_BACKGROUND, SMALL_STRAIN_TOLERANCE, End
+from jamlab.flow.report import say_balance
+from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
@@ -76,7 +70,7 @@ class Oscillation(FlowRun):
         return float(self.harmonics[0].imag)
 
     @property
-    def error(self) -> float:
+    def change(self) -> float:
         """Relative change of the first harmonic from the last cycle but one to the last; nan of one cycle."""
         if self.cycles < 2:
             return float("nan")
@@ -89,18 +83,16 @@ class Oscillation(FlowRun):
         return float(abs(self.harmonics[2]) / abs(self.harmonics[0]))
 
     @property
-    def reached(self) -> str:
-        """What the run has reached, in words."""
-        change = f"{self.error:.1g} from cycle to cycle after {self.cycles}"
-        other = float(np.ptp(self.contacts))
-        touching = f", {other:.0f} contacts open or close" if other > 0 else ""
-        return f"{'periodic' if self.finished else 'NOT PERIODIC'}: G* changes by {change}{touching}"
+    def state(self) -> Literal["periodic", "not periodic"]:
+        """Whether the stress repeats."""
+        return "periodic" if self.finished else "not periodic"
 
-    def __repr__(self) -> str:
-        numbers = (
-            f"omega={self.omega:g}, amplitude={self.amplitude:g}, storage={self.storage:.5g}, loss={self.loss:.5g}"
-        )
-        return f"Oscillation({numbers}, {self.describe()}; {self.conclusion})"
+    @property
+    def summary(self) -> dict[str, float]:
+        """Frequency, amplitude, first harmonic, its change over the last of so many cycles, contacts that change."""
+        first = {"omega": self.omega, "amplitude": self.amplitude, "storage": self.storage, "loss": self.loss}
+        change = {"change": self.change, "cycles": self.cycles, "changing contacts": float(np.ptp(self.contacts))}
+        return first | change
 
     @property
     def last_cycle(self) -> slice:
@@ -127,7 +119,7 @@ class Oscillation(FlowRun):
         axes.locator_params(axis="x", nbins=5)
         label_axes(axes, across, in_unit(r"shear stress $\sigma$, less its mean", self.unit))
         axes.legend(fontsize=LEGEND)
-        say_balance(axes, self.imbalance, self.allowed_imbalance)
+        say_balance(axes, self)
 
 
 def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) -> Complex:
@@ -197,29 +189,25 @@ def oscillate(
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
     if not 2 * HARMONICS + 2 <= points <= 100_000:
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
-    check_at_rest(packing, REST)
-    check_touching(packing)
-    task = {"omega": omega, "amplitude": amplitude, "points": points, "tolerance": tolerance, "background": background}
-    file = RunFile(out, Oscillation, packing, law, task, progress)
-    found = list(file.before.cycle_harmonics) if file.before else []
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
-    with Recording(packing, law, tolerance, background, file.before, Length(4 * np.pi / omega, shorter)) as flow:
-
-        def result() -> Oscillation:
-            answer = {"cycle_harmonics": np.array(found), "finished": _repeats(found, tolerance)}
-            return Oscillation(**flow.content() | answer, omega=omega, amplitude=amplitude, points=points)
-
+    how = {"omega": omega, "amplitude": amplitude, "points": points}
+    accuracy, end = Accuracy(law, tolerance, background), End(4 * np.pi / omega, shorter)
+    with TimedRun(Oscillation, packing, accuracy, how, end, out, progress, at_rest=True) as flow:
+        found = list(flow.before.cycle_harmonics) if flow.before else []
+        flow.facts |= how | _answer(found, tolerance)
         flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", 2 * np.pi / omega / points)
-        while len(found) < cycles and not _repeats(found, tolerance):
+        while len(found) < cycles and not flow.facts["finished"]:
             rows = [flow.advance() for _ in range(points)]
             time, stress = (np.array([getattr(row, name) for row in rows]) for name in ("time", "stress"))
             harmonics = fit_harmonics(time, stress, omega, amplitude)
             work = rows[-1].work - flow.rows[-1 - points].work
             harmonics[0] = complex(harmonics[0].real, work / (np.pi * amplitude**2))
             found.append(harmonics)
-            file.report(result, len(found) / cycles, f"cycle {len(found)}")
-        return file.finish(result)
+            flow.facts |= _answer(found, tolerance)
+            flow.report(len(found) / cycles, f"cycle {len(found)}")
+        return flow.finish()
 
 
-def _repeats(found: list[Complex], tolerance: float) -> bool:
-    return len(found) > 1 and bool(abs(found[-1][0] - found[-2][0]) <= tolerance * abs(found[-1][0]))
+def _answer(found: list[Complex], tolerance: float) -> dict[str, Any]:
+    repeats = len(found) > 1 and bool(abs(found[-1][0] - found[-2][0]) <= tolerance * abs(found[-1][0]))
+    return {"cycle_harmonics": np.array(found), "finished": repeats}

@@ -17,6 +17,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.flow.flow_run import HELPFUL_BACKGROUND
 from jamlab.geometry.contact_network import count_pressing
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
@@ -24,7 +25,6 @@ from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 LARGEST_BACKGROUND = 1e3  # beyond, contacts count for nothing beside it
-HELPFUL_BACKGROUND = 1e-2  # lets flows go on that find no step; moves the mean stress of disks by less than 3 %
 LARGEST_BETA = 1e5  # up to it 24 flows of disks balance energy to the tolerance; at 1e6 all lose 5 % and more
 LEAST_STRAIN, LEAST_TIME = 1e-12, 1e-9  # below, what moves is lost in the rounding of positions, 1e-16
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
@@ -33,11 +33,9 @@ _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it,
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 MOST_STEPS = 1e8  # of a run: an hour of eight disks, days of some hundred
 _LOOK = 20_000  # steps between two looks at how long they are
-_CRAWL = 1e-4  # mean step over that of a smooth flow, below which no run would ever end, and at most
-_FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
-_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STRAIN` of the plugin
-_STABLE = 2.0  # longest step of disks that touch, over the time in which a contact relaxes; of the plugin
-_NEIGHBOURS = 12  # among which a disk shares its background drag, at most, in that time
+# mean step within a row, in tau_1 and in strain, below which a flow leads nowhere: a smooth one takes 1e4 times as long
+# steps at the largest tolerance that is usual, and steps that go as the root of the tolerance
+_CRAWL, _USUAL = (5e-5, 2e-6), 1e-2
 _CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
 
 
@@ -74,11 +72,11 @@ _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "ener
 _COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
 
 
-class Length(NamedTuple):
-    """How long a flow lasts at least: its time, or until a strain if that comes first; and what makes it shorter."""
+class End(NamedTuple):
+    """Where a flow ends: at a time, or at a strain if that comes first."""
 
     time: float
-    shorter: str
+    shorter: str  # what to give for a shorter one
     strain: float = np.inf
 
     def left(self, state: FlowState) -> float:
@@ -86,19 +84,12 @@ class Length(NamedTuple):
         strain = max(0.0, self.strain - abs(state.strain))
         return min(self.time - state.time, strain / abs(state.rate) if state.rate else np.inf)
 
-    def too_many(self, steps: float, step: float) -> str:
-        """Say that a flow would never end."""
-        return (
-            f"time {self.time:.3g} takes about {steps:.1g} steps of {step:.2g}; at most {MOST_STEPS:.0g} are taken, to "
-            f"time {MOST_STEPS * step:.1g}: give {self.shorter}"
-        )
-
 
 class OverdampedSession:
     """A LAMMPS instance that holds one packing and shears it. `damping`: `ContactDamping` or `StokesDrag`; `tolerance`:
     relative error of velocities that a step may make; the residual of the solver follows; `background`: drag of every
     particle against the affine flow beside contact damping, over k tau_1; `residual`: of the solver of velocities, over
-    the driving force; by default `solver_residual`; `length`: of the flow, which is refused if it would never end."""
+    the driving force; by default `solver_residual`; `end`: of the flow, which is given up if it would take too long."""
 
     def __init__(
         self,
@@ -108,16 +99,14 @@ class OverdampedSession:
         background: float,
         *,
         residual: float | None = None,
-        length: Length | None = None,
+        end: End | None = None,
     ) -> None:
         check_flowing(damping, tolerance, background)
-        if length is not None:
-            _refuse_endless(packing, damping, background, length)
         packing.kind.points(packing)  # refuses outlines that cross
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
-        self._driven, self._length = False, length
+        self._driven, self._end = False, end
         self._looked: tuple[int, float] = (0, 0.0)  # steps and time of the last look
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms", "short_edge")}
@@ -189,12 +178,10 @@ class OverdampedSession:
             now = min(_LOOK, _LOOK if steps is None else steps)
             with self._flow_errors():
                 self._session.command(f"run {now} post no")
-            before, state = state, self.state()
+            state = self.state()
             if steps is not None:
                 steps -= now
-            if now == _LOOK and state.time < end * (1 - 1e-12):
-                self._check_pace(before, state)
-            self._check_length(state)
+            self._watch(state, within_row=now == _LOOK and state.time < end * (1 - 1e-12))
         return self._counted(self._corrected(state) if self._session.kind.deforms else state)
 
     def _counted(self, state: FlowState) -> FlowState:
@@ -208,34 +195,27 @@ class OverdampedSession:
         elastic = {name: getattr(now, name) for name in _OF_POSITIONS}
         return state._replace(**elastic, stress=now.elastic_stress + state.viscous_stress)
 
-    def _check_pace(self, before: FlowState, state: FlowState) -> None:
-        step = (state.time - before.time) / _LOOK
-        smooth = _SMOOTH[0] * self._damping.tau
-        if state.rate:
-            smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
-        if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
-            raise ConvergenceError(
-                f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
-                f"drag, and steps of {step:.1g} lead nowhere: {self._more_background()}a lower rate"
-            )
-
-    def _more_background(self) -> str:
-        """Name the background drag and one that helps."""
-        if not self._damping.at_contacts:
-            return "give "
-        more = max(HELPFUL_BACKGROUND, 10 * self._background)
-        return f"with background = {self._background:g}; give background = {more:g}, or "
-
-    def _check_length(self, state: FlowState) -> None:
-        """Look after so many steps, over all rows, whether the flow would end at their pace."""
-        steps = self.steps() - self._looked[0]
-        if self._length is None or steps < _LOOK:
+    def _watch(self, state: FlowState, *, within_row: bool) -> None:
+        """Give up a flow that would never end: look every so many steps how long they are. `within_row`: whether they
+        all lie between two rows, so that no row made them short."""
+        taken = self.steps() - self._looked[0]
+        if taken < _LOOK:
             return
-        step, left = (state.time - self._looked[1]) / steps, self._length.left(state)
+        step = (state.time - self._looked[1]) / taken
         self._looked = self.steps(), state.time
-        if left > MOST_STEPS * step:
-            many = self._length.too_many(left / step, step)
-            raise ConvergenceError(f"at strain {state.strain:.4g}, rate {state.rate:.3g}: {many}")
+        left = self._end.left(state) / step if self._end else 0.0
+        smooth = min(_CRAWL[0] * self._damping.tau, _CRAWL[1] / abs(state.rate) if state.rate else np.inf)
+        crawls = within_row and step < smooth * min(1.0, (self._tolerance / _USUAL) ** 0.5)
+        if not crawls and left <= MOST_STEPS:
+            return
+        remedies = [self._end.shorter if self._end else "a lower rate"]
+        if crawls and self._damping.at_contacts:
+            more = max(HELPFUL_BACKGROUND, 10 * self._background)
+            remedies = [f"background = {more:g} (now {self._background:g}) for motion without drag", *remedies]
+        raise ConvergenceError(
+            f"at time {state.time:.4g}, strain {state.strain:.4g}, rate {state.rate:.3g} steps are {step:.2g} long: "
+            f"{left:.1g} of them are left, and at most {MOST_STEPS:.0g} are taken. Give {', or '.join(remedies)}"
+        )
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
@@ -283,15 +263,6 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         )
     if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
-
-
-def _refuse_endless(packing: Packing, damping: Damping, background: float, length: Length) -> None:
-    """Refuse before the start what can be known to take too many steps: disks with linear drag, which touch."""
-    drag = 1.0 + background / _NEIGHBOURS if damping.at_contacts else 1.0 / _NEIGHBOURS
-    step = _STABLE * damping.tau * drag
-    known = packing.model == "sp" and damping.linear() == damping and length.strain == np.inf
-    if known and length.time > MOST_STEPS * step and count_pressing(packing):
-        raise InputError(length.too_many(length.time / step, step))
 
 
 def background_drag(packing: Packing, damping: Damping, background: float | None) -> float:

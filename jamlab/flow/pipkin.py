@@ -11,8 +11,8 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import describe_balance, say_balance
 from jamlab.flow.oscillate import Oscillation
+from jamlab.flow.report import describe_balance, say_balance
 from jamlab.plotting.drawable import LABEL, drawn, label_axes, merged_line
 
 
@@ -58,7 +58,7 @@ class Pipkin:
     def __repr__(self) -> str:
         late = sum(not found.finished for found in self.oscillations)
         words = f"{late} NOT PERIODIC" if late else "all periodic"
-        balance = describe_balance(self.imbalance)
+        balance = describe_balance(self)
         return f"Pipkin({len(self.oscillations)} oscillations, {len(set(self.omega))} frequencies, {balance}; {words})"
 
     @drawn("Line2D, of all loops")
@@ -88,7 +88,7 @@ class Pipkin:
         label_axes(axes, r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")
         scale = axes.figure.colorbar(colours, ax=axes)
         scale.set_label(r"third harmonic over first, $|G^*_3|/|G^*_1|$", fontsize=LABEL)
-        say_balance(axes, self.imbalance, min(each.tolerance for each in self.oscillations))
+        say_balance(axes, *self.oscillations)
 
 
 @checked

@@ -6,10 +6,9 @@ into another one: stress drops and energy is released at once (Maloney & Lemaitr
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +17,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import LIMIT, Remedy, describe_balance, energy_gap
-from jamlab.flow.run_file import RunFile
+from jamlab.flow.flow_run import SERIES, energy_gap
+from jamlab.flow.report import describe_balance
+from jamlab.flow.run import Run
 from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import count_pressing
-from jamlab.packing.deformation import sheared
-from jamlab.packing.natural_units import Scales, natural_scales
+from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -32,6 +32,9 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
+
+LIMIT = 0.02  # imbalance from which on a result is doubtful
+EVENTS = ("event_strain", "event_drop", "event_released", "event_width")  # fields of `QuasistaticShear`
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,8 @@ class QuasistaticShear(ShearRun):
     is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
     `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule."""
 
+    series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force")
+
     converged: NDArray[np.bool_]  # (m,) bool, whether the minimisation met its tolerance
     max_force: Array  # (m,) largest force left
     # event_strain, event_drop, event_released, event_width: (k,) see `PlasticEvents`
@@ -62,6 +67,7 @@ class QuasistaticShear(ShearRun):
     event_drop: Array
     event_released: Array
     event_width: Array
+    direction: Direction = field(default="simple", kw_only=True)  # see `quasistatic_shear`
 
     @property
     def events(self) -> PlasticEvents:
@@ -78,10 +84,11 @@ class QuasistaticShear(ShearRun):
         return np.asarray(np.abs(self.strain).searchsorted(np.abs(self.event_strain)))
 
     @property
-    def reached(self) -> str:
-        """What the run has reached, in words."""
+    def summary(self) -> dict[str, Any]:
+        """As of `ShearRun`, the number of events, and that of states that missed the tolerance."""
         missed = int((~self.converged).sum())
-        return super().reached + (f"; {missed} of {len(self.converged)} states NOT CONVERGED" if missed else "")
+        events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
+        return super().summary | events
 
     @property
     def energy_gap(self) -> Array:
@@ -96,22 +103,15 @@ class QuasistaticShear(ShearRun):
         return LIMIT
 
     @property
-    def remedy(self) -> Remedy:
-        """Half the step."""
-        return Remedy(step=0.5 * float(np.abs(np.diff(self.strain[:2])).sum()))
-
-    def describe(self) -> str:
-        """Say how it was run, and how well energy is balanced."""
-        return f"quasi-static, largest force {self.tolerance:g}, {describe_balance(self.imbalance)}"
-
-    def __repr__(self) -> str:
-        return f"QuasistaticShear(strain={self.strain[-1]:.4g}, {self.describe()}; {self.conclusion})"
+    def remedy(self) -> dict[str, float]:
+        """Half the step: events are released within steps that are too long."""
+        return {"step": 0.5 * float(np.abs(np.diff(self.strain[:2])).sum())}
 
     @drawn('Line2D, such as color="k"')
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up.
 
-        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=0, strain=0.01, step=2e-3).plot()
+        >>> ax = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), 0.01, step=2e-3).plot()
         """
         plain = {"color": BLUE, "linewidth": 1.2, "label": "minima, quasi-static"}
         axes.plot(self.strain, self.stress, **merged_line(plain, style))
@@ -125,7 +125,7 @@ class QuasistaticShear(ShearRun):
             axes.plot(self.strain[missed], self.stress[missed], "x", color=BLACK, markersize=6, label=label)
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
         legend = axes.legend(
-            *axes.get_legend_handles_labels(), title=describe_balance(self.imbalance), fontsize=LEGEND, ncols=3,
+            *axes.get_legend_handles_labels(), title=describe_balance(self), fontsize=LEGEND, ncols=3,
             title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
         )  # fmt: skip  # above: curves fill the axes
         legend.get_title().set_color(BLACK if self.balanced else RED)
@@ -135,142 +135,144 @@ LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to f
 REVERSIBLE = 0.1  # part of a fall of stress that a step back may miss: noise of minima, or hysteresis within the step
 
 
-@dataclass(frozen=True)
-class Minimum:
-    """One state on the way; stress and energy as in `QuasistaticShear`."""
+class Minimum(NamedTuple):
+    """One state on the way, as a row of `QuasistaticShear`."""
 
     strain: float
     stress: float
+    elastic_stress: float
     pressure: float
     normal_stress_difference: float
     energy: float
+    work: float
+    dissipated: float
     contacts: float
     converged: bool
     max_force: float
+    time: float = 0.0
+    rate: float = 0.0
+    viscous_stress: float = 0.0
+    dissipation: float = 0.0
 
 
 @dataclass(frozen=True)
-class Event:
-    """One plastic event, as in `PlasticEvents`."""
+class Shearing:
+    """A direction of shear as it stands in boxes whose first vector is turned along x."""
 
-    strain: float
-    drop: float
-    released: float
-    width: float
+    first: Array  # (2,) first vector of the box before
+    direction: ShearDirection
+
+    @property
+    def along_x(self) -> bool:
+        """Whether the first vector of the box stays as it is."""
+        return not (self.direction.generator @ self.first).any()
+
+    def at(self, strain: float) -> ShearDirection:
+        """The direction as it stands in the box after a strain."""
+        along = self.direction.gradient(strain) @ self.first
+        along = along / np.hypot(*along)
+        return self.direction.turned(np.array([along, [-along[1], along[0]]]))
 
 
-class Walk:
-    """Minima one after the other, the events between them, and the packing at the last, all in natural units."""
+class Walk(Run[QuasistaticShear]):
+    """Minima one after the other, and the events between them. The session is in natural units of the packing; rows,
+    frames and events are in those of the packing itself."""
 
     def __init__(
         self,
-        session: Session,
-        scales: Scales,
+        packing: Packing,
+        shearing: Shearing,
         tolerance: float | None,
         shortest: float,
-        before: QuasistaticShear | None,
+        task: dict[str, Any],
+        out: str | Path | None,
+        progress: Progress | None,
     ) -> None:
-        self._session, self._scales, self._tolerance, self._shortest = session, scales, tolerance, shortest
-        self._began = time.perf_counter() - (before.seconds if before else 0.0)
-        self._minima = before.steps if before else 0
-        self.events: list[Event] = []
-        if before is None:
-            state, self.packing = self._relax(0.0)
-            self.states, self._frames = [state], [self.packing]
-            return
-        self._frames = [scales.to_natural(packing) for packing in before.frames]
-        self.packing = self._frames[-1]
-        columns = {f.name: self._natural(before, f.name) for f in fields(Minimum)}
-        self.states = [Minimum(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
-        self.events = list(map(Event, *(self._natural(before, f"event_{f.name}") for f in fields(Event))))
+        super().__init__(QuasistaticShear, packing, None, task | {"tolerance": tolerance}, out, progress)
+        self._scales, self._shearing = natural_scales(packing), shearing
+        self._tolerance, self._shortest = tolerance, shortest
+        self._events: dict[str, list[float]] = {name: [] for name in EVENTS}
+        force = force_tolerance(packing.model) if tolerance is None else tolerance
+        self.facts |= {"background": 0.0, "tolerance": force, "iterations": 0, "shear_rate": 0.0}
+        self._now = self._scales.to_natural(self._started)
+        self._session = Session(self._now)
+        if self.before:
+            self.rows = [Minimum(**row) for row in self.rows_before()]
+            self._events = {name: getattr(self.before, name).tolist() for name in EVENTS}
+        else:
+            self.add(self._relax(0.0, None), keep=True)
 
-    def _natural(self, before: QuasistaticShear, name: str) -> list[Any]:
-        """A column of an earlier run in natural units."""
-        column, unit = getattr(before, name), self._units().get(name)
-        return list((column if unit is None else column / unit).tolist())
+    def __enter__(self) -> Self:
+        return self
 
-    def _units(self) -> dict[str, float]:
-        """Natural units of the columns that have one, in those of the packing."""
-        stresses = ("stress", "pressure", "normal_stress_difference", "energy", "event_drop", "event_released")
-        return dict.fromkeys(stresses, self._scales.stress) | {"max_force": self._scales.force}
+    def __exit__(self, *_: object) -> None:
+        self._session.close()
 
-    def keep(self) -> None:
-        """Keep the packing among the frames."""
-        self._frames.append(self.packing)
+    def packing(self) -> Packing:
+        """The packing at the last minimum."""
+        return self._scales.from_natural(self._now)
 
-    def result(self, strain: float) -> QuasistaticShear:
-        """All states so far of a run to a strain, in units of the packing."""
-        columns: dict[str, Any] = {f.name: np.array([getattr(s, f.name) for s in self.states]) for f in fields(Minimum)}
-        events: dict[str, Any] = {
-            f"event_{f.name}": np.array([getattr(e, f.name) for e in self.events]) for f in fields(Event)
-        }
-        for name, unit in self._units().items():
-            part = events if name in events else columns
-            part[name] = part[name] * unit
-        stress, zero = columns["stress"], np.zeros(len(self.states))
-        columns |= dict.fromkeys(("time", "rate", "viscous_stress", "dissipation"), zero)
-        work = np.append(0.0, np.cumsum(0.5 * (stress[1:] + stress[:-1]) * np.diff(columns["strain"])))
-        frames = self._frames if self._frames[-1] is self.packing else [*self._frames, self.packing]
-        return QuasistaticShear(
-            **columns,
-            **events,
-            elastic_stress=stress,
-            work=work,
-            dissipated=work - (columns["energy"] - columns["energy"][0]),
-            frames=tuple(self._scales.from_natural(packing) for packing in frames),
-            damping=None,
-            background=0.0,
-            tolerance=force_tolerance(self.packing.model) if self._tolerance is None else self._tolerance,
-            steps=self._minima,
-            iterations=0,
-            seconds=time.perf_counter() - self._began,
-            unit=self.packing.unit_names.stress,
-            shear_rate=0.0,
-            strain_asked=abs(strain),
-        )
+    def result(self) -> QuasistaticShear:
+        """All states so far."""
+        self.facts |= {name: np.array(values) for name, values in self._events.items()}
+        return super().result()
 
-    def go_to(self, strain: float) -> None:
+    def go_to(self, strain: float, *, keep: bool = False) -> None:
         """Take one step, or shorter and shorter ones up to an event on the way and long ones behind it."""
-        before = self.states[-1]
+        before, start = self.rows[-1], self._now
         step = strain - before.strain
-        after, packing = self._step(self.packing, strain, step)
-        event = _drop(before, after) > 0 and not self._leads_back(before, after, packing)
+        after = self._step(strain, step, before)
+        reached = self._now
+        event = _drop(before, after) > 0 and not self._leads_back(before, after)
         if event and abs(step) > self._shortest * (1 + 1e-9):
+            self._now = start
             self.go_to(before.strain + 0.5 * step)
-            self.go_to(strain)
+            self.go_to(strain, keep=keep)
             return
-        self.states.append(after)
-        self.packing = packing
+        self._now = reached
+        self.add(after, keep=keep)
         if event:
-            self.events.append(_event(before, after))
+            released = 0.5 * (before.stress + after.stress) * step - (after.energy - before.energy)
+            for name, value in zip(EVENTS, (strain, _drop(before, after), released, abs(step)), strict=True):
+                self._events[name].append(value)
 
-    def _leads_back(self, before: Minimum, after: Minimum, packing: Packing) -> bool:
+    def _leads_back(self, before: Minimum, after: Minimum) -> bool:
         """Whether the step back ends where it came from: stress falls before an instability, too."""
-        back, _ = self._step(packing, before.strain, before.strain - after.strain)
+        back = self._step(before.strain, before.strain - after.strain, after)
         return abs(back.stress - before.stress) < REVERSIBLE * _drop(before, after)
 
-    def _step(self, packing: Packing, strain: float, step: float) -> tuple[Minimum, Packing]:
-        """The minimum beyond a packing, and the packing there."""
-        self._session.load(_flipped(sheared(packing, step)))
-        return self._relax(strain)
+    def _step(self, strain: float, step: float, before: Minimum) -> Minimum:
+        """Strain the packing by a step, to a strain in all, and relax."""
+        gradient = self._shearing.at(before.strain).gradient(step)
+        self._session.load(_flipped(deformed(self._now, gradient)[0]))
+        return self._relax(strain, before)
 
-    def _relax(self, strain: float) -> tuple[Minimum, Packing]:
+    def _relax(self, strain: float, before: Minimum | None) -> Minimum:
         found = relax(self._session, self._tolerance, near=True)
-        self._minima += 1
-        packing = self._session.packing(ensemble="fixed-box")
-        reached = found.evaluation
-        recorded = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
-        state = Minimum(
+        self._steps += 1
+        reached, packing = found.evaluation, self._session.packing(ensemble="fixed-box")
+        self._now = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
+        unit, direction = self._scales.stress, self._shearing.at(strain)
+        along, across = np.einsum("ai,ij,aj->a", direction.axes, reached.stress, direction.axes)
+        stress, energy = direction.conjugate(reached.stress) * unit, reached.energy / packing.area * unit
+        work = dissipated = 0.0
+        if before:  # the integral of the stress by the trapezoidal rule, and what of it is not stored
+            done = 0.5 * (stress + before.stress) * (strain - before.strain)
+            work = before.work + done
+            dissipated = work - (energy - self.rows[0].energy)
+        return Minimum(
             strain=strain,
-            stress=-float(reached.stress[0, 1]),
-            pressure=reached.pressure,
-            normal_stress_difference=float(reached.stress[1, 1] - reached.stress[0, 0]),
-            energy=reached.energy / packing.area,
+            stress=stress,
+            elastic_stress=stress,
+            pressure=reached.pressure * unit,
+            normal_stress_difference=float(across - along) * unit,
+            energy=energy,
+            work=work,
+            dissipated=dissipated,
             contacts=float(count_pressing(packing)),
-            converged=recorded.converged,
-            max_force=reached.max_force,
+            converged=self._now.converged,
+            max_force=reached.max_force * self._scales.force,
         )
-        return state, recorded
 
 
 def _flipped(packing: Packing) -> Packing:
@@ -287,12 +289,6 @@ def _drop(before: Minimum, after: Minimum) -> float:
     return float(np.sign(after.strain - before.strain) * (before.stress - after.stress))
 
 
-def _event(before: Minimum, after: Minimum) -> Event:
-    width = after.strain - before.strain
-    work = 0.5 * (before.stress + after.stress) * width
-    return Event(after.strain, _drop(before, after), work - (after.energy - before.energy), abs(width))
-
-
 LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1
 
 
@@ -302,6 +298,7 @@ def quasistatic_shear(
     strain: float,
     step: float = 1e-3,
     *,
+    direction: Direction = "simple",
     resolution: float | None = None,
     every: float | None = None,
     tolerance: float | None = None,
@@ -312,16 +309,19 @@ def quasistatic_shear(
 
     A step moves box and positions affinely, x -> x + step y, and relaxes. The box flips to the same lattice with
     another tilt when it leans by more than 0.55 of its width, so that strain has no limit. The start is relaxed too.
+    Packings of shear in another direction are turned so that the first vector of their box stays along x.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=0, strain=0.01, step=2e-3)
+    >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=0.01, step=2e-3)
     >>> r.strain.round(6), bool(r.converged.all())
     (array([0.   , 0.002, 0.004, 0.006, 0.008, 0.01 ]), True)
 
     Args:
         packing: SP or DP.
-        strain: in all, up to 1000, of either sign.
+        strain: in all, of either sign; up to 1000, in another direction than "simple" up to 1.
         step: at most 0.1; equal steps that are no longer than this end at `strain`. An event whose stress drop is
             smaller than the elastic rise in a step is not seen.
+        direction: "simple": along x; an angle, radian: simple shear along it; "pure": longer along x, shorter along y.
+            `stress` does work on the strain, and the normal stress difference is that along and across the direction.
         resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
             strain and size of the drop are known that well. By default steps are not refined.
         every: strain between two packings that are kept; by default first and last are.
@@ -332,8 +332,10 @@ def quasistatic_shear(
     Returns:
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
     """
-    if not (is_number(strain) and 0 < abs(strain) <= LARGEST_STRAIN):
-        raise InputError(f"strain = {strain!r}: must be a number up to {LARGEST_STRAIN:g}, or its negative, and not 0")
+    shearing = Shearing(packing.box[0], shear_direction(direction))
+    largest = LARGEST_STRAIN if shearing.along_x else 1.0
+    if not (is_number(strain) and 0 < abs(strain) <= largest):
+        raise InputError(f"strain = {strain!r}: must be a number up to {largest:g}, or its negative, and not 0")
     whole = abs(strain)
     check_number("step", step, min(LARGEST_STEP, whole), whole / MOST_STATES)
     if resolution is not None:
@@ -344,25 +346,19 @@ def quasistatic_shear(
             raise InputError(f"every = {every:g}: frames cannot be closer than the step, {step:g}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     count = int(np.ceil(whole / step - 1e-9))
-    task = {"rate": 0, "step": strain / count, "resolution": resolution, "tolerance": tolerance}
-    file = RunFile(out, QuasistaticShear, packing, None, task, progress)
-    before = file.before
-    scales = natural_scales(packing)
-    with Session(scales.to_natural(before.packing if before else packing)) as session:
-        walk = Walk(session, scales, tolerance, whole / count if resolution is None else resolution, before)
+    task: dict[str, Any] = {"rate": 0, "step": strain / count, "resolution": resolution}
+    task |= {} if shearing.along_x else {"direction": direction}
+    shortest = whole / count if resolution is None else resolution
 
-        def result() -> QuasistaticShear:
-            return walk.result(strain)
+    def kept(k: int) -> int:
+        return int(whole * k / count / every + 1e-9) if every is not None else 0
 
-        def kept(k: int) -> int:
-            return int(whole * k / count / every + 1e-9) if every is not None else 0
-
+    with Walk(packing, shearing, tolerance, shortest, task, out, progress) as walk:
+        walk.facts |= {"strain_asked": whole, "direction": direction}
         for k in range(1, count + 1):
             reached = strain * k / count
-            if abs(reached) < abs(walk.states[-1].strain) + 0.5 * whole / count:
+            if abs(reached) < abs(walk.rows[-1].strain) + 0.5 * whole / count:
                 continue  # done by the run before
-            walk.go_to(reached)
-            if kept(k) > kept(k - 1):
-                walk.keep()
-            file.report(result, k / count, f"strain {reached:.3g}")
-        return file.finish(result)
+            walk.go_to(reached, keep=kept(k) > kept(k - 1))
+            walk.report(k / count, f"strain {reached:.3g}")
+        return walk.finish()

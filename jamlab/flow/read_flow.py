@@ -8,16 +8,15 @@ from jamlab.flow.creep import CreepRun
 from jamlab.flow.flow_curve import FlowCurve
 from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.quasistatic_shear import QuasistaticShear
-from jamlab.flow.relax_stress import StressRelaxation
+from jamlab.flow.relax_stress import StoppedFlow, StressRelaxation
 from jamlab.flow.run_file import read_result
 from jamlab.flow.shear_run import ShearRun
 from jamlab.storage.verified_file import FilePath, opened
 
-Flow = ShearRun | FlowCurve | Oscillation | CreepRun | StressRelaxation
+Flow = ShearRun | FlowCurve | Oscillation | CreepRun | StoppedFlow
+_CLASSES = (ShearRun, QuasistaticShear, FlowCurve, Oscillation, CreepRun, StoppedFlow, StressRelaxation)
 
-_KINDS: dict[str, Any] = {
-    kind.__name__: kind for kind in (ShearRun, QuasistaticShear, FlowCurve, Oscillation, CreepRun, StressRelaxation)
-}
+_KINDS: dict[str, Any] = {kind.__name__: kind for kind in _CLASSES}
 
 
 @checked

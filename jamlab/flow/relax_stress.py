@@ -1,27 +1,26 @@
-"""Stress relaxation: strain a packing at rest by a step and follow its stress."""
+"""Stress relaxation: strain a packing at rest by a step and follow its stress, or stop a flow."""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal, TypeVar, cast
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import REST, FlowRun, check_touching, draw_in_time, finish_in_time
+from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
     SMALL_STRAIN_BACKGROUND,
     SMALL_STRAIN_TOLERANCE,
-    Length,
+    End,
 )
-from jamlab.flow.recording import Recording
-from jamlab.flow.run_file import RunFile
-from jamlab.mechanics.force_network import check_at_rest
+from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
@@ -33,7 +32,67 @@ _ROUNDING = 1e-9  # of the pressure, the same: over _RESTS of it a stress has no
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StressRelaxation(FlowRun):
+class StoppedFlow(FlowRun):
+    """Stress in time at fixed strain; rows and packings as in `FlowRun`.
+
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
+    >>> s = jamlab.stop_flow(r, duration=100.0)
+    >>> s.state, len(s.time) == len(s.stress)
+    ('relaxing', True)
+
+    Attributes:
+        residual: elastic shear stress at the start.
+        duration: time that was asked for.
+    """
+
+    residual: float
+    duration: float
+
+    @property
+    def _relaxing(self) -> Array:
+        """(m,) what relaxes, per `_per` of strain."""
+        return self.stress
+
+    @property
+    def _per(self) -> float:
+        return 1.0
+
+    @property
+    def change(self) -> float:
+        """Change of what relaxes over the last half of the time, over its last value, or 1e-3 of its largest."""
+        g = self._relaxing
+        rounding = _ROUNDING * float(np.abs(self.pressure).max()) / abs(self._per)
+        scale = max(abs(float(g[-1])), _NOTHING * float(np.abs(g).max()), rounding)
+        return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (scale or 1.0)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3 of its last
+        value, or 1e-6 of its largest."""
+        return self.change < _RESTS
+
+    @property
+    def state(self) -> Literal["relaxed", "relaxing"]:
+        """Whether the stress has relaxed."""
+        return "relaxed" if self.finished else "relaxing"
+
+    @property
+    def summary(self) -> dict[str, float]:
+        """Last time, stress and the change over the last half of the time."""
+        return {"time": float(self.time[-1]), "stress": float(self.stress[-1]), "change": self.change}
+
+    @drawn("Line2D")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
+        """Draw the stress over time, on logarithmic axes.
+
+        >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
+        >>> ax = jamlab.stop_flow(r, duration=10.0).plot()
+        """
+        self._draw(axes, self.time, self.stress, label or self.state, in_unit(r"$\sigma$", self.unit), **style)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StressRelaxation(StoppedFlow):
     """Stress in time after a step of strain; rows and packings as in `FlowRun`, times from the middle of the step.
 
     >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
@@ -43,71 +102,42 @@ class StressRelaxation(FlowRun):
     Attributes:
         step_strain: of the step.
         step_time: that the step took; the modulus at a time t knows of it by (step_time/t)^2/24 only.
-        residual: elastic shear stress before the step; of a flow that is stopped, its elastic stress then.
+        residual: elastic shear stress before the step.
         duration: time that was asked for.
     """
 
+    derived: ClassVar[tuple[str, ...]] = ("modulus", *FlowRun.derived)
+
     step_strain: float
     step_time: float
-    residual: float
-    duration: float
 
     @property
     def modulus(self) -> Array:
-        """(m,) G(t) = (stress - residual)/strain.
-
-        Raises:
-            InputError: no step of strain was made: what relaxes is `stress` itself.
-        """
-        if not self.step_strain:
-            raise InputError("strain = 0: there is no modulus without a step of strain; look at `stress`")
-        return np.asarray((self.stress - self.residual) / self.step_strain)
+        """(m,) G(t) = (stress - residual)/strain."""
+        return np.asarray((self.stress - self.residual) / (self.step_strain or np.nan))  # 0: a file of version 0.2
 
     @property
     def _relaxing(self) -> Array:
-        return self.modulus if self.step_strain else self.stress
+        return self.modulus
 
     @property
-    def _change(self) -> float:
-        g = self._relaxing
-        rounding = _ROUNDING * float(np.abs(self.pressure).max()) / abs(self.step_strain or 1.0)
-        scale = max(abs(float(g[-1])), _NOTHING * float(np.abs(g).max()), rounding)
-        return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (scale or 1.0)
+    def _per(self) -> float:
+        return self.step_strain
 
     @property
-    def finished(self) -> bool:
-        """Whether the stress has relaxed: over the last half of the time it changes by less than 1e-3 of its last
-        value, or 1e-6 of its largest."""
-        return self._change < _RESTS
-
-    @property
-    def _left(self) -> str:
-        return f"{'G' if self.step_strain else 'a stress'} = {self._relaxing[-1]:.4g}"
-
-    @property
-    def outcome(self) -> str:
-        """Whether the stress has relaxed, as short as a legend needs it."""
-        return f"relaxed to {self._left}" if self.finished else "NOT RELAXED"
-
-    @property
-    def reached(self) -> str:
-        """What the run has reached, in words."""
-        change = f": {self._left} has changed by {self._change:.1g} over the last half of the time"
-        return self.outcome + ("" if self.finished else change)
-
-    def __repr__(self) -> str:
-        return f"StressRelaxation(strain={self.step_strain:g}, {self.describe()}; {self.conclusion})"
+    def summary(self) -> dict[str, float]:
+        """Strain of the step, last time and modulus, and its change over the last half of the time."""
+        last = {"time": float(self.time[-1]), "modulus": float(self.modulus[-1])}
+        return {"strain": self.step_strain, **last, "change": self.change}
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the relaxation modulus over time, on logarithmic axes; without a step of strain, the stress.
+        """Draw the relaxation modulus over time, on logarithmic axes.
 
         >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
         """
-        name = label or rf"$\gamma$ = {self.step_strain:g}: {self.outcome}"
-        values, what = (self.modulus, r"relaxation modulus $G(t)$") if self.step_strain else (self.stress, r"$\sigma$")
-        draw_in_time(axes, self.time, values, name, **style)
-        finish_in_time(axes, in_unit(what, self.unit), self)
+        name = label or rf"$\gamma$ = {self.step_strain:g}: {self.state}"
+        self._draw(axes, self.time, self.modulus, name, in_unit(r"relaxation modulus $G(t)$", self.unit), **style)
 
 
 LONGEST = 1e12
@@ -128,7 +158,7 @@ def relax_stress(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
-    """Shear a packing at rest by a step of strain, and hold it, or stop a flow; without inertia.
+    """Shear a packing at rest by a step of strain, and hold it; without inertia.
 
     The step is a ramp that is short against all relaxation: no step of contact damping is affine, since drag, which
     rules it, pushes particles aside. Rows lie evenly in the logarithm of time, from the end of the step on.
@@ -136,64 +166,105 @@ def relax_stress(
     >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
     >>> bool(g.modulus[-1] < g.modulus[0])
     True
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
-    >>> s = jamlab.relax_stress(r.packing, strain=0, duration=100.0)
-    >>> bool(abs(s.stress[-1]) < abs(s.stress[0]))
-    True
 
     Args:
-        packing: SP or DP: at a minimum, or, with strain 0, in any state.
-        strain: of the step, of either sign; 0: what flows is stopped and held, and `stress` relaxes.
+        packing: SP or DP at a minimum.
+        strain: of the step, of either sign.
         duration: time, tau_1.
         damping: see `shear`.
         step_time: of the ramp, tau_1.
-        tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
+        tolerance: relative error of velocities in a step, from 1e-9 to 0.1; see `shear`.
+        background: drag of every particle against the affine flow, over k tau_1; without it a small strain costs
             what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
         out: see `shear`.
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
         InputError: particles that do not touch, or a value out of range.
-        ConvergenceError: the packing is not at rest, and a step is asked for; or see `shear`.
+        ConvergenceError: the packing is not at rest; or see `shear`.
         StorageError: `out` cannot be written.
     """
-    law = damping or ContactDamping()
-    if not (is_number(strain) and (strain == 0 or LEAST_STRAIN <= abs(strain) <= 1.0)):
-        raise InputError(
-            f"strain = {strain!r}: must be a number from {LEAST_STRAIN:g} to 1 or its negative; 0 stops a flow"
-        )
+    if is_number(strain) and strain == 0:
+        warnings.warn("relax_stress(strain=0) is now stop_flow(packing, duration)", FutureWarning, stacklevel=3)
+        how: dict[str, Any] = {"tolerance": tolerance, "background": background, "out": out, "progress": progress}
+        return cast(StressRelaxation, stop_flow(packing, duration, damping, **how))
+    if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
+        raise InputError(f"strain = {strain!r}: must be a number from {LEAST_STRAIN:g} to 1 or its negative")
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
-    if strain:
-        check_at_rest(packing, REST)
-        check_touching(packing)
-    task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
-    file = RunFile(out, StressRelaxation, packing, law, task, progress)
-    shorter = f"a shorter duration than {duration:g}"
-    with Recording(packing, law, tolerance, background, file.before, Length(duration, shorter)) as flow:
-        if file.before is None:
-            residual = flow.session.drive("rate 0", duration).elastic_stress
-            if strain:
-                flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / _STEPS)
-                flow.advance()
-                flow.begin_again(time=0.5 * step_time)
-        else:
-            residual = file.before.residual
+    task = {"strain": strain, "step_time": step_time}
+    accuracy, end = Accuracy(damping or ContactDamping(), tolerance, background), _end(duration)
+    with TimedRun(StressRelaxation, packing, accuracy, task, end, out, progress, at_rest=True) as flow:
+        flow.facts |= {"step_strain": strain, "step_time": step_time}
+        if flow.before is None:
+            flow.facts["residual"] = flow.session.drive("rate 0", duration).elastic_stress
+            flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / _STEPS)
+            flow.advance()
+            flow.begin_again(time=0.5 * step_time)
+        return _wait(flow, duration)
 
-        def result() -> StressRelaxation:
-            asked = {"step_strain": strain, "step_time": step_time, "duration": duration}
-            return StressRelaxation(**flow.content() | asked, residual=residual)
 
-        done = flow.rows[-1].time if flow.rows else 0.5 * step_time if strain else 0.0
-        if done < duration * (1 - 1e-12):
-            flow.drive("rate 0", duration - done)
-            if packing.model == "dp" and file.before is None:
-                flow.advance(1)
-                # velocities of droplets, and with them viscous stress, are known from the first step on
-                del flow.rows[0]
-        for state in flow.advance_log_spaced(duration):
-            file.report(result, state.time / duration, f"time {state.time:.3g}")
-        return file.finish(result)
+@checked
+def stop_flow(
+    flow: FlowRun | Packing,
+    duration: float,
+    damping: Damping | None = None,
+    *,
+    tolerance: float = SMALL_STRAIN_TOLERANCE,
+    background: float = SMALL_STRAIN_BACKGROUND,
+    out: str | Path | None = None,
+    progress: Progress | None = None,
+) -> StoppedFlow:
+    """Stop a flow at its present strain, and follow how its stress relaxes.
+
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
+    >>> s = jamlab.stop_flow(r, duration=100.0)
+    >>> bool(abs(s.stress[-1]) < abs(s.stress[0]))
+    True
+
+    Args:
+        flow: result of a flow, of which the last state is taken, or a packing in any state.
+        duration: time, tau_1.
+        damping: default that of the flow, of a packing `ContactDamping()`.
+        tolerance: see `relax_stress`.
+        background: see `relax_stress`.
+        out: see `shear`.
+        progress: see `relax_stress`.
+
+    Raises:
+        InputError: a value out of range.
+        ConvergenceError: see `shear`.
+        StorageError: `out` cannot be written.
+    """
+    check_number("duration", duration, LONGEST, LEAST_TIME)
+    packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
+    accuracy, task = Accuracy(law or ContactDamping(), tolerance, background), {"strain": 0}
+    with TimedRun(StoppedFlow, packing, accuracy, task, _end(duration), out, progress) as run:
+        if run.before is None:
+            run.facts["residual"] = run.session.drive("rate 0", duration).elastic_stress
+        return _wait(run, duration)
+
+
+S = TypeVar("S", bound=StoppedFlow)
+
+
+def _end(duration: float) -> End:
+    return End(duration, f"a shorter duration than {duration:g}")
+
+
+def _wait(flow: TimedRun[S], duration: float) -> S:
+    """Hold the strain until the end."""
+    flow.facts["duration"] = duration
+    if flow.before:
+        flow.facts["residual"] = flow.before.residual
+    if flow.time < duration * (1 - 1e-12):
+        flow.drive("rate 0", duration - flow.time)
+        if flow.before is None and flow.frames[0].model == "dp":
+            flow.advance(1)
+            # velocities of droplets, and with them viscous stress, are known from the first step on
+            del flow.rows[0]
+    for _ in flow.advance_log_spaced(duration):
+        pass
+    return flow.finish()

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.overdamped_session import LEAST_STRAIN, Length, background_drag
+from jamlab.flow.overdamped_session import LEAST_STRAIN, End, background_drag
 from jamlab.flow.quasistatic_shear import quasistatic_shear
-from jamlab.flow.recording import Recording
-from jamlab.flow.run_file import RunFile
+from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
@@ -36,9 +35,9 @@ def shear(
     damping: Damping | None = None,
     *,
     step: float | None = None,
-    rows: int | None = None,
+    rows: int = ROWS,
     frames: float | None = None,
-    tolerance: float | None = None,
+    tolerance: float = TOLERANCE,
     background: float | None = None,
     out: str | Path | None = None,
     progress: Progress | None = None,
@@ -57,15 +56,14 @@ def shear(
 
     Args:
         packing: SP or DP, usually at a minimum.
-        rate: of strain, 1/tau_1, negative for the other way. 0: quasi-static shear, a minimum after every `step`. Or
-            the parts of a protocol, [(rate, strain), ...] or an array (p, 2), one after the other: each shears by its
-            strain, given without sign.
-        strain: by which to shear, default 1; at rate 0 negative for the other way; of a protocol its parts say it.
+        rate: of strain, 1/tau_1, negative for the other way. Or the parts of a protocol, [(rate, strain), ...] or an
+            array (p, 2), one after the other: each shears by its strain, given without sign.
+        strain: by which to shear, default 1; of a protocol its parts say it.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
-        step: of strain, at rate 0 only; default 1e-4.
-        rows: equal strains between the rows of the result, default 200; a few more where `frames` asks for it.
+        step: of `quasistatic_shear`, which rate 0 stood for.
+        rows: equal strains between the rows of the result; a few more where `frames` asks for it.
         frames: strain between two packings that are kept; it must divide `strain`. By default first and last are.
-        tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1, default 1e-2. Velocities jump
+        tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump
             where contacts open and close, and steps end there; stresses over the largest one err by less than the
             tolerance, but for the few rows that lie next to a jump. Where drag would push a contact open that closes
             without it, the two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of
@@ -81,85 +79,74 @@ def shear(
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
-        InputError: a value out of range, a flow of more than 1e8 steps, or a value that this rate has no use for:
-            `step` at a rate, or `damping`, `rows`, `tolerance` and `background` at rate 0.
-        ConvergenceError: the flow is too fast or drag too weak to be resolved; strain and remedy are named.
+        InputError: a value out of range.
+        ConvergenceError: the flow is too fast or drag too weak to be resolved, or it would take more than 1e8 steps;
+            strain and remedy are named.
         StorageError: `out` cannot be written, or holds anything but a part of this run.
     """
+    if is_number(rate) and rate == 0:
+        warnings.warn("shear(rate=0) is now quasistatic_shear(packing, strain, step)", FutureWarning, stacklevel=3)
+        whole, step = 1.0 if strain is None else strain, STEP if step is None else step
+        return quasistatic_shear(packing, whole, step, every=frames, out=out, progress=progress)
+    if step is not None:
+        raise InputError(f"step = {step!r}: steps of strain belong to quasistatic_shear; leave it out")
     parts = _parts(rate, strain)
-    if parts[0, 0] == 0:
-        _refuse_unused(0.0, damping=damping, rows=rows, tolerance=tolerance, background=background)
-        _rows_per_frame(abs(parts[0, 1]), frames, 1)
-        step = STEP if step is None else step
-        return quasistatic_shear(packing, float(parts[0, 1]), step, every=frames, out=out, progress=progress)
-    _refuse_unused(parts[0, 0], step=step)
     law = damping or ContactDamping()
-    background = background_drag(packing, law, background)
-    rows, tolerance = ROWS if rows is None else rows, TOLERANCE if tolerance is None else tolerance
     if not 1 <= rows <= MOST_ROWS:
         raise InputError(f"rows = {rows}: must lie between 1 and {MOST_ROWS}")
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, frames, rows * length / whole) for length in parts[:, 1]]
-    protocol = parts.tolist() if len(parts) > 1 else []
-    task = {"rate": protocol or float(parts[0, 0]), "tolerance": tolerance, "background": background}
-    file = RunFile(out, ShearRun, packing, law, task, progress)
-    time = float((parts[:, 1] / np.abs(parts[:, 0])).sum())
+    several = len(parts) > 1
+    task = {"rate": parts.tolist() if several else float(parts[0, 0])}
     slowest = float(np.abs(parts[:, 0]).min())
-    shorter = f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or rate = 0, shear without time"
-    with Recording(packing, law, tolerance, background, file.before, Length(time, shorter)) as flow:
-
-        def result() -> ShearRun:
-            asked: dict[str, Any] = {"strain_asked": whole, "parts": parts if protocol else None}
-            return ShearRun(**flow.content() | asked, shear_rate=float(parts[-1, 0]))
-
+    end = End(
+        float((parts[:, 1] / np.abs(parts[:, 0])).sum()),
+        f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or use quasistatic_shear",
+    )
+    accuracy = Accuracy(law, tolerance, background_drag(packing, law, background))
+    with TimedRun(ShearRun, packing, accuracy, task, end, out, progress) as flow:
+        flow.facts |= {"shear_rate": float(parts[-1, 0]), "strain_asked": whole, "parts": parts if several else None}
         begin = 0.0
         for (speed, by), (count, every) in zip(parts, counts, strict=True):
             done = round(max(0.0, flow.path - begin) / by * count)
             if done < count:
                 flow.drive(f"rate {speed:.17g}", by / count / abs(speed))
             for row in range(done + 1, count + 1):
-                last = row == count and protocol
-                strain_now = flow.advance(keep=bool(last) or (every > 0 and row % every == 0)).strain
-                file.report(result, min(1.0, flow.path / whole), f"strain {strain_now:.3g}")
+                keep = (row == count and several) or (every > 0 and row % every == 0)
+                state = flow.advance(keep=keep)
+                flow.report(min(1.0, flow.path / whole), f"strain {state.strain:.3g}")
             begin += by
-        return file.finish(result)
-
-
-def _refuse_unused(rate: float, **given: object) -> None:
-    """Refuse arguments that the rate has no use for."""
-    for name, value in given.items():
-        if value is not None:
-            kind = "shear without time: no drag, a row at every `step`" if rate == 0 else "shear in time"
-            raise InputError(f"{name} = {value!r}: rate = {rate:g} is {kind}; leave {name} out")
+        return flow.finish()
 
 
 def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Array:
     """(p, 2) rate and strain of each part."""
     if isinstance(rate, Sequence | np.ndarray):
         if strain is not None:
-            raise InputError(f"strain = {strain!r}: the parts of a protocol say their strains; leave it out")
+            raise InputError(f"strain = {strain!r}: the parts of a protocol have strains of their own; leave it out")
         parts = [list(part) for part in rate]
-        for part in parts:
-            if len(part) != 2:
-                raise InputError(f"rate holds {part!r}: a part of a protocol is (rate, strain)")
-            _check_rate(part[0])
-            check_number("strain", part[1], LARGEST_STRAIN, LEAST_STRAIN)
-            if part[0] == 0:
-                raise InputError(f"rate holds {part!r}: a part needs a rate; to wait, see relax_stress(strain=0)")
-        if not parts:
-            raise InputError("rate = []: give one part or more, [(rate, strain), ...]")
-        return np.array(parts, dtype=np.float64)
-    _check_rate(rate)
-    length = 1.0 if strain is None else strain
-    check_number("strain", abs(length) if rate == 0 else length, LARGEST_STRAIN, LEAST_STRAIN)
-    return np.array([[rate, length]])
+        if not parts or any(len(part) != 2 for part in parts):
+            raise InputError(f"rate = {parts!r}: give one part or more of a protocol, [(rate, strain), ...]")
+    else:
+        parts = [[rate, 1.0 if strain is None else strain]]
+    for speed, by in parts:
+        if not (is_number(speed) and LEAST_RATE <= abs(speed) <= LARGEST_RATE):
+            raise InputError(
+                f"rate = {speed!r}: must be a number from {LEAST_RATE:g} to {LARGEST_RATE:g} in 1/tau_1 or its negative"
+            )
+        check_number("strain", by, LARGEST_STRAIN, LEAST_STRAIN)
+    return np.array(parts, dtype=np.float64)
 
 
 def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int, int]:
     """Rows of a part, and after how many of them a packing is kept; 0: none on the way."""
+    count = max(1, round(rows))
     if frames is None:
-        return max(1, round(rows)), 0
-    every = _rows_per_frame(strain, frames, max(1, round(rows)))
+        return count, 0
+    check_number("frames", frames, strain)
+    if abs(strain / frames - round(strain / frames)) > 1e-6:
+        raise InputError(f"frames = {frames:g} must divide strain = {strain:g}: give a strain between two packings")
+    every = int(np.ceil(count * frames / strain))
     return every * round(strain / frames), every
 
 
@@ -171,20 +158,3 @@ def check_rates(rates: Sequence[float]) -> list[float]:
             f"rates = {list(rates)!r}: give one or more from {LEAST_RATE:g} to {LARGEST_RATE:g}, in 1/tau_1"
         )
     return values
-
-
-def _check_rate(rate: float) -> None:
-    if not (is_number(rate) and (rate == 0 or LEAST_RATE <= abs(rate) <= LARGEST_RATE)):
-        raise InputError(
-            f"rate = {rate!r}: must be a number from {LEAST_RATE:g} to {LARGEST_RATE:g} in 1/tau_1 or its negative; 0"
-            " is shear without time"
-        )
-
-
-def _rows_per_frame(strain: float, frames: float | None, rows: int) -> int:
-    if frames is None:
-        return rows
-    check_number("frames", frames, strain)
-    if abs(strain / frames - round(strain / frames)) > 1e-6:
-        raise InputError(f"frames = {frames:g} must divide strain = {strain:g}: give a strain between two packings")
-    return int(np.ceil(rows * frames / strain))

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, say_balance
+from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.report import say_balance
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
@@ -127,30 +128,35 @@ class ShearRun(FlowRun):
         return block_average(values[kept][1:])
 
     @property
-    def reached(self) -> str:
-        """What the run has reached, in words."""
-        words = [] if self.finished else [f"interrupted at strain {self.path[-1]:.3g} of {self.strain_asked:g}"]
-        peak = self.peak
-        words.append(f"peak {peak.stress:.3g} at strain {peak.strain:.3g}" if peak else "no overshoot")
-        if self.path[-1] <= self._last_part + TRANSIENT:
-            return ", ".join([*words, f"no steady state yet: it takes strain {TRANSIENT:g} and more"])
+    def state(self) -> Literal["interrupted", "start-up", "steady", "drifting"]:
+        """Whether the strain asked for is reached, strain 1 with enough rows for a mean, and whether the stress has one
+        mean in both halves beyond."""
+        if not self.finished:
+            return "interrupted"
+        mean = self._mean
+        return "start-up" if mean is None else "steady" if mean.steady else "drifting"
+
+    @property
+    def _mean(self) -> BlockAverage | None:
+        """Of the stress beyond strain 1; None if it is not reached, or in too few rows."""
         try:
-            mean = self.steady()
+            return self.steady()
         except InputError:
-            return ", ".join([*words, "too few rows for a mean"])
-        state = "steady" if mean.steady else "NOT STEADY: the stress still drifts"
-        return ", ".join([*words, f"{state}, stress {mean.value:.4g} ± {mean.error:.1g}"])
+            return None
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Last strain, overshoot, and mean stress of steady flow with its standard error, of those that there are."""
+        peak, mean = self.peak, self._mean
+        found: dict[str, Any] = {"rate": self.shear_rate if self.parts is None else self.parts[:, 0]}
+        found["strain"] = float(self.path[-1])
+        found |= {"peak stress": peak.stress, "at strain": peak.strain} if peak else {}
+        return found | ({"stress": (mean.value, mean.error)} if mean else {})
 
     @property
     def finished(self) -> bool:
         """Whether the strain asked for is reached."""
         return bool(self.path[-1] >= self.strain_asked * (1 - 1e-9))
-
-    def __repr__(self) -> str:
-        kind = f"rate={self.shear_rate:g}" if self.shear_rate else "quasi-static"
-        if self.parts is not None:
-            kind = "rates=" + ", ".join(f"{rate:g}" for rate in self.parts[:, 0])
-        return f"ShearRun({kind}, strain={self.strain[-1]:.4g}, {self.describe()}; {self.conclusion})"
 
     @drawn("Line2D, of both curves; `label` names them in the legend")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
@@ -166,4 +172,4 @@ class ShearRun(FlowRun):
             axes.plot(self.strain, stress, **merged_line(look, style))
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
         axes.legend(fontsize=LEGEND)
-        say_balance(axes, self.imbalance, self.allowed_imbalance)
+        say_balance(axes, self)

@@ -117,12 +117,12 @@ class Disks:
     def shape_terms(self, packing: Packing) -> list[Terms]:
         return []
 
-    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian:
+    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
         pairs, r, distance, s = _touching(packing)
         size, arms_of_pairs = 3 * packing.n + 1, levers(packing, arms)
         return ContactJacobian(
             normal=r / distance[:, None],
-            flow=r[:, 1],
+            flow=r @ generator.T,
             stiffness=packing.law.drag_stiffness(s, distance),
             sites=pairs,
             weights=np.tile([-1.0, 1.0], (len(pairs), 1)),

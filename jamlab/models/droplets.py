@@ -156,7 +156,7 @@ class Droplets:
     def shape_terms(self, packing: Packing) -> list[Terms]:
         return [_tension(packing), *_areas(packing)]
 
-    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian:
+    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian:
         """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
         found = vertex_contacts(packing)
         distance, t = found.distance, found.place
@@ -166,11 +166,11 @@ class Droplets:
         half = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
         return ContactJacobian(
             normal=found.separation / distance[:, None],
-            flow=found.separation[:, 1],
+            flow=found.separation @ generator.T,
             stiffness=packing.law.drag_stiffness(np.full(len(t), packing.params["delta"]), distance),
             sites=sites,
             weights=np.column_stack([np.ones_like(t), t - 1.0, -t]),
-            rolling=spread(half, sites, len(packing.positions)) @ _outline_rotation(packing),
+            rolling=spread(half, sites, len(packing.positions)) @ _outline_rotation(packing, generator),
         )
 
     def rigidity(self, packing: Packing) -> Array:
@@ -380,7 +380,7 @@ def _contacts(packing: Packing) -> list[Terms]:
     return [points, edges]
 
 
-def _outline_rotation(packing: Packing) -> sparse.csr_array:
+def _outline_rotation(packing: Packing, generator: Array) -> sparse.csr_array:
     """(n_vertices, size) angular velocity of the outline at every vertex, from all rates. The rotation w that fits the
     velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
     edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
@@ -395,8 +395,8 @@ def _outline_rotation(packing: Packing) -> sparse.csr_array:
         raise InputError(f"vertex {np.argmin(around)} lies on both its neighbours: its outline has no direction there")
     rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head
     columns = np.column_stack([2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, size - 1)]).ravel()
-    x, y = edges.T
-    turn = np.column_stack([y, -x, -y, x, -(y**2)])  # e x e', with e' = u_head - u_tail + gamma' e_y along x
+    (x, y), (flow_x, flow_y) = edges.T, generator @ edges.T
+    turn = np.column_stack([y, -x, -y, x, x * flow_y - y * flow_x])  # e x e', with e' = u_head - u_tail + gamma' M e
     values = np.concatenate([turn / around[tail, None], turn / around[head, None]])
     places = rows, np.tile(columns.astype(np.int32), 2)
     return sparse.coo_array((values.ravel(), places), shape=(len(tail), size)).tocsr()

@@ -1,8 +1,13 @@
 """Change the box and carry the particles along: isotropic compression, shear, any homogeneous deformation."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
 import numpy as np
 
 from jamlab.arrays import Array
+from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 
@@ -20,7 +25,7 @@ def at_phi(packing: Packing, phi: float) -> Packing:
 
 def sheared(packing: Packing, strain: float) -> Packing:
     """The packing after the affine simple shear x -> x + strain * y of box and every position."""
-    return deformed(packing, simple_shear(strain, 0.0))[0]
+    return deformed(packing, shear_direction("simple").gradient(strain))[0]
 
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
@@ -35,13 +40,52 @@ def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     return packing._trusted(box=box, positions=packing.positions @ (rotation @ gradient).T), rotation
 
 
-def simple_shear(strain: float, angle: float) -> Array:
-    """(2, 2) deformation gradient 1 + strain a b^T with a = (cos, sin) of `angle` and b = a turned by 90 degrees."""
-    a = np.array([np.cos(angle), np.sin(angle)])
-    return np.asarray(np.eye(2) + strain * np.outer(a, [-a[1], a[0]]))
+@dataclass(frozen=True, eq=False)
+class ShearDirection:
+    """A shear at constant area: a strain g maps r to exp(g M) r."""
+
+    generator: Array  # (2, 2) M, traceless
+    axes: Array  # (2, 2) rows: unit vectors along and across the direction
+
+    def gradient(self, strain: float) -> Array:
+        """(2, 2) deformation gradient exp(g M) of a strain g."""
+        return shear_gradient(strain * self.generator)
+
+    def turned(self, rotation: Array) -> ShearDirection:
+        """The same shear in a frame whose axes are the rows of a rotation (2, 2)."""
+        return ShearDirection(rotation @ self.generator @ rotation.T, self.axes @ rotation.T)
+
+    def conjugate(self, stress: Array) -> float:
+        """Shear stress (tension positive) that does work on the strain, of a stress (2, 2) positive in compression."""
+        return -float(np.sum(stress * self.generator))
+
+    def couplings(self, couplings: Array) -> Array:
+        """(m,) derivatives along the strain of m forces, from those (m, 2, 2) in the displacement gradient."""
+        return np.asarray(np.einsum("nij,ij->n", couplings, self.generator))
+
+    def modulus(self, curvature: Array, stress: Array) -> float:
+        """d2(U/A)/dg2 from that in the displacement gradient, (2, 2, 2, 2), and the stress (2, 2), which works on the
+        second order of exp(g M)."""
+        m = self.generator
+        return float(np.einsum("ij,ijkl,kl->", m, curvature, m) - np.sum(stress * (m @ m)))
+
+
+Direction = str | float  # see `shear_direction`
+_GENERATORS = {"simple": np.array([[0.0, 1.0], [0.0, 0.0]]), "pure": np.diag([0.5, -0.5])}
+
+
+def shear_direction(direction: Direction, angle: float = 0.0) -> ShearDirection:
+    """Read a direction of shear. "simple": along x, with the gradient along y. "pure": without rotation, longer along x
+    and shorter along y, by half the strain each. A number: simple shear along (cos, sin) of that angle, radian.
+    `angle`: by which all of this is turned."""
+    name, turn = (direction, 0.0) if isinstance(direction, str) else ("simple", direction)
+    if name not in _GENERATORS or not is_number(turn):
+        raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radian')
+    c, s = np.cos(turn + angle), np.sin(turn + angle)
+    return ShearDirection(_GENERATORS[name], np.eye(2)).turned(np.array([[c, -s], [s, c]]))
 
 
 def shear_gradient(strain: Array) -> Array:
-    """(2, 2) deformation gradient of a shear at constant area: exp of a symmetric traceless strain."""
-    size = float(np.sqrt(-np.linalg.det(strain)))
+    """(2, 2) deformation gradient of a shear at constant area: exp of a traceless strain."""
+    size = float(np.sqrt(max(-np.linalg.det(strain), 0.0)))  # 0 of simple shear
     return np.asarray(np.cosh(size) * np.eye(2) + (np.sinh(size) / size if size else 1.0) * strain)

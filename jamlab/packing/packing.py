@@ -77,7 +77,7 @@ class Model(Protocol):
     def loads(self, packing: Packing) -> Array: ...  # (n,) largest push on each particle that two contacts may hold
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]: ...  # of the potential energy
     def shape_terms(self, packing: Packing) -> list[Terms]: ...  # those that need no contact
-    def jacobian(self, packing: Packing, arms: str) -> ContactJacobian: ...  # relative velocities at contacts
+    def jacobian(self, packing: Packing, arms: str, generator: Array) -> ContactJacobian: ...  # velocities at contacts
     def rigidity(self, packing: Packing) -> Array: ...  # (contacts, motions) compatibility matrix of rigid particles
 
     # shape

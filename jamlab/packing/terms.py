@@ -52,7 +52,7 @@ class ContactJacobian:
     """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix)."""
 
     normal: Array  # (m, 2) unit vectors
-    flow: Array  # (m,) affine velocity difference along x at unit shear rate
+    flow: Array  # (m, 2) affine velocity difference at unit rate of a shear, by its generator
     stiffness: Array  # (m,)
     sites: Indices  # (m, j) that each contact joins
     weights: Array  # (m, j) of their velocities in the difference

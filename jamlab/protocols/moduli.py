@@ -6,7 +6,7 @@ not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed mo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,9 +17,9 @@ from jamlab.engine.deck_defaults import numbers
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.stiffness import pressure, pressure_of
-from jamlab.packing.deformation import at_phi, deformed, simple_shear
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor
+from jamlab.mechanics.stiffness import pressure, pressure_of, stress
+from jamlab.packing.deformation import Direction, ShearDirection, at_phi, deformed, shear_direction
 from jamlab.packing.natural_units import in_natural_units, mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
@@ -37,21 +37,25 @@ def shear_modulus(
     packing: Packing,
     method: str = "linear-response",
     *,
+    direction: Direction = "simple",
     angle: ArrayLike = 0.0,
     average: bool = False,
     strain: float | None = None,
 ) -> float | Array:
     """Shear modulus G of a packing at an energy minimum, in its units of stress.
 
-    Simple shear E = strain a b^T along a = (cos, sin) of `angle` with gradient along b, a turned by 90 degrees:
-    G = -dS_ab/dstrain. A small packing is anisotropic, and in a box that was not sheared G can be negative near onset.
+    Simple shear is E = strain a b^T along a with the gradient along b, a turned by 90 degrees; pure shear has no
+    rotation. G is the second derivative of the energy per area in the strain. A small packing is anisotropic, and in a
+    box that was not sheared G can be negative near onset.
 
     Args:
         packing: SP or DP.
         method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box
             by +-strain/2 and minimises; the strain is halved until no contact changes, and a last Newton step takes
             away the forces that rounding of positions leaves. "affine": without relaxation.
-        angle: direction of shear, radian; 0 is along x. One number or (m,).
+        direction: "simple": along x; "pure": longer along x, shorter along y; or simple shear along (cos, sin) of an
+            angle, radian.
+        angle: by which the direction is turned, radian, one or (m,).
         average: mean over all directions instead.
         strain: for "finite-strain", where to start; by default 1e-6, DP 3e-7.
 
@@ -59,7 +63,7 @@ def shear_modulus(
         G; an array if `angle` is one.
 
     Raises:
-        InputError: unknown method, or an angle or strain that is no number.
+        InputError: unknown method, a direction that is none, or an angle or a strain that is no number.
         ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
 
     Example:
@@ -74,19 +78,19 @@ def shear_modulus(
         True
     """
     _check_method(method)
-    try:
-        asked = np.asarray(angle, dtype=np.float64)
-    except (TypeError, ValueError):
-        asked = np.array(np.nan)
+    asked = np.asarray(angle, dtype=np.float64)
     if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
-        raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give one direction in radian or a row of them")
-    first = _first_strain(packing, strain)
+        raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give one angle in radian or a row of them")
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
+    directions = [shear_direction(direction, each) for each in angles.tolist()]
+    first = _first_strain(packing, strain)
     if method == "finite-strain":
-        moduli = _sheared(packing, angles, first)
+        moduli = _sheared(packing, directions, first)
     else:
-        tensor = elastic_tensor(packing)
-        moduli = modulus_along(tensor.affine if method == "affine" else tensor.relaxed, angles)
+        tensor, now = elastic_tensor(packing), stress(packing)
+        moduli = np.array(
+            [each.modulus(tensor.affine if method == "affine" else tensor.relaxed, now) for each in directions]
+        )
     return float(moduli.mean()) if average or not asked.ndim else moduli
 
 
@@ -129,26 +133,24 @@ def _first_strain(packing: Packing, strain: float | None) -> float:
 
 
 @in_natural_units(STRESS)
-def _sheared(packing: Packing, angles: Array, strain: float) -> Array:
-    """(m,) finite-strain G along m directions."""
+def _sheared(packing: Packing, directions: Sequence[ShearDirection], strain: float) -> Array:
+    """(m,) finite-strain G in m directions."""
     response = elastic_tensor(packing).displacements
 
-    def along(angle: float) -> float:
-        a = np.array([np.cos(angle), np.sin(angle)])
-        b = np.array([-a[1], a[0]])
-
+    def along(direction: ShearDirection) -> float:
         def measure(step: float) -> float | None:
-            (up, to_up), (down, to_down) = (deformed(packing, simple_shear(s, angle)) for s in (step / 2, -step / 2))
-            above, below = (_minimum(session, state, response) for state in (up, down))
-            if not _same_contacts(above[1], below[1]):
-                return None
-            s_up, s_down = (a @ t.T @ s @ t @ b for t, s in ((to_up, above[0]), (to_down, below[0])))
-            return float((s_down - s_up) / step)
+            stresses, states = [], []
+            for change in (step / 2, -step / 2):
+                state, rotation = deformed(packing, direction.gradient(change))
+                found, relaxed = _minimum(session, state, response)
+                stresses.append(direction.turned(rotation).conjugate(found))
+                states.append(relaxed)
+            return (stresses[0] - stresses[1]) / step if _same_contacts(*states) else None
 
         return _at_small_strain("G", packing, strain, measure)
 
     with Session(packing) as session:
-        return np.array([along(float(angle)) for angle in angles])
+        return np.array([along(direction) for direction in directions])
 
 
 @in_natural_units(STRESS)

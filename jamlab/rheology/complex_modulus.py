@@ -15,6 +15,7 @@ from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError, JamlabWarning
 from jamlab.mechanics.force_network import force_network
+from jamlab.packing.deformation import Direction
 from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -49,9 +50,9 @@ class ComplexModulus:
 
     Attributes:
         omega: (m,) angular frequencies, 1/tau_1.
-        storage: (m,) G'_xy, for simple shear along x of the box.
-        loss: (m,) G''_xy.
-        g0: static modulus at fixed box shape, G'_xy(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
+        storage: (m,) G' in the direction of shear.
+        loss: (m,) G''.
+        g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
             negative if the packing would shear by itself.
         eta0: lim G''/omega at low frequency.
         eta_inf: lim G''/omega at high frequency.
@@ -61,6 +62,7 @@ class ComplexModulus:
             frequencies asked for (reduced); None for method "direct".
         unit: of stress, for labels.
         eta_inf_error: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
+        direction: of shear, see `complex_modulus`.
 
     Example:
         >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), np.logspace(-4, 2, 7))
@@ -79,6 +81,7 @@ class ComplexModulus:
     spectrum: RelaxationSpectrum | None = None
     unit: str = field(default="", repr=False)
     eta_inf_error: float = float("nan")
+    direction: Direction = "simple"
 
     __repr__ = short_repr
 
@@ -109,11 +112,12 @@ def complex_modulus(
     omega: ArrayLike,
     damping: Damping | None = None,
     *,
+    direction: Direction = "simple",
     prestress: bool = True,
     method: str = "auto",
     settings: KrylovSettings = SETTINGS,
 ) -> ComplexModulus:
-    """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.
+    """G*(omega) of a packing under shear; rattlers are left out.
 
     Droplets that rattle count under `StokesDrag`: the fluid deforms them, and their line tension resists.
 
@@ -121,6 +125,8 @@ def complex_modulus(
         packing: SP or DP at an energy minimum.
         omega: (m,) angular frequencies, from 1e-100 to 1e100, in units 1/tau_1.
         damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
+        direction: of shear. "simple": along x of the box; "pure": longer along x, shorter along y; or an angle, radian:
+            simple shear along (cos, sin) of it.
         prestress: False replaces contacts by unstressed springs; SP only.
         method: "reduced": rational Krylov space of about a dozen real factorisations for all frequencies. "direct": one
             complex factorisation per frequency, as in the paper. "dense": the whole relaxation spectrum, up to 1024
@@ -144,7 +150,9 @@ def complex_modulus(
         >>> bool((s.error < 1e-6).all())
         True
     """
-    found = linear_modulus(packing, omega, damping, prestress=prestress, method=method, settings=settings)
+    found = linear_modulus(
+        packing, omega, damping, direction=direction, prestress=prestress, method=method, settings=settings
+    )
     warn_of_negative(found.g0, stacklevel=5)
     return found
 
@@ -160,6 +168,7 @@ def linear_modulus(
     omega: ArrayLike,
     damping: Damping | None = None,
     *,
+    direction: Direction = "simple",
     prestress: bool = True,
     method: str = "auto",
     settings: KrylovSettings = SETTINGS,
@@ -170,7 +179,8 @@ def linear_modulus(
     law = damping or ContactDamping()
     network = force_network(packing)
     network.check_at_rest()
-    motion, free = equation_of_motion(network, law, prestress=prestress), free_droplets(network, law)
+    motion = equation_of_motion(network, law, prestress=prestress, direction=direction)
+    free = free_droplets(network, law, direction)
     limits = find_limits(motion)
     if method == "auto":
         method = "dense" if motion.moving <= _SMALL else "reduced"
@@ -191,6 +201,7 @@ def linear_modulus(
         spectrum=elements and elements.beside(free, unit),
         unit=unit,
         eta_inf_error=limits.eta_inf_error,
+        direction=direction,
     )
 
 

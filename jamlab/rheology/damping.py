@@ -14,6 +14,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked_class, is_number
 from jamlab.errors import InputError
 from jamlab.mechanics.static_response import FLOPPY
+from jamlab.packing.deformation import Direction, ShearDirection, shear_direction
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import ContactJacobian, spread
@@ -45,7 +46,7 @@ class DragLaw:
         """The same law with drag in proportion to the velocity."""
         raise NotImplementedError
 
-    def matrix(self, packing: Packing, whole: Packing) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing, shear: ShearDirection) -> sparse.csc_array:
         """Damping matrix of a linear law, see `damping_matrix`."""
         raise NotImplementedError
 
@@ -133,21 +134,21 @@ class ContactDamping(DragLaw):
         """The same law with drag in proportion to the velocity."""
         return replace(self, alpha=1.0)
 
-    def matrix(self, packing: Packing, whole: Packing) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing, shear: ShearDirection) -> sparse.csc_array:
         """Sum over contacts of what their approach and sliding cost."""
         if self.alpha != 1:
             raise InputError(
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
-        return _assemble_contacts(packing.kind.jacobian(packing, self.arms), self)
+        return _assemble_contacts(packing.kind.jacobian(packing, self.arms, shear.generator), self)
 
     def gears(self, packing: Packing) -> list[int]:
         """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
         """
-        levers = packing.kind.jacobian(packing, self.arms).levers
+        levers = packing.kind.jacobian(packing, self.arms, np.zeros((2, 2))).levers
         if levers is None:  # nothing turns
             return []
         touching, free, n = packing.kind.pairs(packing), list[int](), packing.n
@@ -223,7 +224,7 @@ class StokesDrag(DragLaw):
         """The law itself."""
         return self
 
-    def matrix(self, packing: Packing, whole: Packing) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing, shear: ShearDirection) -> sparse.csc_array:
         """Drag on every site, and that of the fluid on the shear rate."""
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
@@ -257,13 +258,15 @@ def _name_time(tau: float) -> str:
     return "" if tau == 1 else f", τ1 = {tau:g}"
 
 
-def damping_matrix(packing: Packing, damping: Damping, *, whole: Packing | None = None) -> sparse.csc_array:
+def damping_matrix(
+    packing: Packing, damping: Damping, *, whole: Packing | None = None, direction: Direction = "simple"
+) -> sparse.csc_array:
     """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
     affine flow acts on u alone. `damping`: viscous law; `whole`: the packing with its rattlers, if they were left out:
-    its mean size is the unit of drag."""
-    return damping.matrix(packing, whole or packing)
+    its mean size is the unit of drag; `direction`: of the shear whose rate comes last, see `complex_modulus`."""
+    return damping.matrix(packing, whole or packing, shear_direction(direction))
 
 
 def _size(packing: Packing) -> int:
@@ -287,5 +290,5 @@ def _relate_velocities(jacobian: ContactJacobian, direction: Array) -> sparse.cs
     size = jacobian.rolling.shape[1]
     columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(direction), 1), size - 1)])
     along_x, along_y = direction[:, [0]], direction[:, [1]]
-    flow = jacobian.flow[:, None] * along_x
+    flow = np.sum(jacobian.flow * direction, axis=1, keepdims=True)
     return spread(np.hstack([jacobian.weights * along_x, jacobian.weights * along_y, flow]), columns, size)

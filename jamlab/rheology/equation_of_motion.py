@@ -16,25 +16,27 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import ForceNetwork
-from jamlab.mechanics.stiffness import stiffness
+from jamlab.mechanics.stiffness import stiffness, stress
+from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
 
 @checked
 def dynamical_matrices(
-    packing: Packing, damping: Damping | None = None, *, prestress: bool = True
+    packing: Packing, damping: Damping | None = None, *, prestress: bool = True, direction: Direction = "simple"
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
 
     Coordinates. SP, (3n + 1, 3n + 1): 2i, 2i + 1 = non-affine u_x, u_y of particle i; 2n + i = its rotation theta,
-    counter-clockwise; last = shear strain gamma of x -> x + gamma y. DP, (2 n_vertices + 1, 2 n_vertices + 1): u_x, u_y
-    of every vertex, then gamma; K holds perimeter, area and contact terms.
+    counter-clockwise; last = shear strain gamma, by default of x -> x + gamma y. DP, (2 n_vertices + 1, 2 n_vertices
+    + 1): u_x, u_y of every vertex, then gamma; K holds perimeter, area and contact terms.
 
     Args:
         packing: SP or DP. Rattlers are kept: `equation_of_motion` leaves them out.
         damping: default balanced contact damping, `ContactDamping(beta=1)`.
         prestress: False sets the contact forces in K to zero (their eq 4). SP only.
+        direction: of shear, see `complex_modulus`.
 
     Raises:
         InputError: droplets without pre-stress: line tension is nothing but pre-stress.
@@ -45,17 +47,19 @@ def dynamical_matrices(
         >>> k.shape == b.shape == (3 * p.n + 1, 3 * p.n + 1)
         True
     """
-    return _assemble(packing, damping or ContactDamping(), prestress, packing)
+    return _assemble(packing, damping or ContactDamping(), prestress, packing, direction)
 
 
 def _assemble(
-    packing: Packing, damping: Damping, prestress: bool, whole: Packing
+    packing: Packing, damping: Damping, prestress: bool, whole: Packing, direction: Direction
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """K and B of `dynamical_matrices`."""
     k, spins = stiffness(packing, prestress=prestress), packing.kind.rotations(packing)
-    column = np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])
+    shear = shear_direction(direction)
+    column = np.concatenate([shear.couplings(k.ue), np.zeros(spins)])
+    corner = shear.modulus(k.ee, packing.area * stress(packing) if prestress else np.zeros((2, 2)))
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
-    return _bordered(inner, column, k.ee[0, 1, 0, 1]), damping_matrix(packing, damping, whole=whole)
+    return _bordered(inner, column, corner), damping_matrix(packing, damping, whole=whole, direction=direction)
 
 
 def _bordered(inner: sparse.csc_array, column: Array, corner: float) -> sparse.csc_array:
@@ -140,16 +144,18 @@ class EquationOfMotion:
         return moved
 
 
-def equation_of_motion(network: ForceNetwork, damping: Damping, *, prestress: bool = True) -> EquationOfMotion:
+def equation_of_motion(
+    network: ForceNetwork, damping: Damping, *, prestress: bool = True, direction: Direction = "simple"
+) -> EquationOfMotion:
     """Set up the equation of motion of a packing without its rattlers. `network`: `force_network` of a packing at an
-    energy minimum; `damping`: viscous law; `prestress`: as in `dynamical_matrices`."""
+    energy minimum; `damping`: viscous law; `prestress, direction`: as in `dynamical_matrices`."""
     packing = network.packing
     if packing.n == 1:
         raise InputError(
             "one particle that presses on its own images moves with the box alone: it has no G* but that of "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
-    k, b = _assemble(packing, damping, prestress, network.whole)
+    k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
     drifting = not damping.at_contacts
     # without drag on sliding, and under Stokes drag, rotations enter nowhere

@@ -10,6 +10,7 @@ import numpy as np
 
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness_of
+from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum
@@ -17,10 +18,10 @@ from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum
 _RIGID = 1e-9  # stiffness over the largest one below which a mode is a rigid motion
 
 
-def free_droplets(network: ForceNetwork, damping: Damping) -> RelaxationSpectrum:
+def free_droplets(network: ForceNetwork, damping: Damping, direction: Direction) -> RelaxationSpectrum:
     """Maxwell elements of the droplets that a force network leaves out. Drag at contacts does not reach them, and disks
     do not deform: then there are none."""
-    whole, none = network.whole, np.zeros(0)
+    whole, none, shear = network.whole, np.zeros(0), shear_direction(direction)
     rates, strengths = [none], [none]
     if not damping.at_contacts and whole.kind.shape_terms(whole):
         for m in np.unique(whole.particle[~network.held]):
@@ -28,7 +29,7 @@ def free_droplets(network: ForceNetwork, damping: Damping) -> RelaxationSpectrum
             matrices = stiffness_of(alone.kind.shape_terms(alone), len(alone.positions))
             kappa, vectors = np.linalg.eigh(matrices.uu.toarray())
             kept = kappa > _RIGID * kappa[-1]
-            kappa, coupling = kappa[kept], vectors[:, kept].T @ matrices.ue[:, 0, 1]
+            kappa, coupling = kappa[kept], vectors[:, kept].T @ shear.couplings(matrices.ue)
             rates.append(kappa * len(alone.positions) / (stiffness_scale(whole) * damping.tau))
             strengths.append(coupling**2 / (kappa * whole.area))
     every = np.concatenate(rates)

@@ -5,10 +5,10 @@ from functools import cache, lru_cache, partial
 import numpy as np
 
 from jamlab.engine.deck_defaults import defaults
-from jamlab.flow.flow_run import LIMIT, FlowRun
+from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
-from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.quasistatic_shear import LIMIT, QuasistaticShear, quasistatic_shear
 from jamlab.flow.shear import TOLERANCE, shear
 from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
@@ -140,9 +140,7 @@ def try_quasistatic(packing: Packing, step: float) -> Trial:
 
 @cache
 def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
-    found = shear(packing, 0.0, _STRAIN, step=step)
-    assert isinstance(found, QuasistaticShear)
-    return found
+    return quasistatic_shear(packing, _STRAIN, step)
 
 
 _RATES = log_axis(1e-3, 2e3)

@@ -9,7 +9,7 @@ from jamlab.engine.session import Session
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import LARGEST_IMBALANCE
-from jamlab.packing.deformation import deformed, simple_shear
+from jamlab.packing.deformation import sheared
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.relaxation import relax
@@ -29,7 +29,7 @@ def same_contacts(packing: Packing, strain: float) -> bool:
     """Whether the minima at both ends of a strain have the same contacts: then the strain was in the linear range."""
     sides = []
     for s in (0.5 * strain, -0.5 * strain):
-        with Session(deformed(packing, simple_shear(s, 0.0))[0]) as session:
+        with Session(sheared(packing, s)) as session:
             relax(session, near=True)
             sides.append({tuple(pair) for pair in contacts(session.packing()).pairs.tolist()})
     return sides[0] == sides[1]

@@ -10,11 +10,11 @@ from commands import call
 import jamlab
 
 RUNS = {  # words after the file -> columns of the table, and a note
-    ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): ("N₁", "no steady state yet"),
+    ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): ("N₁", "start-up"),
     ("oscillate", "--omega", "1", "--amplitude", "1e-3", "--cycles", "2"): ("viscous stress", "|G*_3|/|G*_1|"),
-    ("creep", "--stress", "1e-4", "--duration", "5", "--alpha", "0.667"): ("compliance", "STILL CREEPS"),
+    ("creep", "--stress", "1e-4", "--duration", "5", "--alpha", "0.667"): ("compliance", "CREEPS"),
     ("relax-stress", "--strain", "1e-4", "--duration", "5", "--stokes"): ("modulus", "elastic stress before"),
-    ("flow-curve", "--rate", "0.3", "--strain", "1", "--discard", "0.2"): ("stress error", "no Herschel-Bulkley fit"),
+    ("flow-curve", "--rate", "0.3", "--strain", "1", "--discard", "0.2"): ("stress stderr", "no Herschel-Bulkley fit"),
 }
 
 

@@ -15,7 +15,7 @@ import jamlab
 from jamlab.campaign.campaign import CampaignRun
 from jamlab.cli import interruption
 from jamlab.cli.campaign import _describe
-from jamlab.cli.flow import FlowRun, expect_files
+from jamlab.cli.flow import make_job
 from jamlab.cli.interruption import KeptStates
 from jamlab.cli.main import app
 
@@ -174,7 +174,7 @@ def test_the_same_command_resumes_a_sweep(tmp_path, onset, more, monkeypatch):
 
 def test_the_line_of_a_flow_names_the_file_as_long_as_it_is_there(tmp_path, onset, said):
     out = tmp_path / "run.h5"
-    expect_files(FlowRun(tmp_path / "onset.h5", -1, None, {}, out, None, None, False, False))
+    make_job(tmp_path / "onset.h5", out=out)
     assert "nothing was written" in said()
     out.write_text("of yesterday")
     assert str(out) in said()

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 
 import jamlab
 from jamlab.campaign.tables import draw_means
+from jamlab.flow.flow_run import SERIES
 from jamlab.flow.oscillate import fit_harmonics
 from jamlab.flow.quasistatic_shear import QuasistaticShear
-from jamlab.flow.recording import SERIES
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 from jamlab.statistics.power_laws import power_law
@@ -152,13 +152,13 @@ def flow_curve():
     stress = 1e-3 + 0.1 * rates**0.5
     means = dict.fromkeys(
         [
-            *("elastic_stress", "elastic_stress_error", "pressure", "pressure_error", "normal_stress_difference"),
-            *("normal_stress_difference_error", "dissipation", "plastic_events", "seconds", "imbalance"),
+            *("elastic_stress", "elastic_stress_stderr", "pressure", "pressure_stderr", "normal_stress_difference"),
+            *("normal_stress_difference_stderr", "dissipation", "plastic_events", "seconds", "imbalance"),
         ],
         np.ones(7),
     )
     drift = np.array([5.0, 0, 1, -1, 0.5, 0, 0])
-    known = {"rates": rates, "stress": stress, "stress_error": 0.05 * stress, "drift": drift, **means}
+    known = {"rates": rates, "stress": stress, "stress_stderr": 0.05 * stress, "drift": drift, **means}
     return jamlab.FlowCurve(**known, discard=1.0, strain=4.0, **HOW)
 
 
@@ -196,7 +196,7 @@ FLOWS = {
     "start-up": (start_up, (r"strain $\gamma$", r"shear stress $\sigma$  [k]")),
     "flow curve": (flow_curve, (r"rate of shear $\dot\gamma\,\tau_1$", r"shear stress $\sigma$  [k]")),
     "Herschel-Bulkley": (
-        lambda: herschel_bulkley(flow_curve().rates, flow_curve().stress, flow_curve().stress_error, "k"),
+        lambda: herschel_bulkley(flow_curve().rates, flow_curve().stress, flow_curve().stress_stderr, "k"),
         (r"rate of shear $\dot\gamma\,\tau_1$", r"shear stress $\sigma$  [k]"),
     ),
     "oscillation": (oscillation, (r"strain $\gamma$", r"shear stress $\sigma$, less its mean  [k]")),

@@ -31,19 +31,19 @@ def test_flow_curve(curve, disks):
     two, three, path = curve
     assert three.rates.tolist() == [0.03, 0.1, 0.3]
     assert np.array_equal(three.stress[[0, 2]], two.stress)  # not run again
-    assert np.all(np.diff(three.stress) > 0) and np.all(three.stress_error < 0.3 * three.stress)
+    assert np.all(np.diff(three.stress) > 0) and np.all(three.stress_stderr < 0.3 * three.stress)
     assert np.all(three.elastic_stress < three.stress) and np.all(three.pressure > 0)
     assert three.dissipation == pytest.approx(three.stress * three.rates, rel=0.2)  # less what is stored
     assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
     read = jamlab.read_flow(path)
     assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
     for z, error, packing in zip(
-        read.z_all, read.z_all_error, read.packings, strict=True
+        read.z_all, read.z_all_stderr, read.packings, strict=True
     ):  # about that of the last state
         assert abs(z - jamlab.contacts(packing).z_all) < 0.5 and 0 < error < 0.2
-    older = {name: np.zeros(0) for name in ("z_all", "z_all_error", "unsettled")}
+    older = {name: np.zeros(0) for name in ("z_all", "z_all_stderr", "unsettled")}
     assert np.isnan(replace(read, **older).z_all).all()
-    assert ("steady at every rate" in repr(three)) == bool(three.finished.all())
+    assert (three.state == "steady") == bool(three.finished.all())
 
 
 def test_plastic_events_are_counted_per_strain_of_the_average(disks):
@@ -102,24 +102,15 @@ def test_block_errors_of_a_correlated_series():
         block_average([1.0, 2.0])
 
 
-def test_plan_says_what_does_not_fit(disks):
-    plan = jamlab.flow_curve(disks, [1.0, 0.1], strain=3.0, dry_run=True)
-    assert plan["rate"].tolist() == [0.1, 1.0] and (plan["strain"] == 4.0).all() and (plan["seconds"] > 0).all()
+def test_cost_says_what_does_not_fit(disks):
+    cost = jamlab.flow_cost(disks, [1.0, 0.1], strain=4.0)
+    assert cost["rate"].tolist() == [0.1, 1.0] and (cost["strain"] == 4.0).all() and (cost["seconds"] > 0).all()
     made = pd.DataFrame({"rate": [1e-5, 1e-4, 1e-3], "strain": 2.0, "seconds": [200.0, 20.0, 2.0]})
     require_time(made, 222.0)
-    with pytest.raises(jamlab.InputError, match=r"rate = 1e-05: strain 2 .* 2e.02 s.*rates from 0.0001 on fit"):
-        require_time(made, 60.0)
-    with pytest.raises(jamlab.InputError, match=r"no rate fits, or strain 0\.009"):
-        require_time(made, 1.0)
-
-
-def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
-    """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
-    monkeypatch.setattr(overdamped_session, "_LOOK", 10)
-    monkeypatch.setattr(overdamped_session, "_CRAWL", 1e3)
-    for given, used, more in ((0.0, "0", "0.01"), (None, "0.0001", "0.01"), (0.1, "0.1", "1")):
-        with pytest.raises(jamlab.ConvergenceError, match=rf"background = {used}; .*background = {more},"):
-            jamlab.shear(disks, 0.1, rows=1, background=given)
+    for given, fits in ((60.0, "0.0001"), (1.0, "0.009")):
+        with pytest.raises(jamlab.InputError) as refusal:
+            require_time(made, given)
+        assert "1e-05" in str(refusal.value) and fits in str(refusal.value)
 
 
 def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_path):
@@ -137,60 +128,68 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
         part = jamlab.flow_curve(disks, [0.5, 1.0], **how)
         with pytest.raises(jamlab.ConvergenceError):
             jamlab.flow_curve(disks, [1.0], strain=1.0, discard=0.2)
-    assert part.rates.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"} and "FAILED" in part.conclusion
+    assert part.rates.tolist() == [0.5] and part.failed == {"1": "steps lead nowhere"}
+    assert part.failed["1"] in part.conclusion
     assert jamlab.read_flow(tmp_path / "c.h5").failed == part.failed
     assert jamlab.flow_curve(disks, [0.5, 1.0], **how).rates.tolist() == [0.5, 1.0]
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("call", "remedy"),
     [
-        (
-            lambda p: jamlab.shear(p, 1e-12, 1e-3),
-            "time 1e.09 .* 5e.08 steps of 2; .* rate than 1e-12, a smaller strain",
-        ),
-        (
-            lambda p: jamlab.shear(p, [(1.0, 1.0), (-1e-9, 1.0)]),
-            "time 1e.09 .* rate than 1e-09, a smaller strain than 2",
-        ),
-        (lambda p: jamlab.shear(p, 1.0, 1.0, jamlab.ContactDamping(tau=1e-9)), "5e.08 steps of 2e-09"),
-        (lambda p: jamlab.shear(p, 1e-8, 1.0, jamlab.StokesDrag()), "6e.08 steps of 0.17; .* to time 2e.07"),
-        (lambda p: jamlab.shear(p, 1.0, 0.01, jamlab.ContactDamping(beta=1e6)), "beta = 1e.06: .* takes up to 100000"),
-        (lambda p: jamlab.oscillate(p, 1e-8, 1e-3), "higher omega than 1e-08; complex_modulus"),
-        (lambda p: jamlab.relax_stress(p, 1e-3, 1e12), "a shorter duration than 1e.12"),
+        (lambda p: jamlab.shear(p, 1e-12, 1e-3), "rate than 1e-12"),
+        (lambda p: jamlab.shear(p, [(1.0, 1e-3), (-1e-9, 1.0)]), "rate than 1e-09"),
+        (lambda p: jamlab.shear(p, 1.0, 1.0, jamlab.ContactDamping(tau=1e-9)), "rate than 1"),
+        (lambda p: jamlab.shear(p, 1e-8, 1.0, jamlab.StokesDrag()), "rate than 1e-08"),
+        (lambda p: jamlab.oscillate(p, 1e-8, 1e-3), "omega than 1e-08"),
+        (lambda p: jamlab.relax_stress(p, 1e-3, 1e12), "duration than 1e+12"),
+        (lambda p: jamlab.creep(p, 1e-4, 1e12), "duration than 1e+12"),  # might as well have flowed to its last strain
     ],
 )
-def test_flow_that_would_never_end_or_balance_is_refused(disks, call, message):
-    """No step of disks that touch is longer than twice the time in which a contact relaxes."""
-    with pytest.raises(jamlab.InputError, match=message):
+def test_a_run_that_would_never_end_is_given_up(disks, monkeypatch, call, remedy):
+    monkeypatch.setattr(overdamped_session, "_LOOK", 200)
+    with pytest.raises(jamlab.ConvergenceError) as refusal:
         call(disks)
+    assert remedy in str(refusal.value)
 
 
-def test_flow_whose_steps_are_not_known_before_is_given_up_on_the_way(disks, monkeypatch):
+def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
+    """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
+    monkeypatch.setattr(overdamped_session, "_LOOK", 10)
+    monkeypatch.setattr(overdamped_session, "_CRAWL", (1e3, 1e3))
+    for given, more in ((0.0, "background = 0.01 "), (None, "background = 0.01 "), (0.1, "background = 1 ")):
+        with pytest.raises(jamlab.ConvergenceError) as refusal:
+            jamlab.shear(disks, 0.1, rows=1, background=given)
+        assert more in str(refusal.value)
+
+
+def test_steps_that_are_short_for_a_reason_are_no_crawl(disks, monkeypatch):
+    """Those that rows or a fine tolerance make short; and power laws make few that are long."""
     monkeypatch.setattr(overdamped_session, "_LOOK", 100)
-    with pytest.raises(jamlab.ConvergenceError, match=r"rate .* time 1e.12 takes .* a shorter duration than 1e.12"):
-        jamlab.creep(disks, 1e-4, 1e12)  # rests; it might as well have flowed to its largest strain
-    assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300  # steps that rows make short are no crawl
-    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced  # long steps
+    assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300
+    assert jamlab.shear(disks, 0.01, 0.01, rows=2, tolerance=1e-9).steps > 1000
+    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced
 
 
 def test_a_solver_that_fails_says_where(disks):
     with OverdampedSession(disks, jamlab.ContactDamping(), 1e-6, 0.0) as session:
-        with pytest.raises(jamlab.ConvergenceError, match=r"^Fix overdamped: .*singular at time 0.*background drag.*"):
+        with pytest.raises(jamlab.ConvergenceError) as refusal:
             session.drive("rate 1 iterations 3", 1.0)
+    assert "background" in str(refusal.value)
 
 
-def test_refused(disks, tmp_path):
-    for message, call in {
-        r"rates = \[\]: give one or more": lambda: jamlab.flow_curve(disks, []),
-        r"rates = \[0.0\]": lambda: jamlab.flow_curve(disks, [0.0]),
-        "strain = 0.1: average over 1": lambda: jamlab.flow_curve(disks, [1.0], strain=0.1),
-        "processes = 0": lambda: jamlab.flow_curve(disks, [1.0], processes=0),
-    }.items():
-        with pytest.raises(jamlab.InputError, match=message):
-            call()
+@pytest.mark.parametrize(
+    "how", [{"rates": []}, {"rates": [0.0]}, {"rates": [1.0], "strain": 0.1}, {"rates": [1.0], "processes": 0}]
+)
+def test_refused(disks, how):
+    with pytest.raises(jamlab.InputError) as refusal:
+        jamlab.flow_curve(disks, **how)
+    assert str([*how.values()][-1]) in str(refusal.value)
+
+
+def test_files_that_hold_no_flow_are_refused(disks, tmp_path):
     disks.write(tmp_path / "p.h5")
-    with pytest.raises(jamlab.StorageError, match="holds no flow"):
+    with pytest.raises(jamlab.StorageError):
         jamlab.read_flow(tmp_path / "p.h5")
-    with pytest.raises(jamlab.StorageError, match="there is no folder"):
+    with pytest.raises(jamlab.StorageError):
         jamlab.shear(disks, 0.1, out=tmp_path / "none" / "run.h5")

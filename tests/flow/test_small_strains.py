@@ -24,9 +24,9 @@ def test_oscillation(backbone, damping):
     expected = jamlab.complex_modulus(backbone, [0.3], damping)
     found = jamlab.oscillate(backbone, 0.3, 1e-5, damping, tolerance=3e-4)
     wanted = complex(expected.storage[0], expected.loss[0])
-    assert found.finished and "periodic" in repr(found) and "NOT" not in repr(found)
+    assert found.state == "periodic" and "periodic" in repr(found)
     assert abs(complex(found.storage, found.loss) - wanted) < 1e-3 * abs(wanted)
-    assert found.third_over_first < 1e-3 and "contacts open" not in repr(found)
+    assert found.third_over_first < 1e-3 and found.summary["changing contacts"] == 0
     lost = np.diff(found.dissipated[[-1 - found.points, -1]])[0]
     assert lost == pytest.approx(np.pi * found.loss * 1e-10, rel=2e-3)
 
@@ -47,7 +47,7 @@ def test_relaxation(backbone, spectrum):
     assert found.time[0] <= 0.01 and found.time[-1] == pytest.approx(100.0)
     assert np.max(np.abs(found.modulus / wanted - 1)) < 1e-3
     assert found.residual == pytest.approx(-jamlab.evaluate(backbone).stress[0, 1])
-    assert "NOT RELAXED" in repr(found) and not found.packing.converged
+    assert found.state == "relaxing" and "RELAXING" in repr(found) and not found.packing.converged
 
 
 @pytest.mark.parametrize("damping", [jamlab.ContactDamping(), jamlab.StokesDrag(eta_f=0.5)], ids=str)
@@ -62,7 +62,9 @@ def test_creep(backbone, damping):
     late = found.time[1:] > 1.0
     assert np.max(np.abs(found.compliance[1:] / wanted - 1)[late]) < 3e-4
     assert found.stress == pytest.approx(found.residual + 1e-7, abs=1e-12)
-    assert (found.time[-1] == 100.0 and "rest" in repr(found)) or "CREEPS" in repr(found)
+    assert found.time[-1] == 100.0 and found.state in ("rests", "creeps") and repr(found).count("CREEPS") == (
+        found.state == "creeps"
+    )
 
 
 def test_a_stress_is_held_while_contacts_open_close_and_rub():
@@ -108,7 +110,7 @@ def test_they_go_on_from_their_files(backbone, tmp_path):
         assert rest.stress[-1] == pytest.approx(whole.stress[-1], rel=2e-3)
     first = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=2, tolerance=1e-6, out=tmp_path / "o.h5")
     more = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=3, tolerance=1e-6, out=tmp_path / "o.h5")
-    assert (first.cycles, more.cycles) == (2, 3) and not more.finished and "NOT PERIODIC" in repr(more)
+    assert (first.cycles, more.cycles) == (2, 3) and more.state == "not periodic"
     assert np.array_equal(more.cycle_harmonics[:2], first.cycle_harmonics)
     read = jamlab.read_flow(tmp_path / "o.h5")
     assert read.storage == more.storage and read.damping == more.damping and read.omega == 0.5
@@ -116,7 +118,7 @@ def test_they_go_on_from_their_files(backbone, tmp_path):
 
 def test_large_amplitudes_are_not_linear(backbone):
     found = jamlab.oscillate(backbone, 0.1, 0.3, cycles=2, tolerance=1e-2)
-    assert "contacts open or close" in repr(found)
+    assert found.summary["changing contacts"] > 0
     assert found.third_over_first > 0.01 and found.harmonics.shape == (7,)
     assert found.storage < 0.5 * jamlab.complex_modulus(backbone, [0.1]).storage[0]
 
@@ -127,27 +129,34 @@ def test_the_third_harmonic_is_the_third(backbone):
     assert replace(found, cycle_harmonics=last, finished=True).third_over_first == pytest.approx(0.3 / 5)
 
 
-def test_refused(backbone, disks):
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda p: jamlab.oscillate(p, 0.1, 0.1),
+        lambda p: jamlab.creep(p, 1e-3, 1.0),
+        lambda p: jamlab.relax_stress(p, 1e-3, 1.0),
+    ],
+)
+def test_disks_that_do_not_touch_are_refused(disks, call):
     loose = disks.with_state(box=3 * disks.box, positions=3 * disks.positions)
-    for call in (
-        lambda: jamlab.oscillate(loose, 0.1, 0.1),
-        lambda: jamlab.creep(loose, 1e-3, 1.0),
-        lambda: jamlab.relax_stress(loose, 1e-3, 1.0),
-    ):
-        with pytest.raises(jamlab.InputError, match=r"no disks touch at phi = 0\.\d+, so nothing holds"):
-            call()
-    for message, call in {
-        "omega = 0.0: must lie": lambda: jamlab.oscillate(backbone, 0.0, 0.1),
-        "cycles = 1: must lie between 2": lambda: jamlab.oscillate(backbone, 1.0, 0.1, cycles=1),
-        "cycles = -52: must lie between 2": lambda: jamlab.oscillate(backbone, 1.0, 0.1, cycles=-52),
-        "points = 4: must lie between 16": lambda: jamlab.oscillate(backbone, 1.0, 0.1, points=4),
-        "stress = -1.0": lambda: jamlab.creep(backbone, -1.0, 1.0),
-        "nothing holds the affine flow": lambda: jamlab.creep(backbone, 1.0, 1.0, jamlab.StokesDrag(eta_f=0.0)),
-        "duration = 0.01: must be longer than step_time": lambda: jamlab.relax_stress(backbone, 1e-3, 0.01),
-        "only linear drag, alpha = 1, has a damping matrix": lambda: jamlab.complex_modulus(
-            backbone, [1.0], jamlab.ContactDamping(alpha=0.5)
-        ),
-        "alpha = 0.3: must be a number from 0.4 to 1": lambda: jamlab.ContactDamping(alpha=0.3),
-    }.items():
-        with pytest.raises(jamlab.InputError, match=message):
-            call()
+    with pytest.raises(jamlab.InputError, match=f"{loose.phi:.4g}"):
+        call(loose)
+
+
+@pytest.mark.parametrize(
+    ("named", "call"),
+    [
+        ("omega = 0.0", lambda p: jamlab.oscillate(p, 0.0, 0.1)),
+        ("cycles = 1", lambda p: jamlab.oscillate(p, 1.0, 0.1, cycles=1)),
+        ("cycles = -52", lambda p: jamlab.oscillate(p, 1.0, 0.1, cycles=-52)),
+        ("points = 4", lambda p: jamlab.oscillate(p, 1.0, 0.1, points=4)),
+        ("stress = -1.0", lambda p: jamlab.creep(p, -1.0, 1.0)),
+        ("η_F = 0", lambda p: jamlab.creep(p, 1.0, 1.0, jamlab.StokesDrag(eta_f=0.0))),
+        ("duration = 0.01", lambda p: jamlab.relax_stress(p, 1e-3, 0.01)),
+        ("alpha = 0.5", lambda p: jamlab.complex_modulus(p, [1.0], jamlab.ContactDamping(alpha=0.5))),
+        ("alpha = 0.3", lambda p: jamlab.ContactDamping(alpha=0.3)),
+    ],
+)
+def test_refused(backbone, named, call):
+    with pytest.raises(jamlab.InputError, match=named):
+        call(backbone)

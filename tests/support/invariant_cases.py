@@ -372,6 +372,14 @@ CASES = {
     ),
     "packing_fraction": Case(_fractions),
     "particle_areas": Case(_one(jamlab.particle_areas, (AREA, EACH))),
+    "quasistatic_shear": Case(
+        _along(
+            lambda v: jamlab.quasistatic_shear(v.packing, v.sign * 2e-3, 1e-3),
+            **{"stress": STRESS, "energy": STRESS, "pressure": STRESS},
+        ),
+        FLOW,
+        LONG,
+    ),
     "relax_stress": Case(
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
@@ -387,6 +395,11 @@ CASES = {
     ),
     "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM, LONG),
     "slow_shear": Case(_slow, models=DISKS),
+    "stop_flow": Case(
+        _along(lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background=1e-2), stress=STRESS, pressure=STRESS),
+        FLOW,
+        LONG,
+    ),
     "synthetic_micrograph": Case(
         _one(lambda p: jamlab.synthetic_micrograph(p, 64)),
         models=("square",),
@@ -406,6 +419,7 @@ NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(("write", "write_data", "write_dump", "write_page"), "files hold what the packing holds"),
     "geometry_figure": "a picture on axes in the units of the packing",
     "universe": "coordinates as they are",
+    "flow_cost": "seconds",
 }
 
 

@@ -38,7 +38,7 @@ table = np.array([line.split()[:7] for line in lines if line[0] not in "#g"], dt
 strain, stress, contacts, pressure = table[:, [0, 1, 2, 6]].T
 found = [jamlab.evaluate(p) for p in states]
 height = states[0].box[1, 1] / np.sqrt(states[0].area)  # their strain is the tilt over the root of the area
-run = jamlab.shear(states[0], rate=0, strain=strain[-1] / height, step=strain[-1] / height / 25)
+run = jamlab.quasistatic_shear(states[0], strain=strain[-1] / height, step=strain[-1] / height / 25)
 own = run.strain * height
 
 figure, axes = plt.subplots(1, 3, figsize=(12, 3.8), layout="constrained")

@@ -1,0 +1,79 @@
+"""Say in words what a flow has reached, and how well its energy is balanced: the one place that writes sentences.
+
+Results hold numbers. `report` needs of a result its `state`, a word; its `summary`, names and numbers; and `imbalance`,
+`allowed_imbalance` and `remedy`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from jamlab.plotting.drawable import LEGEND
+from jamlab.plotting.palette import BLACK, RED
+
+LEAST_SHOWN = 1e-4
+_SETTLED = ("rests", "flows", "relaxed", "periodic", "steady", "start-up")  # any other state is written large
+
+Number = float | str | tuple[float, float] | Sequence[float]  # one, in words, with its standard error, or several
+
+
+def report(result: Any) -> str:
+    """Write all that there is to say of a result, as its `repr`."""
+    return f"{type(result).__name__}({describe(result)}; {conclude(result)})"
+
+
+def describe(result: Any) -> str:
+    """Name drag and accuracy of a result, and how well its energy is balanced."""
+    words = [] if result.damping is None else [str(result.damping)]
+    words += [f"background drag {result.background:g} k τ1"] if result.background else []
+    words += [f"tolerance {result.tolerance:g}", describe_balance(result)]
+    unsettled = int(np.sum(result.unsettled))
+    return ", ".join(words + ([f"{unsettled} contact changes unsettled"] if unsettled else []))
+
+
+def conclude(result: Any) -> str:
+    """Name state and numbers of a result, and what to do if its energy is not balanced."""
+    state = result.state if result.state in _SETTLED else result.state.upper()
+    words = [", ".join([state, *(f"{name} = {_write(number)}" for name, number in result.summary.items())])]
+    if not worst_imbalance(result) <= result.allowed_imbalance:
+        percent, limit = _percent(worst_imbalance(result)), 100 * result.allowed_imbalance
+        words.append(f"ENERGY BALANCE OFF by {percent}, above {limit:g} %: {_advise(result.remedy)}")
+    return "; ".join(words)
+
+
+def describe_balance(result: Any) -> str:
+    """Say how well the energy of a result is balanced."""
+    return f"energy balance to {_percent(worst_imbalance(result))}"
+
+
+def worst_imbalance(result: Any) -> float:
+    """Largest imbalance of a result, which has one number or one of each part."""
+    return float(np.max(result.imbalance, initial=0.0))
+
+
+def say_balance(axes: Any, *results: Any) -> None:
+    """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
+    worst = max(results, key=worst_imbalance)
+    doubtful = any(worst_imbalance(result) > result.allowed_imbalance for result in results)
+    if doubtful or not axes.get_title("right"):
+        words = describe_balance(worst) + ": DOUBTFUL" * doubtful
+        axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
+
+
+def _advise(remedy: Mapping[str, float]) -> str:
+    return "give " + ", or ".join(f"{name} = {value:g}" for name, value in remedy.items())
+
+
+def _percent(imbalance: float) -> str:
+    return f"{100 * imbalance:.2g} %" if imbalance > LEAST_SHOWN else f"better than {100 * LEAST_SHOWN:g} %"
+
+
+def _write(number: Number) -> str:
+    if isinstance(number, str):
+        return number
+    if isinstance(number, tuple):
+        return f"{number[0]:.4g} ± {number[1]:.1g}"
+    return ", ".join(f"{each:.4g}" for each in np.atleast_1d(number))
