@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from jamlab.micrographs.quality import LIMITS
+from jamlab.micrographs.picture_numbers import LIMITS
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import COLOURS, MARKERS, Drawing, drawing, label
 

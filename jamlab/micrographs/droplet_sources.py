@@ -11,22 +11,15 @@ from abc import ABC, abstractmethod
 import numpy as np
 import shapely
 from scipy import ndimage
+from scipy.special import expit, ndtr
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.label_objects import Note
 from jamlab.micrographs.labels import ROUGH, Labelled, label_darkness, label_segments
-from jamlab.micrographs.quality import (
-    LABEL_LINE,
-    LEAST_RING,
-    ROUND,
-    label_errors,
-    rendered_errors,
-    ring_errors,
-    unstable_droplets,
-)
-from jamlab.micrographs.ring_segmentation import Rings
-from jamlab.micrographs.segmentation import Segments, meetings
+from jamlab.micrographs.picture_numbers import LIMITS
+from jamlab.micrographs.ring_segmentation import Candidates, Rings
+from jamlab.micrographs.segmentation import NECK, Segments, find_markers, meetings
 from jamlab.micrographs.walls import find_walls, outlines, shape_factor
 
 EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
@@ -36,6 +29,16 @@ BESIDE = 0.25  # of the radius: where the ground beside a droplet is looked for
 LEAST_GROUND = 0.75  # of its darkness in wide voids: what is lighter is a blurred film
 CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
 CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
+LEAST_RING = 4.0  # pixels, radius of the light in a ring: below, droplets are missed; set on the foams worked on
+# half-widths of intervals of rings: the narrowest ones that hold 24 of the 25 counts of nine foams worked on and of 16
+# rendered pictures; standard deviations of what chances say, twice if they were neither too sure nor related, and rings
+RING_SIGMAS, RING_COUNT = 3.0, 0.25
+RING_EDGE = 0.3  # pixels, by which the edge of the light in rings is uncertain
+RING_LIGHT = 0.06  # of the picture: light of droplets at its edge, which hands draw and no wall closes
+LABEL_Z, LABEL_LINE, LABEL_ODD_Z, LABEL_ODD_SHAPE = 22.0, 0.3, 3.0, 0.5
+RELATIVE = {"count": 0.045, "area": 0.03, "voids": 0.1}  # largest errors of good rendered pictures, of the value
+ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+COUNTED = 8  # pixels: radius of small droplets in the picture in which they are counted again
 
 
 class DropletSource(ABC):
@@ -158,10 +161,22 @@ class GreyDroplets(DropletSource):
         return np.asarray(dark / np.maximum(np.bincount(cells[on], minlength=n), 1))
 
     def unstable(self, whole: Mask) -> int:
-        return unstable_droplets(self.darkness.smooth, self.segments, whole)
+        """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
+        most, every = 0, max(1, int(self.segments.smallest / COUNTED))
+        few, cells = self.darkness.smooth[::every, ::every], self.segments.cells[::every, ::every]
+        for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
+            markers, _ = find_markers(few < level, self.segments.radius / every, self.segments.smallest / every, neck)
+            places = np.nonzero(markers)
+            pairs = np.unique(markers[places] * self.segments.count + cells[places])
+            held = np.bincount(pairs % self.segments.count, minlength=self.segments.count)
+            most = max(most, int((held[whole] != 1).sum()))
+        return most
 
     def errors(self, values: dict[str, float], whole: Mask, areas: Array, picture: int) -> dict[str, float]:
-        return rendered_errors(values)
+        """Largest errors of good rendered pictures, of numbers as large as those."""
+        shares = {name: share * values[name] for name, share in RELATIVE.items()}
+        same = {"rho": LIMITS["rho"], "interior_fraction": LIMITS["rho"]}
+        return shares | same | {"z": LIMITS["z"], "shape_rim": LIMITS["shape"]}
 
 
 class LabelledDroplets(DropletSource):
@@ -194,10 +209,21 @@ class LabelledDroplets(DropletSource):
         perimeter = float((2 * np.sqrt(np.pi * self.found.areas[kept] * shapes)).mean())
         ground = self.found.labels == 0
         beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
+        # beyond a line, up to which labels pass for touching, with the line, over the diameter
         gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * self.segments.radius)
-        errors = label_errors(values, doubt, walls.film, gap, (perimeter, beside / ground.size))
-        errors["area"] += sum(note.area for note in self.notes) / max(values["count"], 1.0)
-        return errors
+        share = doubt / max(values["count"], 1.0)
+        edge = RING_EDGE + 0.5 * walls.film  # pixels by which an edge may be elsewhere: by itself, and for half a line
+        covered = edge * beside / ground.size or 1.0  # without ground nothing says where droplets end
+        noted = sum(note.area for note in self.notes) / max(values["count"], 1.0)
+        return {
+            "count": 1.0 + doubt,  # one that the edge of the picture hardly cuts may be whole
+            "area": share * values["area"] + edge * perimeter + noted,
+            "rho": covered,
+            "interior_fraction": covered,
+            "z": max(LIMITS["z"], LABEL_Z * gap) + LABEL_ODD_Z * share,
+            "shape_rim": LIMITS["shape"] + LABEL_ODD_SHAPE * share,
+            "voids": max(1.0, RELATIVE["voids"] * values["voids"]) + doubt,
+        }
 
 
 class RingDroplets(LabelledDroplets):
@@ -221,3 +247,28 @@ class RingDroplets(LabelledDroplets):
 
     def errors(self, values: dict[str, float], whole: Mask, areas: Array, picture: int) -> dict[str, float]:
         return ring_errors(self.candidates, areas, values["interior_fraction"], picture)
+
+
+def ring_errors(candidates: Candidates, areas: Array, light: float, pixels: int) -> dict[str, float]:
+    """Half-widths of the intervals of what is known of rings. `areas`: (n,) of the light inside droplets that count,
+    pixels; `light`: share of the picture that it covers; `pixels`: of the picture."""
+    chance, mean = expit(candidates.odds), float(areas.mean()) if len(areas) else float("nan")
+    taken = np.arange(len(chance)) < candidates.taken
+    wrong = chance - taken  # what the count lacks on average
+    unsure = abs((wrong * candidates.areas).sum())
+    unsure += RING_SIGMAS * np.sqrt((chance * (1 - chance) * candidates.areas**2).sum())
+    above = np.sqrt(candidates.areas / np.pi) - LEAST_RING
+    counts = chance * candidates.whole * ndtr(above / RING_EDGE)  # chance that it is one, whole and above the limit
+    lacking = counts - (taken & candidates.whole & (above >= 0))
+    spread, larger = counts * (1 - counts), candidates.areas - mean  # variance of each being one; what it adds
+    rim = 2 * np.sqrt(np.pi * areas)  # pixels of area for a pixel by which the edge of the light is elsewhere
+    count = abs(lacking.sum()) + RING_SIGMAS * np.sqrt(spread.sum())
+    shift, scatter = abs((lacking * larger).sum()), np.sqrt((spread * larger**2).sum())
+    area = shift + np.hypot(RING_SIGMAS * scatter, RING_EDGE * rim.sum())  # summed over rings; independent causes
+    return {
+        "count": float(count + RING_COUNT),
+        "area": float(area / len(areas)) if len(areas) else float("nan"),
+        "interior_fraction": float(
+            RING_LIGHT + RING_EDGE * light * rim.sum() / max(areas.sum(), 1.0) + unsure / pixels
+        ),
+    }

@@ -53,9 +53,9 @@ def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
     if ground:
         notes.append(Note(f"label {ground} lies around the others: it is taken for the ground"))
     objects = scikit_image().measure.label(np.where(names == ground, 0, names), connectivity=2).astype(np.int64)
-    pieces = _in_pieces(names, objects)
+    pieces = in_pieces(names, objects)
     objects = _joined(_filled(_without_specks(objects, notes), notes), notes)
-    torn = _in_pieces(names, objects)
+    torn = in_pieces(names, objects)
     if torn or pieces:
         text = f"{pieces} labels lie in several pieces; of {torn} of them each piece counts as a droplet"
         notes.append(Note(text))
@@ -193,7 +193,7 @@ def _together(objects: Indices, boxes: list[tuple[slice, slice]], a: int, b: int
     return box, np.asarray(ndimage.binary_closing(both, np.ones((3, 3)), iterations=LINE // 2 + 1)) | both
 
 
-def _in_pieces(names: Indices, objects: Indices) -> int:
+def in_pieces(names: Indices, objects: Indices) -> int:
     """Number of labels that lie in several objects."""
     own = np.unique(np.stack([names.ravel(), objects.ravel()])[:, (names > 0).ravel() & (objects > 0).ravel()], axis=1)
     return int((np.unique(own[0], return_counts=True)[1] > 1).sum())

@@ -21,7 +21,7 @@ from scipy import ndimage
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
-from jamlab.micrographs.label_objects import Note, part_mask, sort_objects
+from jamlab.micrographs.label_objects import Note, in_pieces, part_mask, sort_objects
 from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image
 from jamlab.micrographs.segmentation import Segments, borders, find_droplets, highest, roundness
 
@@ -191,14 +191,11 @@ def labelled(values: ArrayLike, finer: int = 1, light: Indices | None = None) ->
     h, w = middle.shape
     coverage = (fine > 0).astype(np.float64).reshape(h, finer, w, finer).mean(axis=(1, 3))
     areas = np.bincount(fine.ravel(), minlength=len(kept) + 1)[1:] / finer**2
-    pieces = 0
-    for number, box in enumerate(ndimage.find_objects(middle), 1):
-        if box is not None:
-            pieces += ndimage.label(middle[box] == number, np.ones((3, 3)))[1] > 1
+    pieces = in_pieces(middle, scikit_image().measure.label(middle, connectivity=2))
     if light is None:
-        return Labelled(middle, areas, coverage, int(pieces), areas, float(coverage.mean()), kept)
+        return Labelled(middle, areas, coverage, pieces, areas, float(coverage.mean()), kept)
     inside = np.bincount(light.ravel(), minlength=int(kept[-1]) + 1 if len(kept) else 1)[kept] / finer**2
-    return Labelled(middle, areas, coverage, int(pieces), inside, float((light > 0).mean()), kept)
+    return Labelled(middle, areas, coverage, pieces, inside, float((light > 0).mean()), kept)
 
 
 def label_darkness(found: Labelled) -> Darkness:

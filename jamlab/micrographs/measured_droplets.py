@@ -13,8 +13,8 @@ import numpy as np
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, LEAST_ROOM, ShapeForces, ShapePressures, shape_forces
+from jamlab.micrographs.droplet_sources import LEAST_RING
 from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, SizeDistribution, mean_of, share_of
-from jamlab.micrographs.quality import LEAST_RING
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.packing_of_picture import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_target

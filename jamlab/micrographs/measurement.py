@@ -93,12 +93,8 @@ class Measurement:
             held=int((self.whole & ~self.rim).sum()),
             unsure=self.unsure,
             open_edge=self._open(),
-            annotated=droplets.annotated,
             unstable=droplets.unstable(self.whole),
             widest=droplets.widest(self.window),
-            pieces=droplets.pieces,
-            labelled=droplets.labelled,
-            rings=droplets.contrast == "ring",
         )
 
     def _voids(self, scale: float) -> PictureVoids:
@@ -170,14 +166,14 @@ class Measurement:
     def _judged(self, found: Micrograph, checks: Checks, scale: float) -> Micrograph:
         """The same with its numbers, how far each is known, and why it may be wrong. `scale`: of lengths."""
         droplets = self.droplets
-        areas = (found.interiors[found.measurable] if checks.rings else found.areas) / scale**2
+        areas = (found.interiors[found.measurable] if found.contrast == "ring" else found.areas) / scale**2
         values = {"count": float(len(areas)), "area": float(areas.mean()) if len(areas) else float("nan")}
         values |= {name: found.measure()[name] for name in ("rho", "z", "shape_rim")}
         values |= {"interior_fraction": found.interior_fraction, "voids": float(len(found.voids.sides))}
         errors = droplets.errors(values, self.whole, areas, self.grey.size)
         values["area"] *= scale**2
         errors["area"] *= scale**2
-        doubts = find_doubts(droplets.darkness, droplets.blur, droplets.segments, droplets.walls, checks)
+        doubts = find_doubts(droplets, checks)
         doubts += doubt_few(found.count, found.means)
         doubts += doubt_known(values, errors) if droplets.labelled else []
         numbers = {

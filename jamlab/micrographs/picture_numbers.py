@@ -13,6 +13,8 @@ from jamlab.micrographs.segmentation import borders
 from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import CONFIDENCE
 
+# errors up to these are right: droplets, packing fraction, coordination, mean shape factor
+LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
 LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
 LEAST_VOID_SHARE = 1e-3  # of a droplet
 

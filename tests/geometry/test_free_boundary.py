@@ -6,7 +6,6 @@ import shapely
 from hypothesis import given
 from packings_by_hand import droplets
 from random_packings import disks, polygons
-from tiled_packings import tiled
 
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.rims import edge_rings
@@ -103,19 +102,6 @@ def test_voids_are_sums_over_their_pieces(packing):
 def bumpy(vertices, seed, size=0.42):
     rng, turn = np.random.default_rng(seed), TURN * np.arange(vertices) / vertices
     return size * (1 + 0.2 * rng.uniform(-1, 1, (vertices, 1))) * np.column_stack([np.cos(turn), np.sin(turn)])
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
-@pytest.mark.parametrize("tilt", [0.0, 0.37, 9e4 + 0.37])
-def test_one_two_and_three_droplets_have_the_voids_of_their_tiles(count, tilt):
-    """Alone a droplet meets its own images; in a tile of nine those are other droplets."""
-    rings = [np.add(bumpy(9, seed), [seed, 0]) for seed in range(count)]
-    small = droplets(rings, 0.12, [[count, 0.0], [tilt * count, 0.98]])
-    one, nine = voids(small), voids(tiled(droplets(rings, 0.12, [[count, 0], [np.mod(tilt, 1) * count, 0.98]]), 3))
-    np.testing.assert_allclose(nine.area.sum(), 9 * one.area.sum(), rtol=1e-7)
-    closed = one.percolating == 0
-    np.testing.assert_allclose(np.sort(nine.area), np.sort(np.tile(one.area, 9)), rtol=1e-6) if closed.all() else None
-    assert closed.all() or (nine.percolating > 0).any()
 
 
 @pytest.mark.parametrize("parts", [2, 7, 60])

@@ -70,22 +70,6 @@ def test_square_lattice_has_diagonals(m):
     assert order.neighbors.mean() == 6
 
 
-@pytest.mark.parametrize("k", [4, 6])
-def test_rotation_turns_the_phase(k):
-    """Box rows (b1, -b0) span the same lattice; turned until b1 lies along x: psi_k gains exp(-i k turn)."""
-    p = random_points()
-    turn = np.arctan2(p.box[1, 1], p.box[1, 0])
-    c, s = np.cos(turn), np.sin(turn)
-    rotate = np.array([[c, -s], [s, c]])  # rows times this: turned by -turn
-    box = np.array([p.box[1], -p.box[0]]) @ rotate
-    box[0, 1] = 0.0
-    rotated = packed(p.positions @ rotate, box)
-    old, new = orientational_order(p, k), orientational_order(rotated, k)
-    assert np.array_equal(old.neighbors, new.neighbors)
-    assert new.local == pytest.approx(old.local * np.exp(-1j * k * turn), abs=1e-11)
-    assert new.overall == pytest.approx(old.overall, abs=1e-12)
-
-
 @pytest.mark.parametrize("k", [2, 6])
 @pytest.mark.parametrize(("n", "seed", "tilt"), [(5, 0, 0.0), (12, 1, -0.7), (60, 2, 0.3), (60, 3, 0.0)])
 def test_against_a_patch_of_twenty_five_cells(n, seed, tilt, k):

@@ -145,16 +145,12 @@ def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
             look(packing)
 
 
-def test_bars_that_cross_a_few_widths_from_their_corners_are_refused():
-    """Of corners within delta of the other bar there is none."""
-    bar = (SQUARE - 0.5) * [1.0, 0.3]
-    with pytest.raises(InputError, match=r"0\D+1"):
-        vertex_contacts(droplets([bar + 5, bar[:, ::-1][::-1] + 5], 0.06, contact="segment/smooth"))
+BAR, TURN = (SQUARE - 0.5) * [1.0, 0.3], 2 * np.pi * np.arange(64) / 64
+RING = np.column_stack([np.cos(TURN), np.sin(TURN)])
 
 
-def test_a_polygon_in_the_middle_of_another_one_is_refused_though_edges_are_short():
-    angle = 2 * np.pi * np.arange(64) / 64
-    outer = np.column_stack([np.cos(angle), np.sin(angle)])
-    inner = 0.2 * outer[::4]
+@pytest.mark.parametrize("one, other", [(BAR, BAR[:, ::-1][::-1]), (RING, 0.2 * RING[::4])], ids=["bars", "inside"])
+def test_outlines_that_cross_with_no_vertex_near_another_edge_are_refused(one, other):
+    """Of corners within delta of the other bar there is none, and edges of the rings are short."""
     with pytest.raises(InputError, match=r"0\D+1"):
-        vertex_contacts(droplets([outer + 5, inner + 5], 0.06, contact="segment/smooth"))
+        vertex_contacts(droplets([one + 5, other + 5], 0.06, contact="segment/smooth"))

@@ -41,21 +41,6 @@ def test_disks_touch_within_rounding(gap):
     np.testing.assert_allclose(found.shape.max(), PLATEAU_BORDER, rtol=1e-5 if gap == -1e-13 else 1e-6)
 
 
-@pytest.mark.parametrize("radius", [0.5, 0.51, 0.53, 0.56, 0.577, 1 / np.sqrt(3), 0.578, 0.7])
-@pytest.mark.parametrize("repeat", [1, 3])
-def test_hexagonal_crystal_from_touching_to_confluence(radius, repeat):
-    corners = np.stack(np.meshgrid(np.arange(repeat), np.arange(repeat)), axis=-1).reshape(-1, 2) @ HEXAGONAL
-    found = voids(disks(corners + 0.1, 2 * radius, repeat * HEXAGONAL))
-    if radius >= 1 / np.sqrt(3):
-        assert len(found.area) == 0
-        return
-    alpha = np.arccos(0.5 / radius)
-    covered = np.pi * radius**2 - 6 * (radius**2 * alpha - 0.5 * radius * np.sin(alpha))
-    np.testing.assert_array_equal(found.sides, np.full(2 * repeat**2, 3))
-    np.testing.assert_allclose(found.area, (np.sqrt(0.75) - covered) / 2, rtol=1e-10, atol=1e-15)
-    np.testing.assert_allclose(found.perimeter, radius * (np.pi - 6 * alpha), rtol=1e-12)
-
-
 @pytest.mark.parametrize("radius", [0.5, 0.55, 0.6, 0.7])
 def test_square_lattice_of_a_disk_larger_than_half_the_box(radius):
     found = voids(disks([0.3, 0.9], 2 * radius, np.eye(2)))

@@ -31,7 +31,7 @@ from rendered_pictures import (
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.micrographs.quality import LIMITS
+from jamlab.micrographs.picture_numbers import LIMITS
 
 pytestmark = pytest.mark.benchmark
 SEEDS = (201, 202, 203)

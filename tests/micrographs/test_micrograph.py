@@ -11,7 +11,8 @@ from scipy import stats
 
 import jamlab
 from jamlab.errors import InputError, StorageError
-from jamlab.micrographs.quality import FEWEST, LIMITS
+from jamlab.micrographs.picture_numbers import LIMITS
+from jamlab.micrographs.quality import FEWEST
 from jamlab.packing.quantities import COLUMNS
 
 skimage = pytest.importorskip("skimage")

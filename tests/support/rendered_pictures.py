@@ -27,9 +27,11 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
 from jamlab.geometry.rims import rims
+from jamlab.micrographs.droplet_sources import LEAST_RING
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.micrograph import micrograph
-from jamlab.micrographs.quality import LEAST_RING, LIMITS, RING_LIMIT
+from jamlab.micrographs.picture_numbers import LIMITS
+from jamlab.micrographs.quality import RING_LIMIT
 from jamlab.micrographs.synthetic import synthetic_micrograph
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
