@@ -10,7 +10,9 @@ MODELS: dict[str, Model] = {model.name: model for model in (Disks(), Droplets())
 
 def optional_parameters(model: str) -> dict[str, Parameter]:
     """Parameters of a model's force law that have a default, by name: `jam`, `pack` and campaigns take these."""
-    return {name: each for name, each in MODELS[model].parameters("eps").items() if each.default is not None}
+    kind = MODELS[model]
+    every = [parameter for units in kind.unit_names for parameter in kind.parameters(units).items()]
+    return {name: each for name, each in every if each.default is not None}
 
 
 def law_names(model: str, units: str) -> list[str]:

@@ -16,7 +16,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.packing import Packing
 from jamlab.protocols.border_newton import descend_with_box, stress_noise
-from jamlab.protocols.relaxation import Relaxed, quench
+from jamlab.protocols.relaxation import Relaxed, load, quench
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 
@@ -26,7 +26,7 @@ def relax_disks_and_box(
     tolerance: float,
     *,
     near: bool = False,
-    least_pressure: float = 0.0,
+    least_pressure: float = -np.inf,
     settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Minimise the energy of disks, or their enthalpy, over their positions and strains of the box.
@@ -61,9 +61,10 @@ def relax_disks_and_box(
         state = quench(session, noise, floor=floor, border=border, fire=lively_fire(), settings=settings.relaxation)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
-        if state.max_force > noise * max(state.pressure, floor):
+        borne = load(session.packing(), state)
+        if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
-        met = border.excess(state.stress) <= numbers.met * state.pressure
+        met = border.excess(state.stress) <= numbers.met * borne
         if not may_shear and met and state.max_force <= tolerance:
             return Relaxed(state, tolerance, True, newton_steps)
         if not may_shear and session.size >= numbers.fire_only_disks:

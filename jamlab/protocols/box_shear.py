@@ -41,7 +41,7 @@ class Ensemble:
         tolerance: float | None = None,
         *,
         near: bool = False,
-        least_pressure: float = 0.0,
+        least_pressure: float = -np.inf,
         settings: SolverSettings = SOLVERS,
     ) -> Relaxed:
         """Relax the packing in a session; one that shears is given up where its pressure falls below the least."""
@@ -67,7 +67,7 @@ def relax_with_box_shear(
     tolerance: float | None = None,
     *,
     near: bool = False,
-    least_pressure: float = 0.0,
+    least_pressure: float = -np.inf,
     settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Minimise the energy over positions and over both shears of the box, at fixed area.
@@ -96,7 +96,7 @@ def relax_with_box_shear(
         return relax_disks_and_box(
             session, Border(SHEARS), force, near=near, least_pressure=least_pressure, settings=settings
         )
-    return _shear_droplets(session, tolerance, near, least_pressure, settings)
+    return _shear_droplets(session, tolerance, near, max(least_pressure, 0.0), settings)
 
 
 def _shear_droplets(

@@ -144,7 +144,7 @@ class OnsetSearch(Approach[SearchState]):
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         start = self.session.packing()
         sheared = start.kind.deforms and self.relax_state.may_shear
-        least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else 0.0
+        least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else -np.inf
         return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
 
     def measure(self, found: Relaxed) -> SearchState:
