@@ -26,8 +26,8 @@ COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two m
 _FEW = 8  # ranks that any machine may run, if slowly
 
 
-def check_ranks(ranks: int, model: str = "sp") -> None:
-    """Refuse what is no number of threads or MPI ranks, and more than one for droplets, which one minimises faster.
+def check_ranks(ranks: int, one: bool = False) -> None:
+    """Refuse what is no number of threads or MPI ranks; `one`: more than one, for droplets, which one minimises faster.
 
     Raises:
         InputError: naming the value.
@@ -35,7 +35,7 @@ def check_ranks(ranks: int, model: str = "sp") -> None:
     most = max(os.cpu_count() or 1, _FEW)
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
         raise InputError(f"ranks = {ranks!r}: must be a whole number of processors of this machine, 1 to {most}")
-    if ranks > 1 and model != "sp":
+    if ranks > 1 and one:
         raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
 
 
@@ -59,7 +59,7 @@ def minimize_on_ranks(
         EngineError: mpiexec or LAMMPS failed; the message holds the last line that LAMMPS wrote.
         InputError: for polygons, which one rank minimises faster.
     """
-    check_ranks(ranks, packing.model)
+    check_ranks(ranks, packing.kind.deforms)
     variables = {"minimizer": style, "force": COMPONENT * force, "steps": steps, "stretch": stretch or steps}
     with tempfile.TemporaryDirectory() as folder:
         write_data(Path(folder) / "packing.data", packing)
@@ -85,7 +85,7 @@ def law_settings(packing: Packing) -> dict[str, object]:
         InputError: more sizes than types, which decks take a size from.
     """
     found = packing.kind.lammps_variables(packing)
-    if packing.model == "sp":
+    if not packing.kind.sizes_by_atom:
         if (table := types(packing)).classes:
             raise InputError(f"more than {MAX_TYPES} sizes of disks: decks take a size from its type; use Python")
         found |= {f"d{k}": d for k, d in enumerate(table.values, start=1)}

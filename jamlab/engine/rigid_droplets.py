@@ -13,7 +13,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
-from jamlab.models.droplets import free_polygon_area
+from jamlab.models.droplets import free_polygon_area, vertex_counts
 from jamlab.packing.packing import Packing
 
 _relax = kernel(
@@ -142,9 +142,9 @@ class RigidDroplets:
 
 def _shapes(droplets: Packing) -> tuple[Any, Array, Any]:
     """(n,) numbers of vertices, (n_vertices,) angle of each from the first, (n,) first vertices."""
-    assert droplets.offsets is not None
-    counts, starts = np.diff(droplets.offsets), droplets.offsets[:-1]
-    number = np.arange(droplets.offsets[-1]) - np.repeat(starts, counts)
+    counts = vertex_counts(droplets)
+    starts = np.cumsum(counts) - counts
+    number = np.arange(counts.sum()) - np.repeat(starts, counts)
     return counts, 2 * np.pi * number / np.repeat(counts, counts), starts
 
 

@@ -123,7 +123,7 @@ class Session:
 
     @checked
     def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
-        check_ranks(ranks, packing.model)
+        check_ranks(ranks, packing.kind.deforms)
         self._hold(packing)
         self._newton = newton
         self._ranks = ranks
@@ -375,7 +375,7 @@ class Session:
         table, kind = types(packing), packing.kind
         section = section_of_sizes(packing, table)
         settings = kind.lammps_variables(packing)
-        settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.name}.minimum")["skin"]}
+        settings |= {"out": kind.name, "of_python": "yes", "skin": defaults(f"{kind.part}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if table.classes and not kind.sizes_by_atom:  # sizes go by disk instead of by type
             settings["own_sizes"] = f"sizes {section} power {_text(packing.law.power_of_contact)}"
@@ -393,7 +393,7 @@ class Session:
             write_data(file, packing)
             with _plain_name(file) as name:
                 self.set_variables(settings | {"data": name})
-                self.command(f'include "{deck(f"parts/{kind.name}")}"')
+                self.command(f'include "{deck(f"parts/{kind.part}")}"')
         self.command("thermo 1")  # so that energy and virial are summed at every step
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True

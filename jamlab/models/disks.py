@@ -33,6 +33,7 @@ class Disks:
     descent = "disks"
     deforms = False
     motions = 2  # of a rigid particle: no contact holds a disk from turning
+    part = "sp"
     atom_style = "atomic"
     size_column = "diameter"
     sizes_by_atom = False

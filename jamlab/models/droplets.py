@@ -54,6 +54,7 @@ class Droplets:
     size_label = r"$\sqrt{a_0}$"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
     motions = 3
+    part = "dp"
     atom_style = "molecular"
     size_column = "a0"
     sizes_by_atom = True

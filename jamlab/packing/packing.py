@@ -55,6 +55,7 @@ class Model(Protocol):
     fraction_methods: Mapping[str, Callable[[Packing], float]]  # of `packing_fraction`
     descent: str  # first-order steps, see `jamlab.protocols.relaxation`
     deforms: bool  # whether particles have a shape, which may rest on corners, where a minimum has no Hessian
+    part: str  # of `lammps_inputs/parts` that holds the force law, with the numbers of minima
     atom_style: str  # of LAMMPS; molecular ones have bonds
     size_column: str  # name of the property of atoms that holds the size
     sizes_by_atom: bool  # whether data files always hold it

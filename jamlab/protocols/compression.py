@@ -34,7 +34,7 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
 # versions, see jamlab.campaign.versions; 2 leaves saddles, 3 lets what stops a sliding droplet press
-COMPRESSION_PROTOCOL = {"sp": 2, "dp": 3}
+COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 3}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
 
@@ -148,7 +148,7 @@ def compress(
     if per_decade is not None:
         check_number("per_decade", per_decade, 1000)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    check_ranks(ranks, packing.model)
+    check_ranks(ranks, packing.kind.deforms)
     if error is not None:
         check_number("error", error, 1.0)
     value = packing_fraction(packing) if by == "rho" else packing.phi
@@ -167,7 +167,7 @@ def compress(
 def _unlike(state: Packing, start: Packing, by: str, target: float, error: float | None, force: float) -> str | None:
     """What shows that a state is not the one of a sweep at this target; None if nothing does."""
     said = state.provenance
-    wanted = {"by": by, "compression_version": COMPRESSION_PROTOCOL[start.model]}
+    wanted = {"by": by, "compression_version": COMPRESSION_PROTOCOL[start.kind.descent]}
     if other := state.difference(start):
         return f"{other} differs"
     if not np.isclose(said.get("target", np.nan), target, rtol=1e-12, atol=0.0):
@@ -242,7 +242,7 @@ def _sweep(
                 state,
                 found,
                 by=by,
-                compression_version=COMPRESSION_PROTOCOL[packing.model],
+                compression_version=COMPRESSION_PROTOCOL[packing.kind.descent],
                 target=float(target),
                 minimizer=first_order_method(session, settings.relaxation),
                 wall_time=time.perf_counter() - began,

@@ -21,6 +21,7 @@ from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.force_network import force_scale
 from jamlab.mechanics.stiffness import hessian
+from jamlab.models.models import MODELS
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import descend_by_newton, factorise
@@ -46,8 +47,8 @@ class Relaxed:
 
 
 def force_tolerance(model: str) -> float:
-    """Largest force at a minimum by default, in units of the packing: `force` of `*.minimum.parameters`."""
-    return float(defaults(f"{model}.minimum")["force"])
+    """Largest force at a minimum by default, in natural units: `force` of `*.minimum.parameters`."""
+    return float(defaults(f"{MODELS[model].part}.minimum")["force"])
 
 
 def check_tolerance(tolerance: float | None, highest: float) -> None:
