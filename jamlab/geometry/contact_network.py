@@ -24,16 +24,16 @@ CONTACTS_DEFINITION = 3
 
 
 def find_rattlers(
-    pairs: NDArray[np.int64], suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS
+    pairs: Indices, suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS, more: Indices | int = 0
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Remove particles with too few contacts, again and again, until all others have enough. `pairs`:
     (m, 2) particles that touch; `suspects`: (n,) particles that may rattle; the others count as held; `least`: contacts
-    of a particle that is held. Returns (n,) rattlers, and (m,) contacts that bear force, those between two particles
-    that do not rattle."""
+    of a particle that is held; `more`: (n,) contacts that are not among the pairs. Returns (n,) rattlers, and (m,)
+    contacts that bear force, those between two particles that do not rattle."""
     rattlers = np.zeros(len(suspects), dtype=bool)
     while True:
         bearing = ~rattlers[pairs].any(axis=1)
-        degree = np.bincount(pairs[bearing].ravel(), minlength=len(suspects))
+        degree = np.bincount(pairs[bearing].ravel(), minlength=len(suspects)) + more
         loose = (degree < least) & suspects & ~rattlers
         if not loose.any():
             return rattlers, np.asarray(bearing)
@@ -117,8 +117,7 @@ class Contacts:
     @property
     def loose(self) -> bool:
         """Whether every particle rattles, contacts below `min_force` counted too: the packing is not jammed."""
-        every = np.ones(self.packing.n, dtype=bool)
-        return bool(find_rattlers(self.pairs, every, self.packing.law.least_contacts)[0].all())
+        return bool(_rattlers(self.packing, self.pairs)[0].all())
 
     @property
     def z(self) -> float:
@@ -206,7 +205,7 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
         return found
     size = found.forces.size
     counted = size * len(size) >= min_force * size.sum()
-    rattlers, bearing = find_rattlers(found.pairs[counted], np.ones(packing.n, dtype=bool), packing.law.least_contacts)
+    rattlers, bearing = _rattlers(packing, found.pairs[counted])
     counted[counted] = bearing
     return replace(found, rattlers=rattlers, bearing=counted)
 
@@ -216,8 +215,13 @@ def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDAr
     """First five attributes of `Contacts`, whatever their force."""
     near = packing.kind.pairs(packing)
     pairs = np.column_stack([near.i, near.j])
-    rattlers, bearing = find_rattlers(pairs, np.ones(packing.n, dtype=bool), packing.law.least_contacts)
-    return pairs, rattlers, bearing, near.r, near.shift
+    return pairs, *_rattlers(packing, pairs), near.r, near.shift
+
+
+def _rattlers(packing: Packing, pairs: Indices) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """See `find_rattlers`."""
+    every, more = np.ones(packing.n, dtype=bool), packing.kind.outer_contacts(packing)
+    return find_rattlers(pairs, every, packing.law.least_contacts, more)
 
 
 STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops of sliding droplets, see quantities.md

@@ -99,11 +99,12 @@ def _response(packing: Packing, prestress: bool) -> ElasticTensor:
     k = stiffness(network.packing, prestress=prestress)
     right = k.ue.reshape(-1, 4)
     solution = np.zeros_like(right)
-    if len(right) > 2:  # one particle that presses on its own images moves with the box alone
+    first = packing.kind.translations  # coordinates of one site that stays: the others move relative to it
+    if len(right) > first:  # one particle that presses on its own images moves with the box alone
         try:
-            solution[2:] = static_response(k.uu[2:, 2:].tocsc(), right[2:])
+            solution[first:] = static_response(k.uu[first:, first:].tocsc(), right[first:])
         except UnstableError as error:
-            error.mode = np.concatenate([np.zeros(2), error.mode])
+            error.mode = np.concatenate([np.zeros(first), error.mode])
             raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))

@@ -32,6 +32,7 @@ class Disks:
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("σ", "ε/σ", "ε/σ²"), "k": UnitNames("d", "k d", "k")}
     descent = "disks"
     deforms = False
+    translations = 2
     motions = 2  # of a rigid particle: no contact holds a disk from turning
     part = "sp"
     atom_style = "atomic"
@@ -99,6 +100,9 @@ class Disks:
 
     def least_bearing(self, packing: Packing) -> int:
         return packing.law.least_contacts
+
+    def outer_contacts(self, packing: Packing) -> Indices:
+        return np.zeros(packing.n, dtype=np.int64)
 
     def loads(self, packing: Packing) -> Array:
         return np.zeros(packing.n)

@@ -54,6 +54,7 @@ class Droplets:
     size_label = r"$\sqrt{a_0}$"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
     motions = 3
+    translations = 2
     part = "dp"
     atom_style = "molecular"
     size_column = "a0"
@@ -138,6 +139,9 @@ class Droplets:
 
     def least_bearing(self, packing: Packing) -> int:
         return 2  # the flats of a droplet hold it between two opposite ones
+
+    def outer_contacts(self, packing: Packing) -> Indices:
+        return np.zeros(packing.n, dtype=np.int64)
 
     def loads(self, packing: Packing) -> Array:
         load, found = np.zeros(packing.n), vertex_contacts(packing)

@@ -51,6 +51,7 @@ class Model(Protocol):
     size_label: str  # of a scale of colours
     unit_names: Mapping[str, UnitNames]  # by `Packing.units`
     motions: int  # of a rigid particle
+    translations: int  # axes, x first, along which a packing moves as a whole at no cost
     least_force: float  # that rounding leaves at a minimum, over the energy of the law and the mean size
     fraction_methods: Mapping[str, Callable[[Packing], float]]  # of `packing_fraction`
     descent: str  # first-order steps, see `jamlab.protocols.relaxation`
@@ -75,6 +76,7 @@ class Model(Protocol):
     def pairs(self, packing: Packing) -> Pairs: ...  # particles i <= j that press on each other
     def contact_forces(self, packing: Packing) -> Any: ...  # `ContactForces`, force and gap of every pair
     def least_bearing(self, packing: Packing) -> int: ...  # contacts of a particle that may bear load
+    def outer_contacts(self, packing: Packing) -> Indices: ...  # (n,) with what is no particle
     def loads(self, packing: Packing) -> Array: ...  # (n,) largest push on each particle that two contacts may hold
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]: ...  # of the potential energy
     def shape_terms(self, packing: Packing) -> list[Terms]: ...  # those that need no contact
