@@ -40,7 +40,7 @@ STARTS = ("carried", "scratch")
 # versions, see jamlab.campaign.versions; droplets: 4 lets what stops a sliding droplet press and count, 3 searches over
 # rigid bodies, 2 ends at a minimum, 1 ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces
 # beside those of their contacts
-ONSET_PROTOCOL = {"sp": 1, "dp": 4, "stiffening": 2}
+ONSET_PROTOCOL = {"disks": 1, "droplets": 4, "stiffening": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
@@ -126,7 +126,7 @@ def jam(
         raise InputError("onset is where the energy of contacts vanishes, and these pull: use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
-        "protocol_version": ONSET_PROTOCOL[model if placed.law.springs else "stiffening"],
+        "protocol_version": ONSET_PROTOCOL[placed.kind.descent if placed.law.springs else "stiffening"],
         "search": search,
         "start": start,
         "seed": seed,
