@@ -20,7 +20,7 @@ from studies.ensemble_tables import EnsembleTables
 from studies.html_page import Section, TextTable, write_report
 from studies.panels import Drawing
 from studies.papers.verdicts import COLUMNS, SUMMARY, Comparison, compare, summary
-from studies.study import Group, Study
+from studies.study import Group, Overview, Study
 
 VERDICTS = "verdicts.csv"
 _FEW = 4  # studies of a process: it takes as long to start
@@ -62,6 +62,9 @@ def write_page(
     failed = {item: each for item, each in zip(names, found, strict=True) if isinstance(each, str)}
     studies = {study.name: study for study in group.studies}
     sections = [*opening, *(_section(studies[drawing.name], drawing, png, tables) for drawing, png in drawn)]
+    claims = [claim for drawing, _ in drawn for claim in drawing.claims]
+    if group.overview is not None and claims:
+        sections.insert(0, _overview(folder, group.overview, claims, sections, pdf))
     if failed:
         rows = [list(item) for item in failed.items()]
         sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), rows, words=True)]))
@@ -96,13 +99,28 @@ def _draw_and_write(
         drawing = draw(study, tables)
     except JamlabError as error:
         return str(error)
+    png = _write_files(folder, drawing, pdf)
+    drawing.figure = Figure()  # of a process to another, pictures go as files
+    return drawing, png
+
+
+def _write_files(folder: Path, drawing: Drawing, pdf: bool) -> bytes:
+    """Write the points of a drawing as CSV, its picture as PNG, and as PDF if wanted."""
     write_csv(folder / f"{drawing.name}.csv", drawing.table)
     png = save_picture(drawing.figure, folder / f"{drawing.name}.png")
     if pdf:
         drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
         save_picture(drawing.figure, folder / f"{drawing.name}.pdf")
-    drawing.figure = Figure()  # of a process to another, pictures go as files
-    return drawing, png
+    return png
+
+
+def _overview(
+    folder: Path, overview: Overview, claims: Sequence[Comparison], sections: Sequence[Section], pdf: bool
+) -> Section:
+    """Write the picture of all numbers, and its section: rows that lead to the figures."""
+    _write_files(folder, overview.draw(claims), pdf)
+    anchors = {section.heading.partition(":")[0]: section.anchor for section in sections}
+    return Section(overview.title, fragment=overview.rows(claims, anchors))
 
 
 def _section(study: Study, drawing: Drawing, png: bytes, tables: EnsembleTables) -> Section:

@@ -14,6 +14,7 @@ from studies.beyond import stiffening_disks as stiffening
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
+from studies.papers import forest
 from studies.papers.baumgarten import correlation, motion, spectra
 from studies.papers.baumgarten import pictures as pictures_of_t
 from studies.papers.boromand import coefficients, confluence, contacts_and_modulus, geometry, onset, pictures, voids
@@ -24,7 +25,7 @@ from studies.speed_accuracy.chart import LEAD as LEAD_OF_CHARTS
 from studies.speed_accuracy.chart import Chart
 from studies.stability.map import LEAD as LEAD_OF_MAPS
 from studies.stability.map import Map
-from studies.study import Group, Study
+from studies.study import Group, Overview, Study
 
 Draw = Callable[[EnsembleTables], Drawing]
 
@@ -107,11 +108,18 @@ def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
 @cache
 def groups() -> dict[str, Group]:
     """The groups by name, which is that of their page."""
-    assets = explorer_assets()
+    assets, overview = explorer_assets(), Overview(forest.TITLE, forest.forest, forest.forest_rows)
     measured = (size_scaling.STUDY, *_figures({"micrograph-errors": micrograph_errors.micrograph_errors}))
     charts, maps = (*(chart.study for chart in CHARTS.values()), *measured), [each.study for each in MAPS.values()]
     return {
-        "papers": Group("Figures of both papers", _lead_of_papers, PAPERS, assets=assets, opening=example_sections),
+        "papers": Group(
+            "Figures of both papers",
+            _lead_of_papers,
+            PAPERS,
+            assets=assets,
+            overview=overview,
+            opening=example_sections,
+        ),
         "beyond": Group("Beyond the papers", lambda _: "What other laws of jamming and of foams say.", BEYOND),
         "speed-accuracy": Group("Cost against error", lambda _: LEAD_OF_CHARTS, charts, columns=1),
         "stability": Group("Where methods fail", lambda _: LEAD_OF_MAPS, maps, columns=2),

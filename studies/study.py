@@ -23,6 +23,15 @@ class Study:
 
 
 @dataclass(frozen=True)
+class Overview:
+    """All numbers of papers beside ours in one picture."""
+
+    title: str
+    draw: Callable[..., Drawing]  # function of all comparisons
+    rows: Callable[..., Markup]  # likewise, and of the anchors of studies by name: a line with a link for each
+
+
+@dataclass(frozen=True)
 class Group:
     """Studies that are drawn on one page."""
 
@@ -31,4 +40,5 @@ class Group:
     studies: Sequence[Study]
     columns: int = 0  # of sections, see `studies.html_page.write_report`
     assets: Markup = field(default_factory=Markup)  # styles and scripts that opening sections need
+    overview: Overview | None = None  # first on the page
     opening: Callable[[], Sequence[Section]] = lambda: ()  # sections at the top, where shipped tables are drawn
