@@ -30,12 +30,15 @@ _WIDEST = 0.03  # states further apart are no neighbours: one between them did n
 
 
 PACKING_OF_STATES = ["model", "n", "seed"]
-OF_PAPERS_ALONE = {"ensemble": "fixed-box", "units": "eps"}  # of sweeps from onset; of droplets also the default law
+STABILIZED = "shear-stabilized"
+# whose G is averaged: all packings; those that resist shear along x, at each state; boxes sheared until they are stable
+PACKINGS = ("all", "G_x > 0", STABILIZED)
 
 
-def of_papers(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the packings that figures of the papers show: in boxes of fixed shape, droplets of the default law."""
-    for name, value in OF_PAPERS_ALONE.items():
+def of_papers(table: pd.DataFrame, ensemble: str = "fixed-box") -> pd.DataFrame:
+    """Select the packings that figures of the papers show: sweeps in boxes of fixed shape, droplets of the default
+    law."""
+    for name, value in {"ensemble": ensemble, "units": "eps"}.items():
         if name in table:
             table = table[table[name] == value]
     for name in ("gamma", "ka", "delta", "eps", "nv_small"):
@@ -55,18 +58,25 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
     if "lost" in states:
         return states
     s = states[states["onset"].notna()]  # packings at a pressure have none
-    first = s[s["state"] == 0].set_index(PACKING_OF_STATES)[["z", "shape"]].add_suffix("_J")
+    s = s if "z_strong" in s else s.assign(z_strong=np.nan)
+    first = s[s["state"] == 0].set_index(PACKING_OF_STATES)[["z", "z_strong", "shape"]].add_suffix("_J")
     s = s.join(first, on=PACKING_OF_STATES)
     s = s[s["converged"].astype(bool) & s["z"].notna()]
     return s.assign(
         d_rho=s["rho"] - s["onset"],
         d_phi=s["phi"] - s["onset_phi"],
         d_z=s["z"] - s["z_J"],
+        d_z_strong=s["z_strong"] - s["z_strong_J"],
         overlap=s["phi"] - s["rho"],
         lost=1 - s["rho"] / s["phi"] * s["onset_phi"] / s["onset"],
         excess=np.where(s["model"] == "sp", s["shape"] - 1, s["shape"] - s["shape_J"]),
         u=s["energy"] / s["n"],
     )
+
+
+def stabilized_disks(states: pd.DataFrame) -> pd.DataFrame:
+    """Select the sweeps of disks in boxes that are sheared until stable, with their distances from onset."""
+    return add_distances(of_papers(states[states["model"] == "sp"], STABILIZED))
 
 
 def add_confluence(states: pd.DataFrame) -> pd.DataFrame:
@@ -75,7 +85,7 @@ def add_confluence(states: pd.DataFrame) -> pd.DataFrame:
     Columns added: to_confluence, missing, left: rho* - rho, 6 - z and 1 - rho below rho*, where a packing first has
     z >= 6, nan elsewhere; d_printed: rho by eq 12 as printed, less that at onset; three: that less the exact rho, which
     is what three disks share; g_beside_x: G of packings that were sheared along x too."""
-    s = states.assign(**{name: states.get(name, np.nan) for name in LATER[:2]})
+    s = states.assign(**{name: states.get(name, np.nan) for name in LATER[:5]})
     full = s[s["z"] >= 6].groupby(PACKING_OF_STATES)["rho"].min().rename("rho_star")
     s = s.join(full, on=PACKING_OF_STATES)
     below = (s["rho"] < s["rho_star"]) & (s["z"] < 6)
@@ -206,7 +216,7 @@ def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
     return sorted(packings.index[packings >= FEWEST].to_numpy(dtype=np.float64).tolist())
 
 
-OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
+OF_PAPERS = ("states", "stabilized_disks", "onset", "void_counts", "spectra", "quasistatic", "correlation")
 OF_FLOWS = ("flow", "oscillation", "creep")
 OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_voids")
 NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
@@ -216,15 +226,20 @@ STATES = (
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
 # of slow shear: critical slopes without rotations, lengths of correlation in other lanes and at zero stress
-OWN = ("storage_slope", "loss_slope", "length", "length_half_lane", "length_quarter_lane", "length_imaginary")
+OWN = (
+    *("storage_slope", "loss_slope", "length", "length_half_lane", "length_quarter_lane", "length_imaginary"),
+    *("rms_approach", "rms_sliding", "contact_density"),
+)
 BESIDE = ("sheared", "mean_approach", "mean_sliding", "mean_nonaffine", *OWN)  # and means beside medians
-LATER = ("g_x", "rho_printed", *BESIDE)  # what packings from before lack; G along x, rho by eq 12 as printed
+# what packings from before lack: G along x, rho by eq 12 as printed, z without contacts that only stop a droplet
+LATER = ("g_x", "rho_printed", "z_strong", "rattlers_strong", "d_z_strong", *BESIDE)
 FLOW_RUN = (  # what tells packings, laws and settings of flows apart
     *("model", "n", "seed", "ensemble", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
     *("background", "tolerance"),
 )
 COLUMNS = {
     "states": (*STATES[:3], "ensemble", *STATES[3:], *LATER),
+    "stabilized_disks": (*("model", "n", "seed", "state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),),
     "onset": ("model", "n", "seed", "ensemble", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": ("model", "n", "seed", "ensemble", "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (
@@ -324,6 +339,7 @@ class EnsembleTables:
         self._curves: dict[tuple[str | int | bool, ...], list[Any]] = {}
 
     states = _prepared("states", lambda table: add_confluence(add_distances(of_papers(table))))
+    stabilized_disks = _shipped("stabilized_disks", stabilized_disks, "states")
     void_counts = _shipped("void_counts", count_voids, "voids", then=of_papers)
     spectra = _prepared("spectra", _converged_at_pressures)
     correlation = _prepared("correlation", _at_targets)
@@ -335,13 +351,17 @@ class EnsembleTables:
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
 
-    def curve(self, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
-        """Interpolate each packing of one model and size at the same places, of a column of states over another."""
-        onset = bool(np.asarray(places)[0] <= 0)
-        if (key := (model, n, x, y, onset)) not in self._curves:
-            rows = self.states[(self.states["n"] == n) & (self.states["model"] == model)]
-            self._curves[key] = interpolators(rows, x, y, onset)
-        return at_places(self._curves[key], places)
+    def curve(self, model: str, n: int, x: str, y: str, places: ArrayLike, packings: str = PACKINGS[0]) -> Ensemble:
+        """Interpolate each packing of one model and size at the same places, of a column of states over another; G, a
+        column g, of one of the `PACKINGS`."""
+        onset, along_x = bool(np.asarray(places)[0] <= 0), packings == PACKINGS[1]
+        if (key := (model, n, x, y, onset, packings)) not in self._curves:
+            table = self.stabilized_disks if packings == STABILIZED else self.states
+            rows = table[(table["n"] == n) & (table["model"] == model)]
+            rows = rows[rows["g_x"].notna()] if along_x else rows
+            self._curves[key] = interpolators(rows, x, "g_x" if along_x and y == "g" else y, onset)
+        found = at_places(self._curves[key], places)
+        return Ensemble(found.x, np.where(found.y > 0, found.y, np.nan)) if along_x and y == "g" else found
 
     def at_onset(self, model: str, n: int) -> pd.DataFrame:
         """The states at onset of one model and size."""
@@ -373,8 +393,7 @@ class EnsembleTables:
         if "task" not in table or set(names) & set(table.columns):
             return table
         states = self.read("states")
-        if not set(names) <= set(states.columns):
-            return table
+        known = [name for name in names if name in states]
         if "state" in table:
-            return table.merge(states[["task", "state", *names]], on=["task", "state"], how="left")
-        return table.merge(states.loc[states["state"] == 0, ["task", *names]], on="task", how="left")
+            return table.merge(states[["task", "state", *known]], on=["task", "state"], how="left")
+        return table.merge(states.loc[states["state"] == 0, ["task", *known]], on="task", how="left")

@@ -36,6 +36,7 @@ SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
     32768: {"color": "#777777", "marker": "X"},
 }
 PAPER: dict[str, Any] = {"color": BLACK, "linestyle": "--", "linewidth": 1.3, "zorder": 5}
+SLOPE: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.0, "marker": "", "zorder": 5}
 FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alpha": 0.75, "zorder": 4}
 
 
@@ -151,18 +152,24 @@ class Drawing:
     def slope(
         self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None, above: bool = False
     ) -> None:
-        """Draw a dashed line of the paper's slope from (x[0], y) to x[1], with its exponent below or above."""
-        ends = np.asarray(x, dtype=float)
-        values = y * (ends / ends[0]) ** exponent
-        self.curve(axes, f"paper: slope {exponent:g}", ends, values, label=None, **PAPER)
-        middle = (np.sqrt(ends.prod()), np.sqrt(values.prod()))
+        """Draw a triangle of a slope, at most a decade wide, beside the data: on a line through (x[0], y) and in the
+        middle of x. Its height says nothing; its corner lies below the line or above."""
+        first, last = x
+        half = min(10**0.5, (last / first) ** 0.5)
+        ends = (first * last) ** 0.5 * np.array([1 / half, half])
+        values = y * (ends / first) ** exponent
+        right = (exponent >= 0) != above
+        corner = (ends[1], values[0]) if right else (ends[0], values[1])
+        sides = np.array([*zip(ends, values, strict=True), corner, (ends[0], values[0])])
+        self.curve(axes, f"paper: slope {exponent:g}", *sides.T, label=None, **SLOPE)
         axes.annotate(
-            f"slope {exponent:g}" if text is None else text,
-            middle,
+            f"{exponent:g}" if text is None else text,
+            (corner[0], np.sqrt(values.prod())),
             textcoords="offset points",
-            xytext=((-8, 7) if above else (5, -11)) if exponent >= 0 else (5, 5),
+            xytext=(4 if right else -4, 0),
             fontsize=9,
-            ha="right" if above and exponent >= 0 else "left",
+            ha="left" if right else "right",
+            va="center",
         )
 
     def legend_above(self, axes: Any, fontsize: float = 9, ncols: int | None = None) -> None:

@@ -24,6 +24,7 @@ _DIGITS |= {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9, "d_phi": 9, "d_rho": 9, 
 _FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
 _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
     "states": ["model", "n", "seed", "ensemble"],
+    "stabilized_disks": ["model", "n", "seed"],
     "onset": ["model", "n", "seed", "ensemble"],
     "void_counts": ["model", "n", "seed", "ensemble"],
     "spectra": ["n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"],

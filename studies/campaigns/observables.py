@@ -14,6 +14,7 @@ from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.measure import measure
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.held_motions import held_motions
+from jamlab.mechanics.slow_shear import slow_shear
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
@@ -114,6 +115,18 @@ def count_motions(packing: Packing) -> dict[str, float]:
     """`held_motions` as columns of the table "states"."""
     names = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")
     return dict(zip(names, map(float, astuple(held_motions(packing))), strict=True))
+
+
+def root_mean_squares(packing: Packing) -> dict[str, float]:
+    """Root mean squares of approach and sliding in slow shear without pre-stress, and contacts per area, an observable.
+    Without pre-stress G_0 is k times the sum of squared approaches over the area, [T] eq 19."""
+    try:
+        motion = slow_shear(packing, prestress=False)
+    except ConvergenceError:  # not stable
+        return dict.fromkeys(("rms_approach", "rms_sliding", "contact_density"), np.nan)
+    normal, tangential = (float(np.sqrt(np.mean(part**2))) for part in (motion.normal, motion.tangential))
+    density = len(motion.normal) / packing.area
+    return {"rms_approach": normal, "rms_sliding": tangential, "contact_density": density}
 
 
 def slopes_without_rotations(packing: Packing) -> dict[str, float]:

@@ -62,6 +62,14 @@ class Verdict(StrEnum):
     MISSING = "no data"
 
 
+SAID = {  # of how many numbers, in one sentence
+    Verdict.AGREES: "agree within 10 %",
+    Verdict.SMALL: "differ by less",
+    Verdict.WEAK: "are compatible within 30 %",
+    Verdict.UNRESOLVED: "are not resolved",
+    Verdict.TENSION: "are in tension",
+    Verdict.DIFFERS: "differ",
+}
 LOOKS = {
     Verdict.AGREES: (BLUE, "o"),
     Verdict.SMALL: (GREEN, "D"),
@@ -239,9 +247,10 @@ def first_line(comparisons: Sequence[Comparison]) -> str:
     """Write how many numbers of both papers that can be tested agree, differ, and so on."""
     counted = [c for c in comparisons if c.statement.counted]
     tests = Counter(c.verdict for c in counted if c.statement.tested)
-    numbers = ", ".join(f"{verdict} {tests[verdict]}" for verdict in Verdict if tests[verdict])
-    rest = len(counted) - tests.total()
-    return f"{tests.total()} numbers of both papers: {numbers}; {rest} more are no test."
+    parts = [f"{tests[verdict]} {words}" for verdict, words in SAID.items() if tests[verdict]]
+    known, rest = tests.total() - tests[Verdict.MISSING], len(counted) - tests.total()
+    told = ", ".join(parts) + f"; {tests[Verdict.MISSING]} lack data, {rest} are no test."
+    return f"Of {known} numbers of both papers that our packings test, {told}"
 
 
 def summary(comparisons: Sequence[Comparison]) -> list[str]:

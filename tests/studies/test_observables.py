@@ -14,7 +14,14 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.models.droplets import regular_polygon
 from jamlab.packing.packing import Packing
 from studies.campaigns import observables
-from studies.campaigns.observables import add_triples, count_motions, rho_printed, rho_without_arcs, shared_fraction
+from studies.campaigns.observables import (
+    add_triples,
+    count_motions,
+    rho_printed,
+    rho_without_arcs,
+    root_mean_squares,
+    shared_fraction,
+)
 
 
 def droplets(positions, side):
@@ -78,6 +85,15 @@ def test_counts_of_contacts_are_those_of_held_motions():
     counts = count_motions(jamlab.jam("sp", 16, 1))
     assert counts["pairs"] == counts["site_contacts"] == 2 * counts["load_bearing"] - 1
     assert (counts["self_stresses"], counts["free_motions"]) == (1, 0)
+
+
+def test_squares_of_approach_add_up_to_the_modulus():
+    """Without pre-stress G_0 = k sum of squared approaches over the area, [T] eq 19; k is 1 here."""
+    packing = jamlab.pack(32, 1e-2, 1)
+    found = root_mean_squares(packing)
+    static = jamlab.complex_modulus(packing, [1e-9], prestress=False).g0
+    assert found["contact_density"] * found["rms_approach"] ** 2 == pytest.approx(static, rel=1e-9)
+    assert found["rms_sliding"] > found["rms_approach"]
 
 
 @pytest.mark.parametrize("name", ["reference", "beyond_the_papers", "dynamics"])

@@ -15,8 +15,9 @@ from jamlab.errors import InputError
 from studies import pages
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import drawing
+from studies.papers import forest
 from studies.papers.verdicts import SUMMARY
-from studies.registry import studies
+from studies.registry import groups, studies
 from studies.study import Group, Study
 
 SLOW = ("beyond-droplet-spectra", "beyond-stiffening-disks")  # to draw
@@ -44,7 +45,8 @@ def test_every_figure_keeps_what_it_draws(name):
 
 
 def write(folder, *names, given=None):
-    group = Group("Figures", lambda drawings: "Lead.", [studies()[name] for name in names])
+    overview = groups()["papers"].overview
+    group = Group("Figures", lambda drawings: "Lead.", [studies()[name] for name in names], overview=overview)
     return pages.write_page(folder, "figures", group, given or tables())
 
 
@@ -57,9 +59,12 @@ def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
         assert (tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
         assert (tmp_path / f"{name}.pdf").read_bytes()[:5] == b"%PDF-"
     page = (tmp_path / "figures.html").read_text()
-    assert page.count("data:image/png;base64,") == len(names)
+    assert (tmp_path / f"{forest.NAME}.png").exists() and page.count("data:image/png;base64,") == len(names)
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)  # nothing from elsewhere
     claims = [c for d in drawings for c in d.claims]
+    links = re.findall('<a role="listitem" data-mark="([^"]*)" href="#([^"]*)"', page)
+    assert [mark for mark, _ in links] == [c.verdict for c in claims if c.statement.counted and c.measured.known]
+    assert {place for _, place in links} == set(re.findall('<section id="((?:baumgarten|tables)[^"]*)"', page))
     assert 0 < page.count('<tr data-mark="agrees"') == sum(c.verdict == "agrees" for c in claims) < len(claims)
     assert page.count("<tr data-mark=") == len(claims)
     assert page.index("data:image") < page.index("<tr data-mark=")  # pictures first
@@ -97,8 +102,9 @@ def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):
     assert rows[0]["where"] == "[T] Imbalanced contact damping, eq 18"
     assert content["captions"] == {name: drawn(name).caption for name in names}
     assert pd.read_csv(tmp_path / "out" / pages.VERDICTS)["verdict"].tolist() == [row["verdict"] for row in rows]
-    tests = [c.statement for name in names for c in drawn(name).claims if c.statement.counted and c.statement.tested]
-    assert (tmp_path / "out" / SUMMARY).read_text().startswith(f"{len(tests)} numbers of both papers: ")
+    claims = [c for name in names for c in drawn(name).claims if c.measured.known and c.statement.counted]
+    tests = sum(c.statement.tested for c in claims)
+    assert (tmp_path / "out" / SUMMARY).read_text().startswith(f"Of {tests} numbers of both papers ")
 
 
 @pytest.mark.parametrize(

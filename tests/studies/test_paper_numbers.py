@@ -61,6 +61,7 @@ from studies.papers.statements import (
         ("T5-approach", 0.25, 0.01),
         ("T5-sliding-stressed", -0.25, 0.01),
         ("T5-mean-sliding", 0.0, 1e-9),
+        ("T5-rms-sliding", -0.25, 0.01),
         ("T6-lambda", 1.0, 0.02),
         ("T6-eta-F", 1e-9, 1e-12),
         ("T7-length-contact", 0.25, 0.01),

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from jamlab.statistics.bootstrap import Interval
+from studies.papers.forest import SPAN, bars
 from studies.papers.statements import Measured, Statement, statements
 from studies.papers.verdicts import Comparison, Verdict, first_line, judge, paper_error, scale
 
@@ -108,7 +109,19 @@ def test_counts_are_of_tests():
     """Neither identities, nor numbers that parameters were chosen for, nor those of other papers."""
     rows = [Comparison(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
     rows.append(Comparison(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
-    assert first_line(rows) == "1 numbers of both papers: agrees 1; 1 more are no test."
+    told = "Of 1 numbers of both papers that our packings test, 1 agree within 10 %; 0 lack data, 1 are no test."
+    assert first_line(rows) == told
     row = rows[0].row()
     assert (row["verdict"], row["value"], row["paper"]) == ("agrees", 1.0, 1.0) and row["family"] == {}
     assert rows[0].text.startswith("1 ± 0.01")
+
+
+def test_a_bar_is_in_units_of_the_scale():
+    """Off by 0.06 where the scale is 0.5: u = 0.01 of packings, 0.03/sqrt(3) of the analysis."""
+    half = replace(ONE, value=0.5, margin=0.1)
+    (bar,) = bars([Comparison(half, found(0.56, 0.01, (0.59, 0.01))), Comparison(half, Measured())])
+    assert bar.off == pytest.approx(0.12) and bar.packings == pytest.approx(1.96 * 0.02)
+    assert bar.both == pytest.approx(1.96 * 2 * np.hypot(0.01, 0.03 / 3**0.5))
+    assert (bar.low, bar.high, bar.paper) == pytest.approx((-0.2, 0.2, 0.1))
+    (far,) = bars([Comparison(replace(half, relation=">", stated="bound"), found(2.0, 0.01))])
+    assert far.shown == SPAN < far.off and (far.low, far.high) == (0, SPAN)

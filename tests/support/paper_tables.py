@@ -5,6 +5,8 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
+from studies.ensemble_tables import stabilized_disks
+
 SEEDS = range(1, 6)
 SIZES = {"sp": (32, 64, 128, 256), "dp": (32, 64, 128)}
 DISTANCES = np.concatenate([[0.0], np.geomspace(1e-6, 1e-2, 21), np.arange(0.02, 0.43, 0.01)])
@@ -116,6 +118,7 @@ def quasistatic(powers=None):
         rows[-1] |= {"target_pressure": p, "prestress": prestress}
         rows[-1] |= {"approach": f, "sliding": 1 / f, "nonaffine": 2 / f, "sheared": 1 / f}
         rows[-1] |= {"mean_approach": 2 * f, "mean_sliding": 2 / f, "mean_nonaffine": 4 / f}
+        rows[-1] |= {"rms_approach": 3 * f, "rms_sliding": 3 / f, "contact_density": 2.0}
         rows[-1] |= {"storage_slope": 0.5, "loss_slope": 0.5, "length": 2.0}
         rows[-1] |= {"length_half_lane": 2.0, "length_quarter_lane": 2.0, "length_imaginary": 3.0}
     return pd.DataFrame(rows)
@@ -144,8 +147,14 @@ def both_models():
     return pd.concat([states(), states("dp")], ignore_index=True)
 
 
+def stable():
+    """The same disks in boxes that are sheared until stable."""
+    return stabilized_disks(states(sizes=(32, 256)).assign(ensemble="shear-stabilized"))
+
+
 TABLES = {
     "states": both_models,
+    "stabilized_disks": stable,
     "onset": onset,
     "voids": voids,
     "spectra": spectra,

@@ -248,4 +248,5 @@ def _draw_correlation(
     out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
 ) -> None:
     cube = correlations(rows)[:, 0]
-    out.curve(axes, name, average(cube[..., 0]) / unit, mean_over_packings([cube[..., 1]])[0], **look)
+    whole = cube[..., 1] / average(cube[:, 0, 1])  # 1 at the shortest distance, as in the paper; zeros stay
+    out.curve(axes, name, average(cube[..., 0]) / unit, mean_over_packings([whole])[0], **look)

@@ -1,6 +1,7 @@
 """Draw motion and finite size in Baumgarten & Tighe: figs 5 and 8."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
+from jamlab.plotting.palette import BLACK
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
@@ -23,13 +25,15 @@ from studies.ensembles import (
     select,
     vary_bootstrap,
 )
-from studies.panels import Drawing, drawing, label, scale, size_style, style
+from studies.panels import PAPER, Drawing, drawing, label, scale, size_style, style
 from studies.papers.baumgarten.spectra import power_in_pressure
-from studies.papers.baumgarten.spectral_groups import FIXED, LARGE, LAWS, SIZE, STABILIZED
+from studies.papers.baumgarten.spectral_groups import FIXED, LARGE, LAWS, SIZE, STABILIZED, sampled, spectra
 from studies.papers.statements import Measured, caption, measured, measures, paper
 
 SIZES = (*(32 * 2**k for k in range(7)), 8192, SIZE)  # of fig 8; the largest in boxes of fixed shape
 HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k: eq 22 is a law of small p
+FEWER = 512  # disks of packings with means and root mean squares
+PLATEAU_FROM = 1e-4  # a pressure down from which the mean approach might be constant, for illustration
 LEAST = 1e-3  # pressure up to which a is taken in the limit of small p
 TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 MOTIONS = {
@@ -70,8 +74,8 @@ def power_of_motion(tables: EnsembleTables, column: str, over: str = "", **packi
 @measures("T5-sheared", column="sheared")
 def at_two_sizes(tables: EnsembleTables, column: str, over: str = "") -> Measured:
     """Fit the exponent in p of the mean of a column, or of its ratio to another; another analysis: N = 512."""
-    found, other = (power_of_motion(tables, column, over, n=n) for n in (SIZE, 512))
-    return measured(found.interval, {**found.variants, "N = 512": other.interval}, found.how)
+    found, other = (power_of_motion(tables, column, over, n=n) for n in (SIZE, FEWER))
+    return measured(found.interval, {**found.variants, f"N = {FEWER}": other.interval}, found.how)
 
 
 for _name in MOTIONS:
@@ -79,20 +83,68 @@ for _name in MOTIONS:
     measures(f"T5-{_name}-stressed", column=_name, prestress=True)(power_of_motion)
 
 
+def root_mean_squares(tables: EnsembleTables) -> dict[str, dict[float, Array]]:
+    """Give root mean squares of approach and sliding by pressure of the largest packings without pre-stress, from
+    k times the sum of squares over the area, which is G_0, and eta_0 - G_0, [T] eqs 19 and 22. Contacts per area are
+    those of N = 512, which go with a + b p^0.5 to 0.3 %."""
+    small = slow_shear(tables, n=FEWER)
+    if "contact_density" not in small or small["contact_density"].isna().all():
+        raise InputError("no packing of slow shear has contacts per area: run a campaign that measures them")
+    known = small.groupby("pressure")["contact_density"].mean()
+    rise, least = np.polyfit(np.sqrt(known.index), known, 1)
+    groups = sorted(sampled(spectra(tables, "contact", prestress=False)).items())
+    density = {p: least + rise * p**0.5 for p, _ in groups}
+    return {
+        "approach": {p: (g.g0 / density[p]) ** 0.5 for p, g in groups},
+        "sliding": {p: ((g.eta0 - g.g0) / density[p]) ** 0.5 for p, g in groups},
+    }
+
+
+@measures("T5-rms-approach", kind="approach")
+@measures("T5-rms-sliding", kind="sliding")
+def power_of_squares(tables: EnsembleTables, kind: str) -> Measured:
+    """Fit the exponent in p of the root mean square, N = 512; another analysis: the largest packings by G_0, eta_0."""
+    found = power_of_motion(tables, f"rms_{kind}", n=FEWER)
+    large = power_in_pressure(root_mean_squares(tables)[kind], lambda drawn: [v.mean() for v in drawn])
+    return measured(found.interval, {**found.variants, f"N = {SIZE}": large.interval}, found.how)
+
+
 def figure_5(tables: EnsembleTables) -> Drawing:
-    """Medians of approach, sliding and non-affine motion in slow shear against pressure."""
-    part = slow_shear(tables)
-    p = sorted(part["pressure"].unique())
-    out, (axes,) = drawing("baumgarten-5", 1, 1, 6.0, 4.6)
-    scale(axes)
+    """Approach, sliding and non-affine motion in slow shear against pressure; mean approach below its bound."""
+    out, (axes, bound) = drawing("baumgarten-5", 1, 2, 5.6, 4.6)
+    scale(axes, bound)
+    by_size = {n: slow_shear(tables, n=n) for n in (SIZE, FEWER)}
+    pressures = {n: sorted(rows["pressure"].unique()) for n, rows in by_size.items()}
     for index, (name, text) in enumerate(MOTIONS.items()):
-        printed, mean = paper(f"T5-{name}"), mean_over_packings(groups_by(part, "pressure", name, p))
+        printed, p = paper(f"T5-{name}"), pressures[SIZE]
+        mean = mean_over_packings(groups_by(by_size[SIZE], "pressure", name, p))
         out.curve(axes, text, p, mean, **style(index))
-        beside = 1.4 if printed < 0 else 0.6
-        out.slope(axes, printed, (p[0], p[-1]), beside * float(mean.value[0]), f"{printed:+g}")
-    label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
+        beside = 1.25 if printed < 0 else 0.6
+        out.slope(axes, printed, (p[0], p[-1]), beside * float(mean.value[0]), above=printed < 0)
+        if f"rms_{name}" in by_size[FEWER]:
+            mean = mean_over_packings(groups_by(by_size[FEWER], "pressure", f"rms_{name}", pressures[FEWER]))
+            look = style(index) | {"fillstyle": "none", "linestyle": "none"}
+            out.curve(axes, f"root mean square {name}", pressures[FEWER], mean, label=None, **look)
+    label(axes, r"pressure $p$  [$k$]", r"displacement per strain, median (full), r.m.s. (open)  [$d$]")
+    _draw_bound(out, bound, tables, by_size)
     out.caption = caption(out.name)
     return out
+
+
+def _draw_bound(out: Drawing, axes: Any, tables: EnsembleTables, by_size: dict[int, pd.DataFrame]) -> None:
+    """Draw the mean approach below the root mean square, which it cannot pass, and the plateau of the text."""
+    for n, rows in by_size.items():
+        rows = rows.dropna(subset=["mean_approach"])
+        p = sorted(rows["pressure"].unique())
+        mean = mean_over_packings(groups_by(rows, "pressure", "mean_approach", p))
+        out.curve(axes, f"mean approach, N = {n}", p, mean, **size_style(n) | {"linestyle": "none"})
+    with suppress(InputError):
+        squares = root_mean_squares(tables)["approach"]
+        most = mean_over_packings(list(squares.values()))
+        out.curve(axes, r"bound $(G_0 V / k N_c)^{1/2}$", list(squares), most, color=BLACK, linewidth=1.6)
+        level = float(np.interp(np.log(PLATEAU_FROM), np.log(list(squares)), most.value))
+        out.curve(axes, r"a plateau below $10^{-4}$", [min(squares), PLATEAU_FROM], [level] * 2, **PAPER)
+    label(axes, r"pressure $p$  [$k$]", r"mean approach per strain  [$d$]")
 
 
 # fig 8 ----------------------------------------------------------------------------------------------------------------
@@ -208,10 +260,17 @@ def figure_8(tables: EnsembleTables) -> Drawing:
                 kept = [(q, v) for q, v in zip(every.pressures, values, strict=True) if len(v)]
                 x, y = np.array([q for q, _ in kept]), scaled(mean_over_packings([v for _, v in kept]), n**-a)
                 look = size_style(n) | {"linestyle": "none", "fillstyle": "none" if prestress else "full"}
-                series, text = f"N = {n}, {'with' if prestress else 'no'} pre-stress", None if prestress else f"N = {n}"
-                out.curve(axes, series, x * n**2, y, band=False, label=text, **look)
+                series, text = f"N = {n}, {'with' if prestress else 'no'} pre-stress", f"N = {n}"
+                text += ", fixed box" if n == SIZE else ""
+                out.curve(axes, series, x * n**2, y, band=False, label=None if prestress else text, **look)
         height = out.table.query("panel == @axes.get_gid() and 10 < x < 1000")["y"].median()
-        out.slope(axes, -a / 2, (1e2, max(every.pressures) * max(every.n) ** 2), 6 * height, rf"$-a/2$, $a = {a:g}$")
-        label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N^{{{a:g}}}$  [$k\,\tau_1$]")
+        text = rf"$-a/2$, $a = {a:g}$"
+        out.slope(axes, -a / 2, (1e2, max(every.pressures) * max(every.n) ** 2), 20 * height, text, above=True)
+        axes.plot([], [], color=BLACK, marker="o", linestyle="none", label="no pre-stress")
+        axes.plot([], [], color=BLACK, marker="o", linestyle="none", fillstyle="none", label="with pre-stress")
+        power = "" if a == 1 else f"^{{{a:g}}}"
+        label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N{power}$  [$k\,\tau_1$]", ncols=2)
+        axes.autoscale(axis="x", tight=True)
+        axes.margins(x=0.03)
     out.caption = caption(out.name)
     return out

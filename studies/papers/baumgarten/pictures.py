@@ -21,7 +21,8 @@ from studies.tables import DATA
 SHEARED = "packing_k.h5"  # `jamlab pack --n 512 --pressure 1e-4 --seed 1 --ensemble shear-stabilized`
 REGIMES = {"slow": 1e-10, "critical": 1e-3, "fast": 1e4}  # omega of fig 1: non-affine, square root, affine
 STRAIN = 0.2  # amplitude that the six panels are drawn at
-PALE = {"facecolor": "#EFE9DD", "edgecolor": "#B9B2A5", "linewidth": 0.4}
+PALE = {"facecolor": "#EFE9DD", "edgecolor": "#B9B2A5", "linewidth": 0.4, "rasterized": True}
+SEEN = 0.02  # of the affine motion: less is no motion in a picture
 
 
 def figure_1_fields(tables: EnsembleTables) -> Drawing:
@@ -43,7 +44,10 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
             dots: dict[str, Any] = {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 1}
             out.curve(axes, f"{regime}, omega = {omega:g}, {when} stress", *at.T, label=None, **dots)
             look: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "color": BLUE, "width": 0.0035}
-            axes.quiver(*at.T, *(STRAIN * u).T, **look)
+            if np.abs(u).max() > SEEN * np.abs(whole).max():
+                axes.quiver(*at.T, *(STRAIN * u).T, **look)
+            else:
+                axes.text(0.5, 0.5, "no displacement", transform=axes.transAxes, fontsize=14, ha="center")
             frame_cell(axes, packing.box)
             axes.set_title(rf"{when} stress, $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
     out.caption = caption(out.name, strain=STRAIN, n=packing.n, ratios=write_list(ratios, ".2f"))
@@ -66,9 +70,11 @@ def figure_2(tables: EnsembleTables) -> Drawing:
     ):
         _arrow(contact, touch, direction, colour, text)
     contact.set_title(r"(a) contact damping: $k\tau_1$ and $\beta k\tau_1$", fontsize=11)
-    for height in np.linspace(-0.9, 0.9, 7):
-        flow.annotate("", (0.55 * height - 1.0, height), (-1.0, height), arrowprops={"arrowstyle": "->", "color": BLUE})
-    middle = np.array([0.4, 0.3])
+    middle = np.array([0.1, 0.3])
+    for height in np.linspace(-0.9, 1.1, 8):
+        for start in (-1.0, 0.9):
+            arrow = {"arrowstyle": "->", "color": BLUE, "alpha": 0.6}
+            flow.annotate("", (start + 0.55 * height, height), (start, height), arrowprops=arrow)
     _disk(out, flow, middle, 0.42, "i")
     _arrow(flow, middle, np.array([0.8, 0.45]), BLACK, r"$\dot u_i$")
     _arrow(flow, middle, np.array([0.7, 0.0]), BLUE, r"$v_{\rm aff}$")
@@ -76,7 +82,7 @@ def figure_2(tables: EnsembleTables) -> Drawing:
     for axes in (contact, flow):
         axes.set_aspect("equal")
         axes.axis("off")
-        axes.set_xlim(-1.7, 2.0)
+        axes.set_xlim(*((-1.1, 1.5) if axes is contact else (-1.6, 1.7)))
         axes.set_ylim(-1.2, 1.4)
     out.caption = caption(out.name)
     return out

@@ -299,7 +299,8 @@ def _draw_collapse(out: Drawing, plain: Any, over: Any, groups: dict[float, Grou
     level = float(np.median([g.g0.mean() / p**0.5 for p, g in groups.items()]))
     out.slope(over, 1.0, (low, 1e-1), 0.1 * level * low)
     out.slope(over, 0.5, (30.0, 3e4), 3.0 * level * 30**0.5 / 2, above=True)
-    label(over, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", **BESIDE)
+    place = BESIDE if plain is None else {"legend": False}
+    label(over, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", **place)
 
 
 def figure_3(tables: EnsembleTables) -> Drawing:
@@ -318,8 +319,8 @@ def figure_3(tables: EnsembleTables) -> Drawing:
 
 def figure_4(tables: EnsembleTables) -> Drawing:
     """Sliding that is damped less, or not at all."""
-    out, (a, b) = drawing("baumgarten-4", 1, 2, 6.6, 4.8)
-    scale(a, b)
+    out, (a, b, c) = drawing("baumgarten-4", 1, 3, 5.6, 4.8)
+    scale(a, b, c)
     groups = spectra(tables, "undamped")
     for index, (p, group) in enumerate(groups.items()):
         draw(out, a, group, f"$p = {format_power(p)}$", sequence(index, len(groups)), 1.0, p**-0.5)
@@ -331,16 +332,11 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     label(a, FREQUENCY, r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="lower right", fontsize=8)
     out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
     _draw_scan(out, b, scan(tables, "contact", "beta"), r"\beta")
-    b.set_ylim(b.get_ylim()[0], 1e3 * b.get_ylim()[1])
-    inset = b.inset_axes((1.12, 0.55, 0.42, 0.4))
-    inset.set_gid("b-inset")
-    scale(inset)
     known = {beta: group for beta, group in scan(tables, "contact", "beta").items() if beta > 0}
-    for name, colour in (("eta0", BLUE), ("eta_inf", RED)):
+    for name, text, colour in (("eta0", r"$\eta_0$", BLUE), ("eta_inf", r"$\eta_\infty$", RED)):
         mean_values = [float(getattr(group, name).mean()) for group in known.values()]
-        out.curve(inset, name, list(known), mean_values, color=colour, marker="o", markersize=3)
-    inset.set_title(r"$\eta_0$ (blue), $\eta_\infty$ (red) over $\beta$", fontsize=7.5, pad=3)
-    inset.tick_params(labelsize=7)
+        out.curve(c, name, list(known), mean_values, label=text, color=colour, marker="o")
+    label(c, r"balance $\beta$", r"viscosity  [$k\,\tau_1$]")
     out.caption = caption(out.name)
     return out
 
@@ -350,7 +346,7 @@ def _draw_scan(out: Drawing, axes: Any, groups: dict[float, Group], symbol: str)
     for index, (value, group) in enumerate(groups.items()):
         draw(out, axes, group, rf"${symbol} = {format_power(value) if value else 0}$", sequence(index, len(groups)))
     ncols = 2 if symbol == r"\beta" else 1
-    label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5, ncols=ncols)
+    label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="best", fontsize=7.5, ncols=ncols)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:

@@ -1,12 +1,12 @@
 """Draw the coefficients of tables 1 and 2 of Boromand et al. from our packings, over those of the paper."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from jamlab.arrays import Array
-from studies.ensemble_tables import EnsembleTables
+from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import Ensemble, Sample, average, groups_by, median, select
 from studies.panels import FIT, Drawing, drawing, label
 from studies.papers.boromand.conventions import (
@@ -14,6 +14,7 @@ from studies.papers.boromand.conventions import (
     LARGEST,
     SERIES,
     SIZES,
+    STABLE,
     SUBTRACTED,
     at,
     even_places,
@@ -54,11 +55,12 @@ def even_curve(
     z_j: str = "3.97",
     middle: Callable[[Array], Array] = average,
     direction: str = "mean",
+    packings: str = PACKINGS[0],
 ) -> Sample:
     """Take z - z_J or G at even places of the largest size; along x by the ratio of means of packings with both."""
     model, by = SERIES[series]
     n, places = LARGEST[model], even_places(model, by)
-    e = tables.curve(model, n, by, column, places)
+    e = tables.curve(model, n, by, column, places, packings)
     if column == "z":
         e = Ensemble(e.x, e.y - (SUBTRACTED if z_j == "3.97" else tables.at_onset(model, n)["z"].mean()))
     if direction == "x":
@@ -77,7 +79,8 @@ def coefficients(x: Array, y: Array, terms: int, low: float = 0.0, high: float =
 
 for _series, _name, _terms in (("SP(φ)", "sp-phi", 1), ("SP(ρ)", "sp-rho", 2), ("DP(ρ)", "dp", 2)):  # linear in phi: 0
     _half = 0.5 * HIGHEST[SERIES[_series][1]]
-    for _symbol, _others in (("z", ({"z_j": "own"},)), ("G", ({"middle": median}, {"direction": "x"}))):
+    _of_g: tuple[Mapping[str, Any], ...] = ({"middle": median}, {"direction": "x"}, *(STABLE if _name != "dp" else ()))
+    for _symbol, _others in (("z", ({"z_j": "own"},)), ("G", _of_g)):
         statistic(
             *(f"BT-{_symbol}{k}-{_name}" for k in range(_terms)),
             sample=even_curve,
@@ -112,7 +115,7 @@ def ratio(droplets: tuple[Array, Array], disks: tuple[Array, Array]) -> float:
 
 def tables_1_2(tables: EnsembleTables) -> Drawing:
     """Coefficients of tables 1 and 2 from our packings, over the paper's."""
-    out, (axes,) = drawing("tables", 1, 1, 8.2, 6.6)
+    out, (axes,) = drawing("tables", 1, 1, 8.6, 6.6)
     rows = [c for c in compare("tables", tables)[::-1] if c.statement.relation == "="]
     used = set()
     beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8, "va": "center"}

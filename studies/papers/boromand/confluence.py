@@ -7,7 +7,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, groups_by, line_in_inverse, log_places, scaled, sizes
+from studies.ensembles import Sample, groups_by, line_in_inverse, log_places, scaled
 from studies.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 from studies.papers.boromand.conventions import COMPRESSED, FRACTIONS, LARGEST, curve, curves, halves, power
 from studies.papers.statements import caption, paper, statistic
@@ -115,7 +115,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     reached = []
     for model, plain, times_n in (("sp", axes[0], axes[1]), ("dp", axes[2], axes[3])):
         scale(plain, times_n)
-        for n in sizes(tables.states, model):
+        for n in COMPRESSED[model]:
             counts = _counts(tables.states, model, n)
             if not counts[0]:
                 continue
@@ -129,8 +129,11 @@ def figure_7(tables: EnsembleTables) -> Drawing:
             out.curve(times_n, f"paper: limit {limit:g}", [1e-3, 30], [limit, limit], **PAPER)
         else:
             out.slope(plain, paper("B7-exponent-dp"), (3e-3, 1e-1), 0.02)
+        part = paper("B5-z-parts" if model == "dp" else "B5-eq13-ends")
+        left = tables.states.loc[tables.states["model"] == model, "rho_star"].mean() - part
+        plain.axvline(left, color="#777777", linestyle="-.", linewidth=0.9)
         name = model.upper()
-        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", loc="lower right")
+        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", loc="upper left")
         label(times_n, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", loc="upper left")
     out.caption = caption(out.name, reached=", ".join(reached))
     return out

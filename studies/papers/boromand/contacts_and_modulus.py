@@ -1,20 +1,21 @@
 """Draw contacts and shear modulus in Boromand et al.: figs 5 and 6."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.plotting.palette import GREEN, MODEL_STYLE
+from jamlab.errors import InputError
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, RED
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import fit_exponent
-from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import RESAMPLES, Ensemble, Sample, average, log_places, median, sizes
+from studies.ensemble_tables import PACKINGS, STABILIZED, EnsembleTables
+from studies.ensembles import RESAMPLES, Ensemble, Sample, average, log_places, mean_over_packings, median, scaled
 from studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 from studies.papers.boromand.conventions import (
     COMPRESSED,
-    CONFLUENCE,
     FRACTIONS,
     HIGHEST,
     LARGEST,
@@ -22,6 +23,7 @@ from studies.papers.boromand.conventions import (
     NEAR,
     SERIES,
     SIZES,
+    STABLE,
     SUBTRACTED,
     at,
     curve,
@@ -33,8 +35,9 @@ from studies.papers.boromand.conventions import (
 )
 from studies.papers.statements import caption, paper, statistic
 
-SHOWN = {"sp": (32, 256), "dp": (32, 128, 256)}  # N of fig 5
-FEW = {("dp", 256): 5}  # packings of sizes that are only begun
+SHOWN = {"sp": (32, 256), "dp": (32, 128)}  # N of fig 5; few packings of larger droplets are compressed
+G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
+AVERAGED = "points: mean over all packings, box of fixed shape"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 NEAREST = (1e-4, 1e-3)  # distance from onset between the steps of [B] sec 2.3 and the end of regime 1, sec 3
 WITHOUT_G = 1e-5  # distance from onset below which G of many droplets is not known
@@ -48,10 +51,16 @@ Curve = tuple[Array, Array]
 
 
 def of_two(
-    tables: EnsembleTables, first: tuple[str, int], second: tuple[str, int], x: str, y: str, places: Array
+    tables: EnsembleTables,
+    first: tuple[str, int],
+    second: tuple[str, int],
+    x: str,
+    y: str,
+    places: Array,
+    packings: str = PACKINGS[0],
 ) -> Sample:
     """Take the mean curves of two kinds of packings."""
-    return Sample(*curves(tables, (first, second), x, y, places))
+    return Sample(*curves(tables, (first, second), x, y, places, packings))
 
 
 _AT_RHO: dict[str, Any] = {
@@ -94,7 +103,8 @@ for _column, _excess in (("z", ({"taken": SUBTRACTED},)), ("g", ())):
         ("sizes-sp", ("sp", 256), ("sp", 32), 0.1),
         ("sizes-dp", ("dp", 128), ("dp", 32), 0.1),
     ):
-        _variants = ({"d_rho": 0.5 * _d_rho}, {"d_rho": 1.5 * _d_rho}, *_excess)
+        _stable = STABLE if (_column, _name) == ("g", "sizes-sp") else ()
+        _variants = ({"d_rho": 0.5 * _d_rho}, {"d_rho": 1.5 * _d_rho}, *_excess, *_stable)
         statistic(
             f"B5-{_column}-{_name}",
             first=_over,
@@ -137,19 +147,26 @@ def regime(
     per_decade: int = 0,
     z_j: str = "3.97",
     middle: Callable[[Array], Array] = average,
+    packings: str = PACKINGS[0],
 ) -> Sample:
     """Take z - z_J or G beyond 0.01 from onset, at even places or, with `per_decade`, even ones in logarithms; nearer
     to onset z - 3.97 changes its sign, where a logarithm has no value."""
-    return _regime(tables, series, column, n, per_decade, z_j).sample(middle)
+    return _regime(tables, series, column, n, per_decade, z_j, packings).sample(middle)
 
 
 def _regime(
-    tables: EnsembleTables, series: str, column: str, n: int = 0, per_decade: int = 0, z_j: str = "3.97"
+    tables: EnsembleTables,
+    series: str,
+    column: str,
+    n: int = 0,
+    per_decade: int = 0,
+    z_j: str = "3.97",
+    packings: str = PACKINGS[0],
 ) -> Ensemble:
     model, by = SERIES[series]
     n = n or LARGEST[model]
     places = log_places(DISTANT, HIGHEST[by], per_decade) if per_decade else even_places(model, by)
-    e = tables.curve(model, n, by, column, places)
+    e = tables.curve(model, n, by, column, places, packings)
     if column == "z":
         e = Ensemble(e.x, e.y - (SUBTRACTED if z_j == "3.97" else tables.at_onset(model, n)["z"].mean()))
     return e if per_decade else e.between(DISTANT, np.inf)
@@ -159,7 +176,7 @@ for _name, _series in (("alpha0", "SP(φ)"), ("z-single-dp", "DP(ρ)")):
     _windows = halves(DISTANT, HIGHEST[SERIES[_series][1]])
     _others = (*_windows, {"per_decade": 20}, {"z_j": "own"})
     statistic(f"B6-{_name}", sample=regime, series=_series, column="z", variants=_others)(exponent)
-_OTHER_G: tuple[dict[str, Any], ...] = ({"per_decade": 20}, {"middle": median}, {"column": "g_x"})
+_OTHER_G: tuple[dict[str, Any], ...] = ({"per_decade": 20}, {"middle": median}, {"column": "g_x"}, *STABLE)
 _WINDOWS = halves(DISTANT, HIGHEST["d_phi"])
 statistic("B6-beta0", sample=regime, series="SP(φ)", column="g", variants=(*_WINDOWS, *_OTHER_G))(exponent)
 statistic(  # the caption names no N
@@ -180,17 +197,21 @@ statistic(
 
 
 def proportion(
-    tables: EnsembleTables, series: str, z_j: str = "3.97", middle: Callable[[Array], Array] = average
+    tables: EnsembleTables,
+    series: str,
+    z_j: str = "3.97",
+    middle: Callable[[Array], Array] = average,
+    packings: str = PACKINGS[0],
 ) -> Sample:
     """Take z - z_J and G at the same places."""
-    z, g = _regime(tables, series, "z", z_j=z_j), _regime(tables, series, "g")
+    z, g = (_regime(tables, series, column, z_j=z_j, packings=packings) for column in ("z", "g"))
     return Sample([np.stack([z.y, g.y], axis=-1)], lambda drawn: (average(drawn[0][..., 0]), middle(drawn[0][..., 1])))
 
 
 _PARTS: tuple[dict[str, Any], ...] = ({"low": 1.2}, {"high": 1.2}, {"z_j": "own"}, {"middle": median})
 
 
-@statistic("B6-g-of-z-sp", sample=proportion, series="SP(φ)", variants=_PARTS)
+@statistic("B6-g-of-z-sp", sample=proportion, series="SP(φ)", variants=(*_PARTS, *STABLE))
 @statistic("B6-g-of-z-dp", sample=proportion, series="DP(ρ)", variants=_PARTS)
 def power_of_contacts(z: Array, g: Array, low: float = -np.inf, high: float = np.inf) -> float:
     """Fit the exponent of G in z - z_J."""
@@ -198,6 +219,8 @@ def power_of_contacts(z: Array, g: Array, low: float = -np.inf, high: float = np
     return fit_exponent(z[kept], g[kept])
 
 
+WITHOUT_STOPS = ({"y": "d_z_strong"},)  # another count of the contacts of droplets
+_OTHERS = {("g", "sp"): STABLE, ("z", "dp"): WITHOUT_STOPS}
 for _column, _y in (("z", "d_z"), ("g", "g")):
     for _model, _by in (("sp", "d_phi"), ("dp", "d_rho")):  # of the smallest packings, where this regime is widest
         statistic(
@@ -209,7 +232,7 @@ for _column, _y in (("z", "d_z"), ("g", "g")):
             y=_y,
             places=log_places(1e-6, NEAREST[1], 10),
             within=(0.99 * NEAREST[0], np.inf),
-            variants=halves(*NEAREST),
+            variants=(*halves(*NEAREST), *_OTHERS.get((_column, _model), ())),
         )(exponent)
     statistic(  # before the linear terms set in
         f"B6-{_column}-root-dp",
@@ -219,14 +242,14 @@ for _column, _y in (("z", "d_z"), ("g", "g")):
         x="d_rho",
         y=_y,
         places=log_places(LOWEST["sp"], DISTANT, 10),
-        variants=halves(LOWEST["sp"], DISTANT),
+        variants=(*halves(LOWEST["sp"], DISTANT), *_OTHERS.get((_column, "dp"), ())),
     )(exponent)
 
 
-def of_sizes(tables: EnsembleTables, model: str, by: str, places: Array) -> Sample:
+def of_sizes(tables: EnsembleTables, model: str, by: str, places: Array, y: str = "d_z") -> Sample:
     """Take z - z_J over the distance from onset of every size of the paper's, and their N."""
     n = COMPRESSED[model]
-    groups, reduce = curves(tables, [(model, m) for m in n], by, "d_z", places)
+    groups, reduce = curves(tables, [(model, m) for m in n], by, y, places)
     return Sample(groups, lambda drawn: (n, reduce(drawn)))
 
 
@@ -250,7 +273,9 @@ _TENTHS = log_places(1e-6, 0.1, 10)
 
 
 @statistic("B6-crossover-sp", sample=of_sizes, model="sp", by="d_rho", places=_TENTHS, variants=_GAINED)
-@statistic("B6-crossover-dp", sample=of_sizes, model="dp", by="d_rho", places=_TENTHS, variants=_GAINED)
+@statistic(
+    "B6-crossover-dp", sample=of_sizes, model="dp", by="d_rho", places=_TENTHS, variants=(*_GAINED, *WITHOUT_STOPS)
+)
 def crossover(n: tuple[int, ...], drawn: list[Curve], contacts: float = 2.0) -> float:
     """Fit how the distance at which packings have gained two contacts goes with N."""
     places = []
@@ -268,63 +293,131 @@ def crossover(n: tuple[int, ...], drawn: list[Curve], contacts: float = 2.0) -> 
 
 def figure_5(tables: EnsembleTables) -> Drawing:
     """z and G against rho and phi, with the fits of tables 1-2."""
-    out, (top, bottom) = drawing("boromand-5", 1, 2, 5.6, 4.6)
-    for axes, column, name in (
-        (top, "z", "coordination z"),
-        (bottom, "g", r"shear modulus $G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"),
-    ):
+    out, (top, bottom) = drawing("boromand-5", 1, 2, 5.8, 4.8)
+    for axes, column, table in ((top, "z", 1), (bottom, "g", 2)):
         for model, by, fill in (("sp", "phi", "full"), ("sp", "rho", "none"), ("dp", "rho", "none")):
             for n in SHOWN[model]:
-                small, few = n < 64, FEW.get((model, n), 0)
+                marker = ("v" if n < 64 else "o") if model == "sp" else ("D" if n < 64 else "p")
+                look: dict[str, Any] = {"color": GREEN if by == "phi" else MODEL_STYLE[model]["color"]}
+                look |= {"marker": marker, "linestyle": "none", "fillstyle": fill}
                 x, y = tables.curve(model, n, by, column, FRACTIONS).band
-                marker = ("v" if small else "o") if model == "sp" else ("D" if small else "*" if few else "p")
-                look: dict[str, Any] = {
-                    "color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN,
-                    "marker": marker,
-                }
-                text = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}{f' ({few} packings)' if few else ''}"
-                shown = y.value if small else y  # bands of the small ones would cover all others
-                out.curve(axes, text, x, shown, linestyle="none", fillstyle=fill, **look)
+                shown = y.value if n < 64 else y  # bands of the small ones would cover all others
+                out.curve(axes, f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}", x, shown, **look)
         for series, (model, by) in SERIES.items():
             onset = paper({"SP(φ)": "BT-phiJ-sp", "SP(ρ)": "BT-rhoJ-sp", "DP(ρ)": "BT-rhoJ-dp"}[series])
             d = np.linspace(1e-4, 0.2 if by == "d_phi" else 1 - onset, 60)  # fits against rho end at rho = 1
             fit = table_fit(series, "z")(d) + SUBTRACTED if column == "z" else table_fit(series, "G")(d)
             colour = GREEN if by == "d_phi" else MODEL_STYLE[model]["color"]
-            out.curve(axes, f"paper: {series}", onset + d, fit, linestyle="--", color=colour, linewidth=1.4)
+            text = f"paper: fit of table {table}, {series}"
+            out.curve(axes, text, onset + d, fit, linestyle="--", color=colour, linewidth=1.4)
         axes.axvline(paper("B5-z-parts"), color="#777777", linestyle="-.", linewidth=0.9)
-        # far beyond confluence phi says little, and the paper's panel ends near there
-        label(axes, r"packing fraction $\rho$ or $\phi$", name, legend=axes is bottom, **BESIDE)
+    for n, width in zip(SHOWN["sp"], (1.0, 2.0), strict=True):
+        for packings, e in stable_curves(tables, n, "phi", FRACTIONS):
+            look = {"linestyle": ":" if packings != STABILIZED else "-", "linewidth": width, "color": BLACK}
+            out.curve(bottom, f"SP(φ), N = {n}, {packings}", *e.mean, **look)
+    top.axhline(6.0, color="#777777", linewidth=0.9, linestyle=":")  # full in the plane
+    # far beyond confluence phi says little, and the paper's panel ends near there
+    label(top, r"packing fraction $\rho$ or $\phi$", "coordination z", legend=False)
+    label(bottom, r"packing fraction $\rho$ or $\phi$", f"shear modulus {G_UNITS}", **BESIDE)
+    bottom.set_title(AVERAGED, fontsize=9, loc="right")
+    for axes, ends in ((top, (3.8, 6.5)), (bottom, (0, 0.36))):
         axes.set_xlim(0.82, 1.06)
-        axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
+        axes.set_ylim(*ends)
     out.caption = caption(out.name)
     return out
 
 
+def stable_curves(tables: EnsembleTables, n: int, by: str, places: Array) -> Iterator[tuple[str, Ensemble]]:
+    """Give G of disks as it is if only stable packings are averaged, by which those are; none that tables lack."""
+    for packings in PACKINGS[1:]:
+        with suppress(InputError):
+            e = tables.curve("sp", n, by, "g", places, packings)
+            if np.isfinite(e.y).any():
+                yield packings, e
+
+
 def figure_6(tables: EnsembleTables) -> Drawing:
     """z - z_J and G against the distance to onset, log-log, one curve per size."""
-    out, axes = drawing("boromand-6", 2, 3, 4.4, 3.9)
+    out, axes = drawing("boromand-6", 3, 3, 4.4, 3.7)
     panels = [(column, series) for column in ("d_z", "g") for series in SERIES]
-    for part, (column, series) in zip(axes, panels, strict=True):
+    for part, (column, series) in zip(axes, panels, strict=False):
         scale(part)
         model, by = SERIES[series]
-        for n in sizes(tables.states, model):
+        for n in COMPRESSED[model]:
             x, y = tables.curve(model, n, by, column, NEAR).band
             out.curve(part, f"N = {n}", x, y, linestyle="none", **size_style(n))
         d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
-        out.curve(part, "paper: table fit", d, table_fit(series, "z" if column == "d_z" else "G")(d), **PAPER)
+        text = f"paper: fit of table {1 if column == 'd_z' else 2}"
+        out.curve(part, text, d, table_fit(series, "z" if column == "d_z" else "G")(d), **PAPER)
         if column == "d_z":
             out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
-        elif model == "dp":
-            out.slope(part, paper("B6-g-single-dp"), (1e-3, 1e-1), 2e-3)
-        out.window(part, LOWEST[model], HIGHEST["d_phi"] if model == "sp" else CONFLUENCE)
+        else:
+            out.slope(part, paper("B6-g-single-dp"), (1e-3, 1e-1), 2e-3 if model == "dp" else 8e-4)
+            part.set_title(AVERAGED.partition(": ")[2], fontsize=9, loc="right")
+        _mark_regimes(part, by)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
-        units = r"$\epsilon/\sigma^2$" if model == "sp" else r"$\epsilon_r/l^2$"
-        label(part, f"{series[:2]}: {name}", r"$z - z_J$" if column == "d_z" else rf"$G$  [{units}]", loc="upper left")
+        label(part, f"{series[:2]}: {name}", r"$z - z_J$" if column == "d_z" else G_UNITS, loc="upper left")
         part.set_xlim(5e-7, 0.7)
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
+    _draw_collapse(out, axes[6], tables)
+    _draw_stable(out, axes[7], tables)
+    _draw_both_counts(out, axes[8], tables)
     states = tables.states
     near = states[(states["model"] == "dp") & states["d_rho"].between(0, WITHOUT_G, inclusive="right")]
     share = near["g"].isna().groupby(near["n"]).mean()  # whose last free motion nothing holds
     percent = ", ".join(f"{100 * part:.0f} % of N = {n}" for n, part in share.items())
     out.caption = caption(out.name, near=WITHOUT_G, share=percent or "none")
     return out
+
+
+def _mark_regimes(axes: Any, by: str) -> None:
+    """Mark where the paper's regimes of a panel end: two of phi, [B] sec 3; one of rho, where its single power ends."""
+    for place in (LOWEST["sp"], HIGHEST["d_phi"]) if by == "d_phi" else (DISTANT,):
+        axes.axvline(place, color="#777777", linestyle="-.", linewidth=0.8)
+
+
+def _draw_collapse(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
+    """Draw the collapse of sizes that gives a: (z - z_J) N over dphi N^a."""
+    scale(axes)
+    a = paper("B6-a")
+    for n in COMPRESSED["sp"]:
+        x, y = tables.curve("sp", n, "d_phi", "d_z", NEAR).band
+        out.curve(axes, f"N = {n}", x * n**a, scaled(y, n), linestyle="none", **size_style(n))
+    for power, ends, height in ((1.0, (0.01, 1.0), 0.3), (0.5, (1e2, 1e4), 60.0)):
+        out.slope(axes, power, ends, height, above=power < 1)
+    label(axes, rf"SP: $\Delta\phi\, N^{a:g}$", r"$(z - z_J)\, N$", loc="upper left")
+
+
+def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
+    """Draw G of disks by which packings are averaged, over the root of the distance."""
+    scale(axes, y="linear")
+    places = log_places(LOWEST["sp"], HIGHEST["d_phi"], 6)
+    for n in SHOWN["sp"]:
+        every = [("all", tables.curve("sp", n, "d_phi", "g", places)), *stable_curves(tables, n, "d_phi", places)]
+        for packings, e in every:
+            look = size_style(n) | {"linestyle": dict(zip(PACKINGS, (":", "--", "-"), strict=True))[packings]}
+            found = mean_over_packings([e.y / e.x**0.5])[0]
+            out.curve(axes, f"N = {n}, {packings}", average(e.x), found, **look | {"marker": ""})
+    g_0 = paper("BT-G0-sp-phi")
+    out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
+    axes.set_ylim(0, 0.8)
+    label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", loc="upper right", ncols=2)
+
+
+def _draw_both_counts(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
+    """Draw z - z_J of droplets by both counts of contacts, beside that of disks."""
+    scale(axes)
+    n = SHOWN["dp"][0]
+    for series, model, column, colour, fill in (
+        ("DP, all contacts", "dp", "d_z", RED, "full"),
+        ("DP, without stops", "dp", "d_z_strong", RED, "none"),
+        ("SP", "sp", "d_z", BLUE, "full"),
+    ):
+        x, y = tables.curve(model, n, "d_rho", column, NEAR).band
+        look: dict[str, Any] = {"color": colour, "fillstyle": fill, "marker": "D" if model == "dp" else "o"}
+        out.curve(axes, f"{series}, N = {n}", x, y, linestyle="none", **look)
+    out.slope(axes, 1.0, (1e-4, 1e-3), 1e-3)
+    _mark_regimes(axes, "d_rho")
+    label(axes, r"$\Delta\rho$", r"$z - z_J$", loc="upper left")
+    axes.set_xlim(5e-7, 0.7)
+    axes.set_ylim(1e-3, 5)

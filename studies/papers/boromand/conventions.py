@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, power_law
-from studies.ensemble_tables import EnsembleTables
+from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import Sample, average, log_places
 from studies.finite_size import FiniteSize, finite_size
 from studies.papers.statements import paper
@@ -25,6 +25,7 @@ ONSET_CORRECTION = 0.7  # N^-0.7 of the mean onset, O'Hern et al., Phys. Rev. E 
 # [B] steps evenly, by 1e-4, so its least squares weigh every distance alike; its regimes begin at these distances
 LOWEST = {"sp": 1e-3, "dp": 1e-2}
 HIGHEST = {"d_phi": 0.2, "d_rho": 0.13}  # [B] fig 6 a for phi; below confluence for rho
+STABLE = tuple({"packings": which} for which in PACKINGS[1:])  # other analyses of G of disks
 STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolated
 NEAR = log_places(1e-6, 0.4, 5)  # distances from onset of panels with logarithmic axes
 DISTANCES = np.arange(0.0, 0.43, 0.01)  # the same of panels with linear axes
@@ -48,19 +49,25 @@ def curve(
     places: ArrayLike,
     within: tuple[float, float] | None = None,
     middle: Callable[[Array], Array] = average,
+    packings: str = PACKINGS[0],
 ) -> Sample:
     """Take the mean curve of a column y over x, of one model and size, at some places."""
-    found = tables.curve(model, n, x, y, places)
+    found = tables.curve(model, n, x, y, places, packings)
     if not np.isfinite(found.y).any():
         raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
     return (found if within is None else found.between(*within)).sample(middle)
 
 
 def curves(
-    tables: EnsembleTables, kinds: Sequence[tuple[str, int]], x: str, y: str, places: ArrayLike
+    tables: EnsembleTables,
+    kinds: Sequence[tuple[str, int]],
+    x: str,
+    y: str,
+    places: ArrayLike,
+    packings: str = PACKINGS[0],
 ) -> tuple[list[Array], Callable[[list[Array]], list[tuple[Array, Array]]]]:
     """Take the curves of several models and sizes, and what averages each."""
-    found = [tables.curve(model, n, x, y, places) for model, n in kinds]
+    found = [tables.curve(model, n, x, y, places, packings) for model, n in kinds]
     for (model, n), one in zip(kinds, found, strict=True):
         if not np.isfinite(one.y).any():
             raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")

@@ -3,12 +3,14 @@
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
-from jamlab.plotting.palette import GREEN
-from jamlab.statistics.power_laws import power_law
+from jamlab.plotting.palette import GREEN, ORANGE
+from jamlab.statistics.power_laws import fit_exponent, power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Ensemble, log_places
+from studies.html_page import TextTable
 from studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from studies.papers.boromand.conventions import (
     CONFLUENCE,
@@ -133,6 +135,7 @@ _register_law("B11-energy", DISKS, "d_phi", "u", OF_PHI, 1e-4, 1e-1, *decades(1e
 
 # fig 11: windows in which each mean lies within 10 % of the law, on one side of the paper's change of slope
 ENERGIES = log_places(1e-14, 0.1, 4)
+PRINTED = {"B11-omega-small-sp": "0.66 to 0.67"}  # in text and caption
 WINDOWS = {
     "B11-kappa": (10**-13.25, 1e-5),
     "B11-zeta-small": (1e-6, 0.03),
@@ -158,6 +161,28 @@ def last_decade(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> floa
     return float(power_law(x, y, low=0.999 * low * last, high=1.001 * high * last).exponents[0])
 
 
+LATE = (0.0, 1e-4, 1e-3, 3e-3, 1e-2)  # distances beyond onset at which it might be called
+
+
+def omega_if_late(tables: EnsembleTables, late: float, low: float, high: float) -> float:
+    """Fit omega of droplets between two distances from an onset that is called too late."""
+    x, y = tables.curve("dp", N, "d_rho", "excess", log_places(1e-6, 0.15, 10)).mean
+    kept = np.isfinite(x) & (y > 0)
+    grown = PchipInterpolator(np.log(x[kept]), np.log(y[kept]))
+    d = np.geomspace(low, high, 9)
+    rise = np.exp(grown(np.log(d + late))) - (np.exp(grown(np.log(late))) if late else 0.0)
+    return 1 / fit_exponent(d, rise)
+
+
+def late_onset(tables: EnsembleTables) -> TextTable:
+    """Write omega of droplets against how late onset is called."""
+    windows = ((1e-4, 1e-3), (1e-3, 1e-2))
+    cells = [[f"{omega_if_late(tables, late, *window):.2f}" for window in windows] for late in LATE]
+    rows = [[f"{late:g}", *row] for late, row in zip(LATE, cells, strict=True)]
+    columns = ("onset called later by drho", "omega, drho from 1e-4 to 1e-3", "from 1e-3 to 1e-2")
+    return TextTable(columns, rows, heading="omega of droplets if onset is called too late", words=True)
+
+
 # fig 4 ----------------------------------------------------------------------------------------------------------------
 
 
@@ -178,7 +203,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
 
 
 def _draw_areas(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
-    """Draw mean particle areas, and the paper's slope through the curve of the disks at 0.12."""
+    """Draw mean particle areas, and the form of the paper's power, with its height from our disks at 0.12."""
     slope = paper("B11-zeta-large")
     for model in ("sp", "dp"):
         e = tables.curve(model, N, "d_rho", "lost", _SMALL)
@@ -186,7 +211,7 @@ def _draw_areas(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
         out.curve(axes, f"{model.upper()}, N = {N}", x, y, **model_style(model))
     d = np.linspace(0.0, 0.155, 40)
     height = at(*tables.curve("sp", N, "d_rho", "lost", _SMALL).mean, 0.12) / 0.12**slope
-    out.curve(axes, rf"paper: slope {slope} in $\rho - \rho_J$", d, 1 - height * d**slope, **PAPER)
+    out.curve(axes, rf"form $1 - c\,(\rho - \rho_J)^{{{slope}}}$, $c$ ours", d, 1 - height * d**slope, **PAPER)
     axes.set_ylim(0.82, 1.02)
     label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
 
@@ -200,11 +225,11 @@ def _draw_shapes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
         out.curve(axes, f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})", shape.value, x, **look)
         if model == "dp":
             x, shape = tables.curve(model, N, by, "shape", DISTANCES[:22]).band
-            out.curve(axes, r"DP(ρ), $\mathcal{A} - 1$", shape.value - 1, x, **look | {"markersize": 2.5})
+            out.curve(axes, r"DP(ρ), $\mathcal{A} - 1$", shape.value - 1, x, **look | {"color": ORANGE, "marker": "*"})
     s, steep, flat = np.geomspace(3e-3, 0.1, 20), paper("B4-lambda"), paper("B11-omega-large-sp")
-    out.curve(axes, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
+    out.curve(axes, rf"form of $\omega = {flat}$, height free", s, 0.165 * (s / 0.07) ** flat, **PAPER)
     dotted = PAPER | {"linestyle": ":"}
-    out.curve(axes, rf"paper: $\lambda \approx {steep}$", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
+    out.curve(axes, rf"form of $\lambda = {steep}$, height free", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
     axes.set_xlim(3e-4, 0.15)
     axes.set_ylim(0, 0.22)
     shape_name = r"shape factor $\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)"
@@ -234,6 +259,7 @@ def figure_11(tables: EnsembleTables) -> Drawing:
         _draw_last_decade(out, axes, tables, model, ("excess", "d_rho", SHAPE_PLACES), f"B11-omega-large-{model}")
         label(axes, rf"$\mathcal{{A}} - {shape}$", r"$\rho - \rho_J$", loc="lower right")
     _draw_local_slopes(out, f, tables)
+    out.text = [late_onset(tables)]
     out.caption = caption(out.name)
     return out
 
@@ -247,17 +273,17 @@ def _draw_law(
     statement: str,
     inverse: bool = False,
 ) -> None:
-    """Draw a log-log curve, with our fit and the paper's slope in the window of a number; inverse: with x upwards."""
+    """Draw a log-log curve, our fit in the window of a number, and the paper's slope; inverse: with x upwards."""
     scale(axes)
     x, y = tables.curve(model, N, *what).band
     out.curve(axes, f"{model.upper()}, N = {N}", *((y.value, x) if inverse else (x, y)), **model_style(model))
     low, high = WINDOWS[statement]
     fit = power_law(x, y.value, low=0.99 * low, high=1.01 * high)
     line, theirs, ours = np.geomspace(fit.low, fit.high, 20), paper(statement), measure(statement, tables).value
-    middle = (fit.low * fit.high) ** 0.5
-    slope = float(fit(middle)) * 0.4 * (line / middle) ** (1 / theirs if inverse else theirs)
-    for text, values, look in ((f"fit: {ours:.3g}", fit(line), FIT), (f"paper: {theirs:g}", slope, PAPER)):
-        out.curve(axes, text, *((values, line) if inverse else (line, values)), **look)
+    places, heights = (fit(line), line) if inverse else (line, fit(line))
+    out.curve(axes, f"fit: {ours:.3g}", places, heights, **FIT)
+    beside = (2.5 if inverse else 0.3) * float(heights[0])
+    out.slope(axes, theirs, (places[0], places[-1]), beside, PRINTED.get(statement), above=inverse)
     span = axes.axhspan if inverse else axes.axvspan
     span(fit.low, fit.high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
 
@@ -271,7 +297,7 @@ def _draw_last_decade(
     middle = line.prod() ** 0.5
     height = float(np.interp(middle, x, y))
     out.curve(axes, f"last decade: {ours:.3g}", line, height * (line / middle) ** ours, **FIT)
-    out.curve(axes, f"paper: {theirs:g} at large", line, 0.5 * height * (line / middle) ** theirs, **PAPER)
+    out.slope(axes, theirs, (line[0], 0.5 * line[-1]), 0.35 * height * (line[0] / middle) ** theirs)
 
 
 def _draw_local_slopes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:

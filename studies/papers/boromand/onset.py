@@ -13,6 +13,7 @@ from studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, sca
 from studies.papers.boromand.conventions import ONSET_CORRECTION, SIZES, onset_law
 from studies.papers.statements import caption, paper, statistic
 
+LEAST = 30  # packings of a density
 COLUMN = {"sp": "phi_J", "dp": "rho_J"}
 
 
@@ -69,7 +70,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
         inset = axes.inset_axes((0.1, 0.55, 0.3, 0.36))
         inset.set_gid(axes.get_gid() + "-inset")
         for size, values in zip(n, groups, strict=True):
-            if size not in SIZES:  # the paper's, on its axes
+            if size not in SIZES or len(values) < LEAST:  # the paper's, on its axes
                 continue
             look = size_style(size)
             density, edges = np.histogram(values, bins=max(5, round(len(values) ** 0.5)), density=True)
@@ -87,7 +88,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             name = f"{model.upper()}: {what}"
             out.curve(panel, name, n, found, band=False, label=model.upper(), **model_style(model))
     theta, large = paper("B10-theta-sp"), paper("B10-onset-sp")
-    out.slope(width, -theta, (sizes(onset, "sp")[0], 256), 0.012, rf"$N^{{-{theta}}}$")
+    out.slope(width, -theta, (sizes(onset, "sp")[0], 256), 0.016, rf"$N^{{-{theta}}}$", above=True)
     label(width, "N", r"width of the distribution $\sigma$")
     out.curve(mean, f"paper: large-N limit {large}", [12, 500], [large] * 2, **PAPER)
     mean.set_xscale("log")
@@ -103,10 +104,11 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
     table = onset.assign(extra=(0.5 * onset["z_J"] * held - (2 * held - 1)).round()).dropna(subset=["z_J"])
     for model in ("sp", "dp"):
         n, name, look = sizes(table, model), model.upper(), model_style(model)
-        last = table[(table["model"] == model) & (table["n"] == n[-1])]["extra"]
-        share = last.value_counts(normalize=True).sort_index()
-        out.curve(extra, f"{name}, N = {n[-1]}", share.index, share.to_numpy(), **look | {"linestyle": "-"})
-        found = mean_over_packings(groups_by(table[table["model"] == model], "n", "z_J", n))
+        of_model = table[table["model"] == model]
+        largest = [size for size in n if (of_model["n"] == size).sum() >= LEAST][-1]
+        share = of_model.loc[of_model["n"] == largest, "extra"].value_counts(normalize=True).sort_index()
+        out.curve(extra, f"{name}, N = {largest}", share.index, share.to_numpy(), **look | {"linestyle": "-"})
+        found = mean_over_packings(groups_by(of_model, "n", "z_J", n))
         out.curve(mean, f"{name}: z_J", n, found, band=False, label=name, **look)
     line, printed = np.geomspace(12, 500, 40), paper("BT-zJ-sp-phi")
     out.curve(mean, "4 - 2/N", line, 4 - 2 / line, **FIT)

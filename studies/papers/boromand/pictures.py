@@ -7,21 +7,25 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from jamlab.figures.packing_pictures import draw_overlaps, draw_packing
+from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
-from jamlab.geometry.voids.voids import voids
+from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids, voids
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import draw_background
-from jamlab.plotting.palette import GREEN, MODEL_STYLE, SIDE_COLOURS
-from jamlab.plotting.periodic_cell import circles, fill_everywhere
+from jamlab.plotting.palette import GREEN, MODEL_STYLE, ORANGE, SIDE_COLOURS
+from jamlab.plotting.periodic_cell import circles, fill_everywhere, line_everywhere
+from jamlab.protocols.compression import compress
+from jamlab.protocols.droplets_from_disks import to_polygons
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, drawing
 from studies.papers.statements import caption
 from studies.reference_data import MODELS, example_file
 
 SHAPE_OF_ONE_DISK = 1.025  # of the disk that fig 1 marks
+CLOSE = 0.13  # half the side of the close-up of fig 8, over that of the box
 COMPARED_AT, CLOSE_UP_AT, VOIDS_AT = 0.92, 0.99, 0.97  # rho of figs 2, 3 and 8
 
 
@@ -48,7 +52,9 @@ def _mark_centres(out: Drawing, axes: Any, name: str, packing: Packing) -> None:
 def figure_1(tables: EnsembleTables) -> Drawing:
     """Disks with their overlaps at phi = 1, shared half and half."""
     out, (axes,) = drawing("boromand-1", 1, 1, 6.0, 6.2)
-    rho, packing = min(_examples("sp", 32), key=lambda state: abs(state[1].phi - 1))
+    before = max((p for _, p in _examples("sp", 32) if p.phi < 1), key=lambda p: p.phi)
+    *_, packing = compress(before, 1.0, by="phi")
+    rho = packing_fraction(packing)
     shapes = shape_factors(packing)
     chosen = int(np.abs(shapes - SHAPE_OF_ONE_DISK).argmin())
     draw_overlaps(axes, packing)
@@ -64,20 +70,28 @@ def figure_1(tables: EnsembleTables) -> Drawing:
 
 
 def figure_2(tables: EnsembleTables) -> Drawing:
-    """Packings of both models near rho = 0.92, with their contacts."""
-    out, panels = drawing("boromand-2", 1, 2, 5.4, 5.6)
-    for model, axes in zip(MODELS, panels, strict=True):
-        rho, packing = _nearest(model, 64, COMPARED_AT)
-        text = f"{MODEL_STYLE[model]['label']}: ρ = {rho:.3f}, mean A = {shape_factors(packing).mean():.3f}"
-        draw_packing(axes, packing, text)
-        _mark_centres(out, axes, model.upper(), packing)
-    out.caption = caption(out.name)
+    """Disks and the droplets that they become at the same rho, with contacts that one has and the other has not."""
+    out, panels = drawing("boromand-2", 1, 2, 5.4, 5.9)
+    disks = _nearest("sp", 64, COMPARED_AT)[1]
+    both = contacts(disks), contacts(to_polygons(disks))
+    pairs = [{(i, j, *shift) for (i, j), shift in zip(c.pairs.tolist(), c.shift.tolist(), strict=True)} for c in both]
+    for k, (axes, network) in enumerate(zip(panels, both, strict=True)):
+        packing, name = network.packing, MODEL_STYLE[MODELS[k]]["label"]
+        text = f"({axes.get_gid()}) {name}: ρ = {packing_fraction(packing):.3f}"
+        draw_packing(axes, packing, f"{text}, mean A = {shape_factors(packing).mean():.3f}")
+        own = [pair not in pairs[1 - k] for pair in sorted(pairs[k])]
+        order = sorted(range(len(network.pairs)), key=lambda m: (*network.pairs[m], *network.shift[m]))
+        lines = contact_lines(network)[order][own]
+        line_everywhere(axes, lines, packing.box, color=ORANGE, linewidth=4.0, alpha=0.9)
+        _mark_centres(out, axes, MODELS[k].upper(), packing)
+    only = [len(pairs[k] - pairs[1 - k]) for k in (0, 1)]
+    out.caption = caption(out.name, disks=only[0], droplets=only[1], shared=len(pairs[0] & pairs[1]))
     return out
 
 
 def figure_3(tables: EnsembleTables) -> Drawing:
     """Close-up of droplets near confluence, with the rims of their polygons."""
-    out, (whole, close) = drawing("boromand-3", 1, 2, 5.4, 5.6)
+    out, (whole, close) = drawing("boromand-3", 1, 2, 5.4, 5.9)
     rho, packing = _nearest("dp", 128, CLOSE_UP_AT)
     for axes in (whole, close):
         draw_packing(axes, packing, f"DP: ρ = {rho:.3f}, mean A = {shape_factors(packing).mean():.3f}")
@@ -92,17 +106,51 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     return out
 
 
+def _zoom_on_borders(axes: Any, found: Voids) -> None:
+    """Zoom on the three-sided void of median shape, write A into those around it, and draw a Plateau border beside."""
+    three = np.flatnonzero(found.sides == 3)
+    shapes = found.shape[three]
+    middle = found.centroid[three[np.argsort(shapes)[len(three) // 2]]]
+    box = {"facecolor": "white", "alpha": 0.7, "linewidth": 0, "pad": 1}
+    look: dict[str, Any] = {"fontsize": 10, "weight": "bold", "ha": "center", "va": "center", "bbox": box}
+    half = CLOSE * float(found.packing.box[0, 0])
+    for k in three:
+        place = found.centroid[k]
+        if (np.abs(place - middle) < 0.9 * half).all():
+            axes.annotate(f"{found.shape[k]:.2f}", place, **look)
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    for text in list(axes.texts):
+        text.set_clip_on(True)
+    inset = axes.inset_axes((0.62, 0.02, 0.36, 0.36))
+    inset.set_gid(f"{axes.get_gid()}-inset")
+    centres = np.array([[0.0, 0.0], [1.0, 3**0.5], [2.0, 0.0]])  # of three touching disks of radius 1
+    angles = np.radians(np.array([[0], [240], [120]]) + np.linspace(0, 60, 30))
+    arcs = centres[:, None] + np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    inset.fill(*arcs.reshape(-1, 2).T, facecolor=SIDE_COLOURS[3], edgecolor="black")
+    inset.text(1.0, 0.58, f"{PLATEAU_BORDER:.2f}", **look)
+    inset.set_aspect("equal")
+    inset.set_xticks([])
+    inset.set_yticks([])
+
+
 def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
     """Voids of both models near confluence, coloured by their number of sides."""
-    out, panels = drawing("boromand-8-voids", 1, len(MODELS), 5.4, 5.8)
-    for axes, model in zip(panels, MODELS[::-1], strict=True):
+    out, panels = drawing("boromand-8-voids", 1, 3, 5.0, 6.0)
+    for axes, model in zip(panels, ("dp", "sp", "dp"), strict=True):
         reached, packing = _nearest(model, 64, VOIDS_AT)
         draw_background(axes, packing)
         found = voids(packing)
         found.plot(axes)
         _mark_centres(out, axes, f"{model.upper()}, rho = {reached:.3f}", packing)
         axes.get_legend().remove()
-        axes.set_title(f"{model.upper()}, ρ = {reached:.3f}, {len(found.area)} voids", fontsize=11)
+        text = f"({axes.get_gid()}) {model.upper()}, ρ = {reached:.3f}, "
+        if axes is panels[-1]:
+            _zoom_on_borders(axes, found)
+            text += r"$\mathcal{A}$ of three-sided voids"
+        else:
+            text += f"{len(found.area)} voids"
+        axes.set_title(text, fontsize=11)
     handles = [Patch(facecolor=SIDE_COLOURS[side], edgecolor="black", label=f"{side} sides") for side in (3, 4, 5, 6)]
     out.figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=10)
     out.caption = caption(out.name)
