@@ -3,7 +3,9 @@ sense, units and copies. `tests/support/invariant_cases.py` lists them."""
 
 import numpy as np
 import pytest
-from invariant_cases import CASES, NOT_COMPARED, TOGETHER, deviation, packings, public_functions_of_packings
+from invariant_cases import CASES, EXACT, NOT_COMPARED, TOGETHER, deviation, packings, public_functions_of_packings
+
+from jamlab.models.models import MODELS
 
 RUNS = [(name, model) for name, case in CASES.items() for model in case.models]
 
@@ -13,6 +15,16 @@ def test_no_public_function_of_a_packing_is_forgotten():
     assert public_functions_of_packings() == CASES.keys() | NOT_COMPARED.keys()
 
 
+def test_every_parameter_of_every_law_is_compared():
+    """In some packing at a value of its own, not the default or 0."""
+    seen = set()
+    for p in packings().values():
+        own = [name for name, each in p.parameters.items() if name in p.params and p.params[name] is not each.default]
+        seen |= {(p.model, p.units, name) for name in own if np.any(p.params[name])}
+    laws = [(kind, units) for kind in MODELS.values() for units in kind.unit_names]
+    assert seen == {(kind.name, u, name) for kind, u in laws for name in kind.parameters(u)}
+
+
 @pytest.mark.parametrize("name, model", RUNS)
 def test_views(name, model):
     """All together, but for those in which a function sees another packing; the same again gives the same bits."""
@@ -20,4 +32,5 @@ def test_views(name, model):
     before = packing.positions.copy()
     found = {together: deviation(name, model, views) for together, views in TOGETHER.items()}
     assert found.pop("same") == 0 and np.array_equal(packing.positions, before)
+    assert found["metres"] < EXACT  # minima and flows too: no number of a solver stands in other than natural units
     assert max(found.values()) < CASES[name].tolerance, found

@@ -45,14 +45,17 @@ def packings():
     Droplets put in the place of the disks at 1e-2 end in one of several minima, by the last digit of where they start.
     """
     files = {"dp": "stable_droplets.h5", "square": "droplets_at_onset.h5"}
+    droplets = {name: jamlab.read(STATES / file) for name, file in files.items()}
+    droplets["dp"] = jamlab.relaxed(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
+    law = {"eps": 1.7, "exponent": 3.0}
     p = _disks(n=12, pressure=3e-3, seed=2, ratio=3.0)
     disks = {
         "sp": _disks(n=14, pressure=3e-3, seed=6),
-        "eps": jamlab.relaxed(jamlab.Packing("sp", p.box, p.positions, {"eps": 1.7}, "eps", p.diameters)),
+        "eps": jamlab.relaxed(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
         "hertz": _disks("lognormal:0.4", n=12, pressure=1e-2, seed=6, exponent=2.5),
         "dense": jamlab.pack(n=12, pressure=3e-2, seed=1),
     }
-    return disks | {name: jamlab.read(STATES / file) for name, file in files.items()}
+    return disks | droplets
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,7 @@ def _mirrored(view):
     return replace(view, packing=p.with_state(**state), sign=-view.sign)
 
 
+METRES = 2.0**-18, 2.0**13  # micrometres and 8 kPa: units that change no digit, so that nothing else does either
 VIEWS = {
     "permuted": _permuted,
     "translated": lambda view: _moved(view, mean_size(view.packing) * np.array([0.37, -4.1])),
@@ -113,12 +117,14 @@ VIEWS = {
     "mirror": _mirrored,
     "units, 7e2": lambda view: replace(view, packing=scaled(view.packing, 7e2, 4e-8), s=7e2, k=4e-8),
     "units, 3e-4": lambda view: replace(view, packing=scaled(view.packing, 3e-4, 6e8), s=3e-4, k=6e8),
+    "metres": lambda view: replace(view, packing=scaled(view.packing, *METRES), s=METRES[0], k=METRES[1]),
     "supercell": lambda view: replace(view, packing=tiled(view.packing, 2), copies=4),
 }
 TOGETHER = {  # several at once, in the suite
     "same": (),
     "seen otherwise": ("permuted", "translated", "images", "box + k a", "180 deg", "units, 7e2"),
     "mirror": ("mirror", "units, 3e-4"),
+    "metres": ("metres",),
     "supercell": ("supercell",),
 }
 
