@@ -12,11 +12,10 @@ from threadpoolctl import threadpool_limits
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
-from jamlab.geometry.contact_lengths import contact_lengths
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
 from jamlab.geometry.orientational_order import orientational_order
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
+from jamlab.geometry.particle_shape import area_ratios, contact_lengths, edge_lengths, shape_factors
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.force_network import force_network

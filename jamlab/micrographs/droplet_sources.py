@@ -15,8 +15,7 @@ from scipy.special import expit, ndtr
 
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness, blur_of
-from jamlab.micrographs.label_objects import Note
-from jamlab.micrographs.labels import ROUGH, Labelled, label_darkness, label_segments
+from jamlab.micrographs.labels import ROUGH, Labelled, Note, label_darkness, label_segments
 from jamlab.micrographs.picture_numbers import LIMITS
 from jamlab.micrographs.ring_segmentation import Candidates, Rings
 from jamlab.micrographs.segmentation import NECK, Segments, find_markers, meetings

@@ -186,9 +186,7 @@ def _rules_of_numbers(droplets: DropletSource, checks: Checks) -> Rules:
     changes = f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact"
     room = f"between droplets a disc of {checks.widest:.1f} of their radius has room: its wall may have a gap"
     hidden = f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off"
-    ground = (
-        f"{checks.open_edge:.0%} of the edge of the picture is ground: a wall that holds droplets is not seen"
-    )
+    ground = f"{checks.open_edge:.0%} of the edge of the picture is ground: a wall that holds droplets is not seen"
     differ = f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels"
     return [
         (checks.unstable > COUNT * count + 1, split, ALL),

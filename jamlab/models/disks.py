@@ -14,7 +14,7 @@ from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_cells, fraction_by_pairs
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.geometry.voids.polygon_boundary import trace_disks
+from jamlab.geometry.voids.boundary_loops import trace_disks
 from jamlab.models.pair_laws import PowerLaw
 from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
 from jamlab.packing.neighbors import Pairs

@@ -20,7 +20,7 @@ from jamlab.geometry.contact_network import ContactForces, per_length
 from jamlab.geometry.packing_fraction import cover_by_droplets
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, pair_polygons, vertex_contacts
-from jamlab.geometry.voids.polygon_boundary import trace_polygons
+from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.models.pair_laws import RimLaw
 from jamlab.packing.law_parameters import CONTACT_FORMS, Parameter, check_magnitudes
 from jamlab.packing.neighbors import Pairs, shortest_images

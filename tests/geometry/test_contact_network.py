@@ -16,7 +16,7 @@ from jamlab.geometry.contact_network import (
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.geometry.voids.polygon_boundary import trace_polygons
+from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import energy_terms, forces_of
 

@@ -9,7 +9,7 @@ from random_packings import disks, polygons
 
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.rims import edge_rings
-from jamlab.geometry.voids.polygon_boundary import trace_polygons
+from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.geometry.voids.voids import voids
 
 TURN = 2 * np.pi

@@ -10,8 +10,7 @@ from scipy import ndimage
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.voids.void_statistics import void_statistics
-from jamlab.geometry.voids.voids import PLATEAU_BORDER, voids
+from jamlab.geometry.voids.voids import PLATEAU_BORDER, void_statistics, voids
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 

@@ -1,9 +1,9 @@
 """Real wet foams with hand-drawn interiors: counts, areas and shares of the light inside bubbles.
 
 JAMLAB_FOAMS names the folder `data_set` of github.com/larrygoyeau/bubble_segmentation_Unet, which has no licence and
-does not ship. `jamlab/micrographs/wall_paths.py` was fitted to the half that was worked on, with rendered pictures and
-lattices of rings; the other half, by a hash of the name of the mask, is measured when that is done. Who looks at it or
-tunes on what this prints needs other pictures.
+does not ship. `jamlab/micrographs/ring_segmentation.py` was fitted to the half that was worked on, with rendered
+pictures and lattices of rings; the other half, by a hash of the name of the mask, is measured when that is done. Who
+looks at it or tunes on what this prints needs other pictures.
 """
 
 import os

@@ -1,6 +1,6 @@
 """Label images of packings with faults of segmenters and hands: good numbers lie within their intervals.
 
-Rules in `jamlab/micrographs/label_objects.py` and intervals in `quality.label_errors` were set on packings of seeds 1
+Rules in `jamlab/micrographs/labels.py` and intervals of `LabelledDroplets` were set on packings of seeds 1
 to 8. Seeds from 51 on were used for no rule; who sets one on what this prints takes new seeds.
 """
 

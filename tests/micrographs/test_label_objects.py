@@ -11,8 +11,7 @@ from PIL import Image
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.micrographs.label_objects import sort_objects
-from jamlab.micrographs.labels import looks_labelled, read_labels
+from jamlab.micrographs.labels import looks_labelled, read_labels, sort_objects
 
 pytest.importorskip("skimage")
 RADIUS, SPACING = 14.0, 28.5
