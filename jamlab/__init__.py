@@ -15,7 +15,7 @@ Files        read, read_all, read_observables, write, write_data, write_dump, re
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
-             estimate: a mean over packings to an error
+             estimate: a mean over packings to an error; estimate_cost
 Settings     SolverSettings, FireSettings, KrylovSettings: numbers of solvers; Border: how a box may deform
 Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
 Micrographs  micrograph, synthetic_micrograph, follow

@@ -15,11 +15,11 @@ from .errors import JamlabError as JamlabError
 from .errors import JamlabWarning as JamlabWarning
 from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
+from .estimates.choice import Choice as Choice
 from .estimates.estimate import Estimate as Estimate
 from .estimates.estimate import estimate as estimate
-from .estimates.flow_choice import FlowChoice as FlowChoice
+from .estimates.estimate import estimate_cost as estimate_cost
 from .estimates.flow_choice import choose_flow as choose_flow
-from .estimates.model_choice import Choice as Choice
 from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
 from .estimates.model_choice import scene as scene

@@ -3,6 +3,9 @@
 Each error is a `JamlabError` and also the built-in error it resembles, names the offending value and says what to do.
 """
 
+import warnings
+from typing import Any
+
 
 class JamlabError(Exception):
     """Base of all jamlab errors.
@@ -112,3 +115,19 @@ class JamlabWarning(UserWarning):
         ...         print(str(warning)[:66])
         G_xy below 0: at this box shape the packing would shear by itself;
     """
+
+
+class Renamed:
+    """The old name of an attribute: gives the one of the new name, and warns."""
+
+    def __init__(self, new: str) -> None:
+        self._new, self._old = new, ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._old = name
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        if instance is None:
+            return self
+        warnings.warn(f"{owner.__name__}.{self._old} is now {self._new}", FutureWarning, stacklevel=2)
+        return getattr(instance, self._new)

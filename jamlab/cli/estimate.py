@@ -20,8 +20,9 @@ def estimate(
     as_json: Json = False,
 ) -> None:
     """Estimate a mean over packings of droplets to a requested uncertainty, from the cheapest packings."""
+    from jamlab.estimates.choice import Why
     from jamlab.estimates.estimate import estimate as run
-    from jamlab.estimates.options import Why
+    from jamlab.estimates.estimate import estimate_cost
 
     said = ""
 
@@ -30,19 +31,22 @@ def estimate(
         said = text
         progress(share, text)
 
-    describe_kept(lambda: f"so far {said or 'no packing'}; nothing was written")
-    with progress_bar("estimate") as progress:
-        how: dict[str, Any] = {"seed": seed, "model": model, "processes": processes, "dry_run": dry_run}
-        made = run(quantity, rho, error, progress=show, **how)
-    found: dict[str, Any] = {"packings": made.packings, "error": made.error}
-    if not dry_run:
-        found = {"value": made.value} | found | {"met": made.met, "left_out": made.left_out, "seconds": made.seconds}
-        found["stopped"] = str(made.stopped)
+    found: dict[str, Any]
+    if dry_run:
+        choice = estimate_cost(quantity, rho, error, model=model)
+        found = {"packings": choice.packings, "error": choice.bound[quantity]}
+    else:
+        describe_kept(lambda: f"so far {said or 'no packing'}; nothing was written")
+        with progress_bar("estimate") as progress:
+            made = run(quantity, rho, error, seed=seed, model=model, processes=processes, progress=show)
+        choice = made.choice
+        found = {"value": made.value, "packings": made.packings, "error": made.ci95, "met": made.met}
+        found |= {"left_out": made.left_out, "seconds": made.seconds, "stopped": str(made.stopped)}
     options: list[dict[str, Any]] = [
-        {str(name): _plain(value) for name, value in row.items()} for row in made.choice.options.to_dict("records")
+        {str(name): _plain(value) for name, value in row.items()} for row in choice.options.to_dict("records")
     ]
     if as_json:
-        print_json(found | {"expected_seconds": made.choice.seconds, "options": options})
+        print_json(found | {"expected_seconds": choice.seconds, "options": options})
         return
     if not dry_run:
         print_table(f"mean of {quantity}", list(found), [[_cell(value) for value in found.values()]])
@@ -50,8 +54,8 @@ def estimate(
     shown.sort(key=lambda row: (row["why"] != Why.TAKEN, row["why"] != Why.COSTS_MORE, row["seconds"]))
     columns = ["way", "packings", "seconds", "error", "why"]
     print_table(
-        f"{made.choice.packings} packings of {made.choice.way} are expected to give {quantity} within "
-        f"{made.choice.error[quantity]:.2g} (95 %) in {made.choice.seconds:.3g} s",
+        f"{choice.packings} packings of {choice.way} are expected to give {quantity} within "
+        f"{choice.bound[quantity]:.2g} (95 %) in {choice.seconds:.3g} s",
         columns,
         [[_cell(row[name]) for name in columns] for row in shown],
     )

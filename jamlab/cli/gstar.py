@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 TABLES = (".csv", ".tsv")
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
+SHEAR = "storage, loss, g0, eta0, eta_inf: shear along x of the box; g: mean over directions"
+_HEADINGS = {"omega": "ω τ1", "storage": "G'_xy", "loss": "G''_xy", "error": "error"}
+_HEADINGS |= {"storage_stderr": "± G'_xy", "loss_stderr": "± G''_xy"}
 MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes
 
 
@@ -80,11 +83,11 @@ def gstar(
     if out is not None:
         save(found, law, out)
     if as_json:
-        curves = [spectra.summary() for spectra in found]
+        curves = [_summary(spectra) for spectra in found]
         print_json(curves[0] if len(curves) == 1 else {"curves": curves})
         return
     for spectra in found:
-        print_spectra(f"{law}; {spectra.description}", spectra)
+        print_spectra(law, spectra)
     if out is not None:
         print_line(f"wrote {out}")
     if len(found) > 1:
@@ -99,20 +102,41 @@ def _frequencies(lowest: float, highest: float, points: int) -> "Array":
     return np.geomspace(lowest, highest, points)
 
 
-def print_spectra(name: str, spectra: "Spectra") -> None:
+def _summary(spectra: "Spectra") -> dict[str, Any]:
+    """Plain numbers: limits and mean curves, of each packing too if there are several."""
+    from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS
+
+    each, means = spectra.packings, spectra.means()
+    content: dict[str, Any] = {"label": spectra.label, "units": spectra.units, "converged": bool(each.converged.all())}
+    content |= {"method": spectra.method, "shear": SHEAR, "omega": spectra.omega.tolist()}
+    content |= {name: float(each[name].mean()) for name in ("g", *LIMITS)}
+    content |= {name: means[name].tolist() for name in COLUMNS}
+    if len(each) > 1:
+        curves = {name: spectra.all_of(name).tolist() for name in COLUMNS}
+        numbers = each[["g", *LIMITS]].to_dict("records")
+        content["packings"] = [row | {name: curves[name][k] for name in COLUMNS} for k, row in enumerate(numbers)]
+    return content
+
+
+def print_spectra(law: "Damping", spectra: "Spectra") -> None:
     """Print G*_xy(omega), below its limits and the static G averaged over directions."""
     from jamlab.packing.law_parameters import NEGATIVE_G
 
-    names, rows = spectra.rows()
-    print_table(name, names, rows)
+    each, table = spectra.packings, spectra.means()
+    count, bad = len(each), int((~each["converged"]).sum())
+    words = [str(law) + ";", f"{spectra.label}," * bool(spectra.label), f"{count} packing{'s' * (count > 1)},"]
+    words += [spectra.method + f", {bad} NOT CONVERGED" * bool(bad)]
+    lines = [[f"{value:.4g}" for value in row] for row in table.to_numpy()]
+    print_table(" ".join(filter(None, words)), [_HEADINGS[str(name)] for name in table], lines)
+    mean = each[["g0", "g", "eta0", "eta_inf"]].mean()
     print_note(
-        f"G_xy = {spectra.limit('g0'):.5g}: static, for shear along x of the box, as G*; "
-        f"G = {spectra.mean_g:.5g}: static, mean over directions"
+        f"G_xy = {mean['g0']:.5g}: static, for shear along x of the box, as G*; G = {mean['g']:.5g}: static, mean over "
+        "directions"
     )
-    for name, value in (("G_xy", spectra.limit("g0")), ("G", spectra.mean_g)):
+    for name, value in (("G_xy", mean["g0"]), ("G", mean["g"])):
         if value < 0:
             print_note(f"{name} {NEGATIVE_G}")
-    print_note(f"eta0 = {spectra.limit('eta0'):.5g}, eta_inf = {spectra.limit('eta_inf'):.5g}")
+    print_note(f"eta0 = {mean['eta0']:.5g}, eta_inf = {mean['eta_inf']:.5g}")
 
 
 def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = True) -> None:
@@ -140,11 +164,9 @@ def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:
     """
     kind = path.suffix.lower()
     if kind in TABLES:
-        import pandas as pd
-
         (curve,) = curves
-        columns = (curve.omega, curve.band("storage")[0], curve.band("loss")[0])
-        write_table(pd.DataFrame(dict(zip(HEADERS, columns, strict=True))), path)
+        table = curve.means()[["omega", "storage", "loss"]]
+        write_table(table.set_axis(list(HEADERS), axis="columns"), path)
     elif kind in FORMATS["picture"].endings:
         from jamlab.figures.packing_pictures import modulus_figure
         from jamlab.figures.save_picture import save_picture
@@ -166,10 +188,9 @@ def _fill(group: Any, spectra: "Spectra") -> None:
     from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS
 
     group.attrs.update({"units": spectra.units, "method": spectra.method, "label": spectra.label})
-    group.attrs["shear"] = "storage, loss, g0, eta0, eta_inf: shear along x of the box; g: mean over directions"
+    group.attrs["shear"] = SHEAR
     group["omega"] = spectra.omega
     for column in COLUMNS:
         group[column] = spectra.all_of(column)
-    for limit in LIMITS:
-        group[limit] = [getattr(member, limit) for member in spectra.members]
-    group["g"], group["converged"] = spectra.g, spectra.converged
+    for name in (*LIMITS, "g", "converged"):
+        group[name] = spectra.packings[name].to_numpy()

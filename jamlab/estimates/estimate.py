@@ -23,16 +23,14 @@ from threadpoolctl import threadpool_limits
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, check_seed, checked
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, Renamed
 from jamlab.estimates import ways
-from jamlab.estimates.model_choice import Choice
-from jamlab.estimates.options import Why, judge
+from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.ways import ONSET, EnsembleWay, N, Scatter, WayRecord, Ways, difference, is_known, scatter
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
-from jamlab.protocols.size_distributions import Sizes
 from jamlab.statistics.confidence import CONFIDENCE, room
 
 ENSEMBLE_QUANTITIES = {
@@ -75,8 +73,10 @@ def plan_mean(
     correction = 0.0
     if records[row] is not reference:
         correction = -difference(records[row], reference, quantity, at).value
-    expected = ({quantity: best["error"]}, {quantity: correction}, best["seconds"], options, best["packings"])
-    return Sample(quantity, at, Choice(best["way"], *expected), one, best["bias_error"])
+    bound, corrections = {quantity: best["error"]}, {quantity: correction}
+    cost = {"seconds": best["seconds"], "packings": best["packings"]}
+    choice = Choice(way=best["way"], bound=bound, options=options, correction=corrections, **cost)
+    return Sample(quantity, at, choice, one, best["bias_error"])
 
 
 def interval(deviation: float, freedom: float, packings: int = 1) -> float:
@@ -148,7 +148,6 @@ class Stop(StrEnum):
     MET = "the interval is met"
     WAY = "the calibration of this way limits the error: more packings do not help, another model does"
     SCATTER = "packings scatter more than the table says"
-    PLANNED = "nothing was made"
 
 
 @dataclass
@@ -211,12 +210,12 @@ class Sample:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean over packings, with its 95 % interval value -+ error.
+    """A mean over packings, with its 95 % interval value -+ ci95.
 
     Attributes:
         value: mean, in the unit of `jamlab.estimates.estimate.ENSEMBLE_QUANTITIES`.
-        error: half the width of its 95 % interval; of the scatter of the packings and of what is known of their way.
-        met: whether `error` is at most the one asked for.
+        ci95: half the width of its 95 % interval; of the scatter of the packings and of what is known of their way.
+        met: whether `ci95` is at most the error asked for.
         packings: that the mean is over.
         left_out: seeds without a value: unjammed at rho, not stable, or failed.
         seconds: CPU time that it took.
@@ -228,11 +227,11 @@ class Estimate:
     Example:
         >>> from dataclasses import fields
         >>> [field.name for field in fields(jamlab.Estimate)][:4]
-        ['value', 'error', 'met', 'packings']
+        ['value', 'ci95', 'met', 'packings']
     """
 
     value: float
-    error: float
+    ci95: float
     met: bool
     packings: int
     left_out: int
@@ -242,7 +241,30 @@ class Estimate:
     seeds: NDArray[np.int64]
     stopped: Stop
 
+    error = Renamed("ci95")
     __repr__ = short_repr
+
+
+@checked
+def estimate_cost(quantity: str, rho: float | None, error: float, *, model: str = "auto") -> Choice:
+    """Choose how `estimate` would make its packings, and what they are expected to cost; nothing is made.
+
+    Args:
+        quantity: see `estimate`.
+        rho: see `estimate`.
+        error: see `estimate`.
+        model: see `estimate`.
+
+    Raises:
+        InputError: see `estimate`.
+        StorageError: see `estimate`.
+
+    Example:
+        >>> loose, tight = (jamlab.estimate_cost("z", rho=0.9, error=e) for e in (0.1, 0.005))
+        >>> loose.seconds < tight.seconds, tight.way.start
+        (True, 'droplets')
+    """
+    return plan_mean(quantity, rho, error, model=model).choice
 
 
 @checked
@@ -255,8 +277,6 @@ def estimate(
     model: str = "auto",
     processes: int = 1,
     progress: Progress = no_progress,
-    dry_run: bool = False,
-    sizes: Sizes | None = None,
 ) -> Estimate:
     """Estimate a mean over packings of droplets to a given error, at the least cost that the table promises.
 
@@ -277,8 +297,6 @@ def estimate(
             the estimate stops as soon as their scatter counts no more, and `met` is False.
         processes: packings made at once.
         progress: called with the share of the seeds expected in all that were tried, and their number in words.
-        dry_run: plan alone: nothing is made, `value` is nan, and `error`, `packings` and `seconds` are those expected.
-        sizes: refused: the table is of two sizes, half and half.
 
     Raises:
         InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite or
@@ -288,63 +306,62 @@ def estimate(
 
     Example:
         >>> e = jamlab.estimate("rho-J", None, error=0.02)
-        >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.error
+        >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.ci95
         (True, True, True)
-        >>> loose, tight = (jamlab.estimate("z", rho=0.9, error=e, dry_run=True) for e in (0.1, 0.005))
-        >>> loose.seconds < tight.seconds, tight.choice.way.start
-        (True, 'droplets')
     """
-    ways.refuse_sizes(sizes)
     check_seed(seed)
     if processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
     made = plan_mean(quantity, rho, error, model=model)
-    choice, correction = made.choice, made.choice.correction[quantity]
-    if dry_run:
-        expected, none = choice.error[quantity], np.empty(0)
-        few = (math.nan, expected, expected <= error, choice.packings, 0, choice.seconds)
-        return Estimate(*few, choice, none, none.astype(np.int64), Stop.PLANNED)
-    rng = np.random.default_rng([seed, 20])
-    seeds: list[int] = []  # far from those of the table
-    found: list[tuple[float, float]] = []
-    one = partial(make_one, way=choice.way, quantity=quantity, rho=made.rho)
-    expected = round(choice.packings / made.scatter.share)
-
-    def make(count: int) -> list[tuple[float, float]]:
-        before = len(seeds)
-        batch = [int(rng.integers(1_000_000, 2**31)) for _ in range(count)]
-        seeds.extend(batch)
-
-        def done(many: int) -> None:
-            tried = before + many
-            good = np.array([value for value, _ in found if math.isfinite(value)])
-            text = f"{tried} packings"
-            if len(good) > 1:
-                text += f", mean {good.mean() + correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
-            progress(tried / max(expected, len(seeds)), text)
-
-        if processes > 1:
-            found.extend(run_side_by_side(one, batch, processes, done=done))
-        else:
-            with threadpool_limits(1):
-                for many, number in enumerate(batch, 1):
-                    found.append(one(number))
-                    done(many)
-        return found[before:]
-
-    stopped = made.fill(error, make)
+    maker = _Maker(made, seed, processes, progress)
+    stopped = made.fill(error, maker)
     return Estimate(
-        value=float(np.mean(made.good)) + correction,
-        error=made.error,
+        value=float(np.mean(made.good)) + made.choice.correction[quantity],
+        ci95=made.error,
         met=made.error <= error,
         packings=len(made.good),
-        left_out=len(seeds) - len(made.good),
+        left_out=len(maker.seeds) - len(made.good),
         seconds=made.seconds,
-        choice=choice,
+        choice=made.choice,
         values=np.array(made.good),
-        seeds=np.array(seeds)[np.isfinite(made.values)],
+        seeds=np.array(maker.seeds)[np.isfinite(made.values)],
         stopped=stopped,
     )
+
+
+class _Maker:
+    """Makes packings as a plan says, from seeds far from those of the table, and tells how far the mean has come."""
+
+    def __init__(self, plan: Sample, seed: int, processes: int, progress: Progress) -> None:
+        self.seeds: list[int] = []
+        self._found: list[tuple[float, float]] = []
+        self._rng = np.random.default_rng([seed, 20])
+        self._one = partial(make_one, way=plan.choice.way, quantity=plan.quantity, rho=plan.rho)
+        self._correction = plan.choice.correction[plan.quantity]
+        self._expected = round(plan.choice.packings / plan.scatter.share)
+        self._processes, self._progress = processes, progress
+
+    def __call__(self, count: int) -> list[tuple[float, float]]:
+        before, found = len(self.seeds), self._found
+        batch = [int(self._rng.integers(1_000_000, 2**31)) for _ in range(count)]
+        self.seeds.extend(batch)
+        if self._processes > 1:
+            found.extend(
+                run_side_by_side(self._one, batch, self._processes, done=lambda many: self._tell(before + many))
+            )
+        else:
+            with threadpool_limits(1):
+                for number in batch:
+                    found.append(self._one(number))
+                    self._tell(len(found))
+        return found[before:]
+
+    def _tell(self, tried: int) -> None:
+        good = np.array([value for value, _ in self._found if math.isfinite(value)])
+        text = f"{tried} packings"
+        if len(good) > 1:
+            text += f", mean {good.mean() + self._correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
+        self._progress(tried / max(self._expected, len(self.seeds)), text)
 
 
 def make_one(

@@ -6,7 +6,7 @@ Errors come from a table of runs, see `flow_errors`, and from the packing itself
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,8 @@ import pandas as pd
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
+from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, Outside, shipped_errors
-from jamlab.estimates.options import Why, judge
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE
@@ -34,62 +34,6 @@ MOST_STRAIN = 1e3
 MOST_CYCLES = 17  # that an oscillation is given to relax
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class FlowChoice:
-    """What a flow needs, beside what else there was.
-
-    Attributes:
-        way: "static modulus", "linear spectrum", "equivalent damping", "oscillation", "linear flow" or "flow".
-        error: relative error of |G*| or of the stress that 95 % of new packings stay below. That of a stress includes
-            its average over `strain`: root of the sum of squares of the way's own error and of half the 95 % interval
-            of that average.
-        options: pandas DataFrame, a row for each way in the order of their cost: `way`, `error`, of steady flow with
-            the average that it would get, infinite where nothing is promised, `strain` that it would shear in all, and
-            `why`, "taken" or why not, see `jamlab.estimates.options.Why`.
-        damping: least drag law that does: that asked for, linear drag in its place, or Stokes drag if both agree.
-        strain: to shear in all: start-up and average of steady flow, or all cycles; 0 if nothing is run.
-        modulus: G* by the way chosen, if nothing is run, else None.
-        function, arguments: public function that does it, and its arguments but the packing, see `run`.
-        other_drag: relative change of G* under the other drag law, Stokes or contact; nan where it was not needed.
-        kept: how many checks, on other packings, of the same kind and beta kept what was promised, and of how many;
-            (0, 0) where nothing is promised from the table.
-        outside: what of packing and flow lies outside the table, for which it promises nothing.
-
-    Example:
-        >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-        >>> choice = jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05)
-        >>> choice.way, choice.call[:37]
-        ('linear spectrum', 'jamlab.complex_modulus(p, omega=[1.0]')
-    """
-
-    way: str
-    error: float
-    options: pd.DataFrame
-    damping: Damping
-    strain: float
-    modulus: complex | None
-    function: Callable[..., Any]
-    arguments: dict[str, Any]
-    other_drag: float = float("nan")
-    kept: tuple[int, int] = (0, 0)
-    outside: tuple[Outside, ...] = ()
-
-    @property
-    def call(self) -> str:
-        """What `run` does, as it is written."""
-        given = (f"{k}={'jamlab.' * isinstance(v, Damping)}{v!r}" for k, v in self.arguments.items())
-        return f"jamlab.{self.function.__name__}({', '.join(['p', *given])})"
-
-    def run(self, packing: Packing) -> Any:
-        """Do what was chosen with a packing, and return what the function returns."""
-        return self.function(packing, **self.arguments)
-
-    def __repr__(self) -> str:
-        checks = f", kept in {self.kept[0]} of {self.kept[1]} checks" if self.kept[1] else ""
-        unknown = f"; no promise: {'; '.join(map(str, self.outside))}" if self.outside else ""
-        return f"FlowChoice({self.way}: {self.call}, error {self.error:.2g}{checks}{unknown})"
-
-
 @checked
 def choose_flow(
     packing: Packing,
@@ -99,7 +43,7 @@ def choose_flow(
     amplitude: float | None = None,
     rate: float | None = None,
     tolerance: float = 0.1,
-) -> FlowChoice:
+) -> Choice:
     """Choose the cheapest model expected to give G* at a frequency, or the stress of steady flow at a rate.
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
@@ -152,7 +96,7 @@ def choose_flow(
 
 def _for_oscillation(
     packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float
-) -> FlowChoice:
+) -> Choice:
     linear, table = law.linear(), shipped_errors()
     spectrum = linear_modulus(packing, [omega], linear)
     warn_of_negative(spectrum.g0, stacklevel=5)
@@ -196,17 +140,19 @@ def _for_oscillation(
         arguments = {"omega": [omega], "damping": replace(linear, tau=law.tau * float(time))}
     else:
         function = shear_modulus
-    modulus = values.get(way)
-    return FlowChoice(way, errors[way], options, least, strain, modulus, function, arguments, other, kept, outside)
+    return Choice(
+        way=way, bound={"G*": errors[way]}, options=options, function=function, arguments=arguments, strain=strain,
+        modulus=values.get(way), damping=least, other_drag=other, kept=kept, outside=outside,
+    )  # fmt: skip
 
 
-def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> FlowChoice:
+def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> Choice:
     table, linear = shipped_errors(), law.linear()
     flow = Flow.steady(law, rate)
     if outside := table.outside(packing, flow):
         raise InputError(
             f"{'; '.join(map(str, outside))}: nobody measured how steady flow scatters there; run flow_curve, whose "
-            "stress_error tells"
+            "stress_stderr tells"
         )
     models = {"flow": RUN_ERROR}
     if flow.alpha != 1.0:
@@ -225,7 +171,10 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     arguments = {"rates": [at], "damping": used, "strain": average[way], "background": BACKGROUND}
     kept = table.kept("flow", flow.beta) if way == "linear flow" else (0, 0)
-    return FlowChoice(way, errors[way], options, used, TRANSIENT + average[way], None, flow_curve, arguments, kept=kept)
+    return Choice(
+        way=way, bound={"stress": errors[way]}, options=options, function=flow_curve, arguments=arguments,
+        strain=TRANSIENT + average[way], damping=used, kept=kept,
+    )  # fmt: skip
 
 
 def _options(errors: dict[str, float], strains: dict[str, float], tolerance: float) -> tuple[pd.DataFrame, int | None]:

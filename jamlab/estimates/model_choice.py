@@ -14,18 +14,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates import ways
-from jamlab.estimates.options import Why, judge
-from jamlab.estimates.ways import STEP, EnsembleWay, N, WayRecord, Ways
+from jamlab.estimates.choice import Choice, Why, judge, write_bounds
+from jamlab.estimates.ways import STEP, N, WayRecord, Ways
 from jamlab.models.models import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
-from jamlab.protocols.size_distributions import Sizes
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
 QUANTITIES = {
@@ -36,39 +34,6 @@ QUANTITIES = {
 }
 _MOST_FAILURES = 0.1  # of the packings of a level: a way that fails more often is not offered there
 _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Choice:
-    """What was chosen, of `choose` or `estimate`, beside what else there was.
-
-    Attributes:
-        way: how packings are made: model, contact form, vertices, tolerance.
-        error: quantity -> expected error, after correction. Of `choose`: 95 % of new packings are nearer; 0 for default
-            droplets, against which errors are measured. Of `estimate`: half the width of the 95 % interval.
-        correction: quantity -> what to add to it as measured.
-        seconds: expected CPU time on the machine of the table.
-        options: pandas DataFrame, a row for each way: `way`, `error` (of `choose` one column for each tolerance, such
-            as `error_z`), `seconds` and `why`, "taken" or why not, see `jamlab.estimates.options.Why`.
-        packings: that are made in all.
-
-    Example:
-        >>> jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
-        Choice(64 disks: z to 0.15, 1 packing in 0.42 s; cheapest of 4 ways that serve)
-    """
-
-    way: EnsembleWay
-    error: dict[str, float]
-    correction: dict[str, float]
-    seconds: float
-    options: pd.DataFrame
-    packings: int = 1
-
-    def __repr__(self) -> str:
-        serve = int(self.options["why"].isin([Why.TAKEN, Why.COSTS_MORE]).sum())
-        many = f"{self.packings} packing{'s' * (self.packings > 1)} in {self.seconds:.2g} s"
-        rank = f"cheapest of {serve} ways that serve" if serve > 1 else "the only way that serves"
-        return f"Choice({self.way}: {_words(self.error)}, {many}; {rank})"
 
 
 @checked
@@ -91,7 +56,7 @@ def choose(
 
     Example:
         >>> choice = jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
-        >>> choice.way.model, choice.error["z"] <= 0.25
+        >>> choice.way.model, choice.bound["z"] <= 0.25
         ('sp', True)
         >>> choice.options[["error_z", "why"]].round(2).to_numpy().tolist()[:2]
         [[0.15, 'taken'], [0.0, 'more expensive']]
@@ -112,14 +77,16 @@ def choose(
         shares = [max(option[f"error_{name}"] / limit for name, limit in tolerance.items()) for option in rows]
         best = rows[int(np.argmin(shares))]
         asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
-        close = f"; {best['way']} comes nearest with {_words(_errors(best, tolerance))}" if min(shares) < np.inf else ""
+        nearest = f"; {best['way']} comes nearest with {write_bounds(_errors(best, tolerance))}"
+        close = nearest if min(shares) < np.inf else ""
         raise InputError(f"nothing in the table meets {asked} at rho = {rho:g} with n = {n}{close}")
     best = rows[row]
     correction = dict.fromkeys(QUANTITIES, 0.0)  # none of G, whose errors are over a mean that vanishes towards onset
     for name in ("z", "a", "void_sides") if records[row] is not reference else ():
         means = [each.mean() if len(each) else np.nan for each in errors_of(records[row], reference, name)]
         correction[name] = -between(records[row].levels, means, rho)
-    return Choice(best["way"], _errors(best, tolerance), correction, best["seconds"], options)
+    bound, seconds = _errors(best, tolerance), best["seconds"]
+    return Choice(way=best["way"], bound=bound, options=options, seconds=seconds, packings=1, correction=correction)
 
 
 def list_records(table: Ways) -> list[WayRecord]:
@@ -190,10 +157,6 @@ def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]
     return {name: option[f"error_{name}"] for name in names}
 
 
-def _words(error: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} to {value:.2g}" for name, value in error.items())
-
-
 @dataclass(frozen=True)
 class Scene:
     """Outcome of `scene`.
@@ -230,7 +193,6 @@ def scene(
     model: str = "auto",
     step: float = STEP,
     exponent: float | None = None,
-    sizes: Sizes | None = None,
 ) -> Scene:
     """Make particles at rho by the cheapest model expected to keep every tolerance.
 
@@ -246,7 +208,6 @@ def scene(
         step: of rho in the sweeps.
         exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
             choice are those of harmonic disks.
-        sizes: refused: the errors are those of two sizes, half and half.
 
     Raises:
         InputError: see `jamlab.estimates.model_choice.choose`.
@@ -258,7 +219,6 @@ def scene(
         ('sp', 16)
     """
     began = time.perf_counter()
-    ways.refuse_sizes(sizes)
     if exponent not in (None, 2) and model != "sp":
         raise InputError(
             f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "
@@ -267,7 +227,7 @@ def scene(
     choice = choose(rho, tolerance, n, model=model)
     law: dict[str, Any] = {} if exponent is None else {"exponent": exponent}
     packing = ways.bring_on(choice.way, ways.find_onset(choice.way, seed, **law), rho, step)
-    packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.error})
+    packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.bound})
     values = ways.values_at(packing, tuple(QUANTITIES))
     estimate = {name: value + choice.correction[name] for name, value in values.items()}
     return Scene(packing, values, estimate, choice, time.perf_counter() - began)

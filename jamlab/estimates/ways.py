@@ -21,14 +21,13 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.errors import ConvergenceError, StorageError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import LARGEST_TOLERANCE, jam
-from jamlab.protocols.size_distributions import Sizes, shown_sizes
 from jamlab.statistics.confidence import bend, between, neighbours
 
 HANDOVER = 0.88  # rho from which disks and droplets part (Boromand et al., fig 5)
@@ -69,19 +68,6 @@ class EnsembleWay:
             return {}
         form = {"contact": self.contact} if self.contact else {}
         return {"nv_small": self.nv[0], "nv_large": self.nv[1], **form}
-
-
-def refuse_sizes(sizes: Sizes | None) -> None:
-    """Refuse sizes that the table of errors has not seen.
-
-    Raises:
-        InputError: sizes other than those of the decks.
-    """
-    if sizes is not None:
-        raise InputError(
-            f"sizes = {shown_sizes(sizes)}: errors were measured of two sizes alone, those of the decks; "
-            "make such packings by jam, pack or a campaign, and average what you measure of them"
-        )
 
 
 def default_vertices() -> tuple[int, int]:

@@ -53,7 +53,7 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
     colours = COLOURS[: len(spectra)] if few else ordered_colours(len(spectra))
     for colour, (name, s) in zip(colours, spectra.items(), strict=True):
         draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), label=name, color=colour)
-        draw_slopes(axes, s.omega, s.limit("g0"), s.limit("eta0"))
+        draw_slopes(axes, s.omega, *s.packings[["g0", "eta0"]].mean())
     label_modulus(axes, unit)
     axes.legend(fontsize=10 if len(spectra) < 3 else 7)
     axes.set_title(title, fontsize=11)

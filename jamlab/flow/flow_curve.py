@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, InputError, Renamed
 from jamlab.flow.flow_run import better_balance, energy_gap, energy_imbalance
 from jamlab.flow.overdamped_session import background_drag, check_flowing
 from jamlab.flow.report import conclude, report, say_balance
@@ -137,6 +137,7 @@ class FlowCurve:
         return conclude(self)
 
     __repr__ = report
+    stress_error, pressure_error, z_all_error = map(Renamed, ("stress_stderr", "pressure_stderr", "z_all_stderr"))
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:

@@ -10,7 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, Renamed
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.overdamped_session import LEAST_STRAIN, SMALL_STRAIN_BACKGROUND, SMALL_STRAIN_TOLERANCE, End
 from jamlab.flow.report import say_balance
@@ -76,6 +76,8 @@ class Oscillation(FlowRun):
             return float("nan")
         before, last = self.cycle_harmonics[-2:, 0]
         return float(abs(last - before) / abs(last))
+
+    error = Renamed("change")
 
     @property
     def third_over_first(self) -> float:

@@ -56,7 +56,12 @@ class PlasticEvents:
 class QuasistaticShear(ShearRun):
     """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag. There
     is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
-    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule."""
+    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule.
+
+    >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), 0.01, step=2e-3, direction="pure")
+    >>> r.direction, len(r.events) == r.plastic_events
+    ('pure', True)
+    """
 
     series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force")
 

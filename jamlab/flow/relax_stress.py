@@ -12,7 +12,9 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
+from jamlab.flow.creep import CreepRun
 from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.oscillate import Oscillation
 from jamlab.flow.overdamped_session import (
     LEAST_STRAIN,
     LEAST_TIME,
@@ -21,6 +23,7 @@ from jamlab.flow.overdamped_session import (
     End,
 )
 from jamlab.flow.run import Accuracy, TimedRun
+from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.processes.progress import Progress
@@ -208,7 +211,7 @@ def relax_stress(
 
 @checked
 def stop_flow(
-    flow: FlowRun | Packing,
+    flow: ShearRun | Oscillation | CreepRun | StoppedFlow | Packing,
     duration: float,
     damping: Damping | None = None,
     *,

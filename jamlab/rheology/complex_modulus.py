@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, checked
-from jamlab.errors import ConvergenceError, InputError, JamlabWarning
+from jamlab.errors import ConvergenceError, InputError, JamlabWarning, Renamed
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.deformation import Direction
 from jamlab.packing.law_parameters import NEGATIVE_G
@@ -57,11 +57,11 @@ class ComplexModulus:
         eta0: lim G''/omega at low frequency.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
-        error: (m,) estimate of the larger of the relative errors of G' and of G''.
+        error_bound: (m,) bound, by an estimate, of the larger of the relative errors of G' and of G''.
         spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
             frequencies asked for (reduced); None for method "direct".
         unit: of stress, for labels.
-        eta_inf_error: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
+        eta_inf_bound: bound of what rounding changes eta_inf by, in its unit; up to a few percent for droplets.
         direction: of shear, see `complex_modulus`.
 
     Example:
@@ -77,12 +77,13 @@ class ComplexModulus:
     eta0: float
     eta_inf: float
     method: str
-    error: Array
+    error_bound: Array
     spectrum: RelaxationSpectrum | None = None
     unit: str = field(default="", repr=False)
-    eta_inf_error: float = float("nan")
+    eta_inf_bound: float = float("nan")
     direction: Direction = "simple"
 
+    error, eta_inf_error = Renamed("error_bound"), Renamed("eta_inf_bound")
     __repr__ = short_repr
 
     @property
@@ -147,7 +148,7 @@ def complex_modulus(
         >>> s = jamlab.complex_modulus(p, [1e-6, 1.0], damping=jamlab.ContactDamping(beta=1.0))
         >>> bool(np.isclose(s.storage[0], jamlab.shear_modulus(p))), bool(np.isclose(s.loss[0], 1e-6 * s.eta0))
         (True, True)
-        >>> bool((s.error < 1e-6).all())
+        >>> bool((s.error_bound < 1e-6).all())
         True
     """
     found = linear_modulus(
@@ -197,10 +198,10 @@ def linear_modulus(
         eta0=limits.eta0 + free.eta0,
         eta_inf=limits.eta_inf,
         method=method,
-        error=error,
+        error_bound=error,
         spectrum=elements and elements.beside(free, unit),
         unit=unit,
-        eta_inf_error=limits.eta_inf_error,
+        eta_inf_bound=limits.eta_inf_bound,
         direction=direction,
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError, JamlabWarning
+from jamlab.errors import InputError, JamlabWarning, Renamed
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
@@ -33,9 +33,9 @@ class Collapse:
         mu: G_0 ~ p^mu.
         lam: tau* ~ p^-lam.
         exponent: Delta, G* ~ omega^Delta in the critical regime.
-        mu_error, lam_error, exponent_error: half-widths; 0 without resamples, nan where the packings do not give one:
+        mu_ci95, lam_ci95, exponent_ci95: half-widths; 0 without resamples, nan where the packings do not give one:
             a pressure needs two packings or more, and most resamples must have a fit.
-            exponent and its error are nan where no pressure has three frequencies from 30 p^lam to 0.1.
+            exponent and its interval are nan where no pressure has three frequencies from 30 p^lam to 0.1.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
         pressures: (k,) of the curves.
         omega: (m,) frequencies of the scaling regime, 1/tau_1.
@@ -54,9 +54,9 @@ class Collapse:
     mu: float
     lam: float
     exponent: float
-    mu_error: float
-    lam_error: float
-    exponent_error: float
+    mu_ci95: float
+    lam_ci95: float
+    exponent_ci95: float
     spread: float
     pressures: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
     omega: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
@@ -64,19 +64,21 @@ class Collapse:
     loss: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False, compare=False)
     unit: str = field(default="", repr=False, compare=False)
 
+    mu_error, lam_error, exponent_error = map(Renamed, ("mu_ci95", "lam_ci95", "exponent_ci95"))
+
     def __str__(self) -> str:
         text = f"{self.exponents}, spread {self.spread:.2g} in ln G*"
         if np.isnan(self.exponent):
             text += f"; {_no_exponent(self.lam)}"
-        if np.isnan([self.mu_error, self.lam_error]).any():
+        if np.isnan([self.mu_ci95, self.lam_ci95]).any():
             text += "; no error: too few packings, give two or more of each pressure"
         return text
 
     @property
     def exponents(self) -> str:
         """The exponents with their errors, in words."""
-        mu, lam = _with_error(self.mu, self.mu_error), _with_error(self.lam, self.lam_error)
-        return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.exponent, self.exponent_error)}"
+        mu, lam = _with_error(self.mu, self.mu_ci95), _with_error(self.lam, self.lam_ci95)
+        return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.exponent, self.exponent_ci95)}"
 
     @drawn("Line2D, of all curves", raises="it was made by hand without curves, ")
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -165,10 +167,10 @@ def collapse(
     if resamples:
         drawn = bootstrap(curves, lambda c: _fit(x, p, [g.mean(axis=0) for g in c])[:3], resamples=resamples, seed=seed)
         errors = 0.5 * (drawn.high - drawn.low)
-    mu_error, lam_error, exponent_error = (float(e) for e in errors)
+    mu_ci95, lam_ci95, exponent_ci95 = (float(e) for e in errors)
     storage, loss = np.stack(means, axis=1)
     return Collapse(
-        *best[:3], mu_error, lam_error, exponent_error, best[3], p, x, storage, loss, unit=spectra[0][0].unit
+        *best[:3], mu_ci95, lam_ci95, exponent_ci95, best[3], p, x, storage, loss, unit=spectra[0][0].unit
     )
 
 

@@ -14,7 +14,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked_class, is_number
 from jamlab.errors import InputError
 from jamlab.mechanics.static_response import FLOPPY
-from jamlab.packing.deformation import Direction, ShearDirection, shear_direction
+from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import ContactJacobian, spread
@@ -46,7 +46,7 @@ class DragLaw:
         """The same law with drag in proportion to the velocity."""
         raise NotImplementedError
 
-    def matrix(self, packing: Packing, whole: Packing, shear: ShearDirection) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """Damping matrix of a linear law, see `damping_matrix`."""
         raise NotImplementedError
 
@@ -134,14 +134,15 @@ class ContactDamping(DragLaw):
         """The same law with drag in proportion to the velocity."""
         return replace(self, alpha=1.0)
 
-    def matrix(self, packing: Packing, whole: Packing, shear: ShearDirection) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """Sum over contacts of what their approach and sliding cost."""
         if self.alpha != 1:
             raise InputError(
                 f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
-        return _assemble_contacts(packing.kind.jacobian(packing, self.arms, shear.generator), self)
+        generator = shear_direction(direction).generator
+        return _assemble_contacts(packing.kind.jacobian(packing, self.arms, generator), self)
 
     def gears(self, packing: Packing) -> list[int]:
         """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
@@ -224,7 +225,7 @@ class StokesDrag(DragLaw):
         """The law itself."""
         return self
 
-    def matrix(self, packing: Packing, whole: Packing, shear: ShearDirection) -> sparse.csc_array:
+    def matrix(self, packing: Packing, whole: Packing, direction: Direction) -> sparse.csc_array:
         """Drag on every site, and that of the fluid on the shear rate."""
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
@@ -266,7 +267,7 @@ def damping_matrix(
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
     affine flow acts on u alone. `damping`: viscous law; `whole`: the packing with its rattlers, if they were left out:
     its mean size is the unit of drag; `direction`: of the shear whose rate comes last, see `complex_modulus`."""
-    return damping.matrix(packing, whole or packing, shear_direction(direction))
+    return damping.matrix(packing, whole or packing, direction)
 
 
 def _size(packing: Packing) -> int:

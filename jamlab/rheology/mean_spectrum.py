@@ -6,18 +6,17 @@ over directions, which `jamlab.measure` calls g, stands beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import pressure
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
-from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus
+from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.damping import Damping
 
 COLUMNS = ("storage", "loss", "error")
@@ -29,33 +28,28 @@ _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
 class Spectra:
     """G*_xy(omega) of one or more packings alike, at the same frequencies."""
 
-    members: tuple[ComplexModulus, ...]  # one spectrum per packing
+    # a row for each packing and frequency: `packing`, `omega`, 1/tau_1, and `COLUMNS`; error: bound of the relative one
+    curves: pd.DataFrame
+    # a row for each packing: `LIMITS`, of shear along x; `g`, relaxed static modulus, mean over directions; `method`;
+    # `converged`, whether the packing is at a minimum
+    packings: pd.DataFrame
     units: str  # "k" or "eps", of all packings
-    converged: tuple[bool, ...]  # whether each packing is at a minimum
-    # relaxed static modulus of each packing, mean over directions; the `g0` of a member is that along x
-    g: tuple[float, ...]
     label: str = ""  # what the packings have in common, for titles and legends
     unit: str = ""  # of stress, for axes
-
-    __repr__ = short_repr
 
     @property
     def omega(self) -> Array:
         """(m,) angular frequencies, 1/tau_1."""
-        return self.members[0].omega
+        return np.asarray(self.all_of("omega")[0])
 
     @property
-    def mean_g(self) -> float:
-        """Static modulus, mean over directions and packings."""
-        return float(np.mean(self.g))
+    def method(self) -> str:
+        """Solvers used."""
+        return ", ".join(sorted(set(self.packings["method"])))
 
     def all_of(self, name: str) -> Array:
-        """(packings, m) values of "storage", "loss" or "error"."""
-        return np.array([getattr(s, name) for s in self.members])
-
-    def limit(self, name: str) -> float:
-        """Mean of "g0", "eta0" or "eta_inf"."""
-        return float(np.mean([getattr(s, name) for s in self.members]))
+        """(packings, m) values of a column of `curves`."""
+        return np.asarray(self.curves[name]).reshape(len(self.packings), -1)
 
     def band(self, name: str) -> tuple[Array, Array, Array]:
         """Mean over packings, and mean minus and plus the standard error; the band of one packing has no width."""
@@ -64,48 +58,13 @@ class Spectra:
         spread = values.std(axis=0, ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.zeros_like(mean)
         return mean, mean - spread, mean + spread
 
-    @property
-    def method(self) -> str:
-        """Solvers used."""
-        return ", ".join(sorted({s.method for s in self.members}))
-
-    @property
-    def description(self) -> str:
-        """Label, the numbers of packings and of those that are not at a minimum, and the solver."""
-        count = len(self.members)
-        text = f"{count} packings" if count > 1 else "1 packing"
-        bad = self.converged.count(False)
-        label = f"{self.label}, " if self.label else ""
-        return f"{label}{text}, {self.method}" + (f", {bad} NOT CONVERGED" if bad else "")
-
-    def rows(self) -> tuple[list[str], list[list[str]]]:
-        """Column names and cells of a table."""
-        names = ["ω τ1", "G'_xy", "G''_xy", "error"]
-        columns = [self.omega, *(self.band(name)[0] for name in COLUMNS)]
-        if len(self.members) > 1:
-            names += ["± G'_xy", "± G''_xy"]
-            columns += [high - mean for mean, _, high in map(self.band, ("storage", "loss"))]
-        return names, [[f"{value:.4g}" for value in row] for row in zip(*columns, strict=True)]
-
-    def summary(self) -> dict[str, Any]:
-        """Plain numbers: limits and mean curves, of each packing too if there are several."""
-        content: dict[str, Any] = {
-            "label": self.label,
-            "units": self.units,
-            "converged": all(self.converged),
-            "method": self.method,
-            "shear": "G*_xy: g0, storage and loss are for shear along x of the box; g is the mean over directions",
-            "omega": self.omega.tolist(),
-            "g": self.mean_g,
-        }
-        content |= {name: self.limit(name) for name in LIMITS}
-        content |= {name: self.band(name)[0].tolist() for name in COLUMNS}
-        if len(self.members) > 1:
-            content["packings"] = [
-                {"g": g, **{k: getattr(s, k) for k in LIMITS}, **{k: getattr(s, k).tolist() for k in COLUMNS}}
-                for s, g in zip(self.members, self.g, strict=True)
-            ]
-        return content
+    def means(self) -> pd.DataFrame:
+        """Mean over packings at each frequency, with standard errors if there are several."""
+        table = pd.DataFrame({"omega": self.omega} | {name: self.band(name)[0] for name in COLUMNS})
+        for name in ("storage", "loss") if len(self.packings) > 1 else ():
+            mean, _, high = self.band(name)
+            table[f"{name}_stderr"] = high - mean
+        return table
 
 
 def mean_spectra(
@@ -120,57 +79,68 @@ def mean_spectra(
     `packings`: one or more, at energy minima; `omega, damping, prestress, method`: as in `complex_modulus`. Returns one
     `Spectra` per group, in the order of their first packings; their labels say what the groups differ in."""
     groups = group_packings(packings)
-    found = []
-    for label, members in zip(_labels([group[0] for group in groups]), groups, strict=True):
-        spectra = tuple(linear_modulus(p, omega, damping, prestress=prestress, method=method) for p in members)
-        tensors = [elastic_tensor(p, prestress=prestress).relaxed for p in members]
-        means = tuple(float(modulus_along(c, AVERAGING_ANGLES).mean()) for c in tensors)
-        unit = members[0].unit_names.stress
-        found.append(Spectra(spectra, members[0].units, tuple(p.converged for p in members), means, label, unit))
-    return found
+    return [
+        collect(group, label, omega, damping, prestress=prestress, method=method)
+        for label, group in zip(_labels([group[0] for group in groups]), groups, strict=True)
+    ]
+
+
+def collect(
+    packings: Sequence[Packing], label: str, omega: Array, damping: Damping | None, *, prestress: bool, method: str
+) -> Spectra:
+    """Spectra of packings that are alike, under a label."""
+    curves, rows = [], []
+    for k, packing in enumerate(packings):
+        found = linear_modulus(packing, omega, damping, prestress=prestress, method=method)
+        columns = {"omega": found.omega, "storage": found.storage, "loss": found.loss, "error": found.error_bound}
+        curves.append(pd.DataFrame({"packing": k} | columns))
+        relaxed = elastic_tensor(packing, prestress=prestress).relaxed
+        rows.append(
+            {name: getattr(found, name) for name in (*LIMITS, "method")}
+            | {"g": float(modulus_along(relaxed, AVERAGING_ANGLES).mean()), "converged": packing.converged}
+        )
+    first = packings[0]
+    return Spectra(pd.concat(curves), pd.DataFrame(rows), first.units, label, first.unit_names.stress)
 
 
 def group_packings(packings: Sequence[Packing]) -> list[list[Packing]]:
     """Gather packings that may be averaged: all alike but for their random start; pressures within 1e-3."""
     groups: list[list[Packing]] = []
     for packing in packings:
-        for group in groups:
-            first = group[0]
-            close = abs(pressure(packing) - pressure(first)) <= _SAME_PRESSURE * abs(pressure(first))
-            if close and _facts(packing) == _facts(first):
-                group.append(packing)
-                break
-        else:
+        group = next((group for group in groups if _alike(packing, group[0])), None)
+        if group is None:
             groups.append([packing])
+        else:
+            group.append(packing)
     return groups
 
 
-def _facts(packing: Packing) -> dict[str, str]:
-    """Whatever the packings of one mean must share, besides their pressure: what it is -> how a label says it."""
+def _alike(packing: Packing, first: Packing) -> bool:
+    close = abs(pressure(packing) - pressure(first)) <= _SAME_PRESSURE * abs(pressure(first))
+    return close and dict(_facts(packing)) == dict(_facts(first))
+
+
+def _facts(packing: Packing) -> Iterator[tuple[str, str]]:
+    """Whatever the packings of one mean must share, besides their pressure: what it is, and how a label says it."""
     kind, declared = packing.kind, packing.parameters
     sizes, counts = np.unique(kind.type_sizes(packing), return_counts=True)
-    law = {name: f"{name} = {value}" for name, value in packing.params.items() if not declared[name].each}
-    vertices = np.unique(np.bincount(packing.particle)).tolist()
-    return {
-        "model": kind.particles,
-        "units": f"units {packing.units}",
-        "n": f"n = {packing.n}",
-        "ensemble": packing.ensemble,
-        "sizes": f"{kind.size_name}s " + " ".join(f"{c} × {s:.4g}" for s, c in zip(sizes[:4], counts, strict=False)),
-        "every size": str([(f"{s:.12g}", int(c)) for s, c in zip(sizes, counts, strict=True)]),
-        "vertices": f"vertices {vertices}",
-        **law,
-    }
+    yield from {"model": kind.particles, "units": f"units {packing.units}", "n": f"n = {packing.n}"}.items()
+    yield "ensemble", packing.ensemble
+    yield "sizes", f"{kind.size_name}s " + " ".join(f"{c} × {s:.4g}" for s, c in zip(sizes[:4], counts, strict=False))
+    yield "every size", str([(f"{s:.12g}", int(c)) for s, c in zip(sizes, counts, strict=True)])
+    yield "vertices", f"vertices {np.unique(np.bincount(packing.particle)).tolist()}"
+    yield from ((name, f"{name} = {value}") for name, value in packing.params.items() if not declared[name].each)
 
 
 def _labels(firsts: Sequence[Packing]) -> list[str]:
     """Particles, pressure, and whatever differs between groups."""
-    facts = [_facts(p) for p in firsts]
-    names = [name for name in dict.fromkeys(name for f in facts for name in f) if name not in ("model", "every size")]
-    differ = [name for name in names if len({f.get(name) for f in facts}) > 1]
-    labels = []
-    for packing, fact in zip(firsts, facts, strict=True):
-        unit = packing.unit_names.stress
-        more = [fact[name] for name in differ if name in fact and name != "units"]
-        labels.append(", ".join([fact["model"], f"p = {pressure(packing):.4g} {unit}", *more]))
-    return labels
+    facts = [dict(_facts(packing)) for packing in firsts]
+    names = dict.fromkeys(name for each in facts for name in each if name not in ("model", "units", "every size"))
+    differ = [name for name in names if len({each.get(name) for each in facts}) > 1]
+    return [
+        ", ".join(
+            [each["model"], f"p = {pressure(packing):.4g} {packing.unit_names.stress}"]
+            + [each[name] for name in differ if name in each]
+        )
+        for packing, each in zip(firsts, facts, strict=True)
+    ]

@@ -18,7 +18,7 @@ from scipy.special import gamma
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, Renamed
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -37,7 +37,7 @@ class NonlinearModulus:
         omega: (m,) angular frequencies, 1/tau_1.
         storage, loss: (m,) G', G''; they depend on the stress.
         tau: (m,) equivalent time tau_alpha, tau_1.
-        error: (m,) estimate of the relative error of the linear solution, not of the method.
+        error_bound: (m,) bound, by an estimate, of the relative error of the linear solution, not of the method.
         unit: of stress, for labels.
 
     Example:
@@ -50,9 +50,10 @@ class NonlinearModulus:
     storage: Array
     loss: Array
     tau: Array
-    error: Array
+    error_bound: Array
     unit: str = field(default="", repr=False)
 
+    error = Renamed("error_bound")
     __repr__ = short_repr
 
     @drawn("Line2D, of both curves; `label` names them in the legend")
@@ -180,7 +181,7 @@ def nonlinear_modulus(
         tau = how.time(frequencies, stress)
     linear = how.modulus(frequencies * tau)
     warn_of_negative(linear.g0, stacklevel=4)
-    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error, linear.unit)
+    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error_bound, linear.unit)
 
 
 @dataclass(frozen=True)

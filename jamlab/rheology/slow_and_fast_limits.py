@@ -93,7 +93,7 @@ class Limits:
     fast: Array  # (m,) q of least dissipation, and among those of least energy
     g0: float  # G'(omega -> 0)
     eta_inf: float  # lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation
-    eta_inf_error: float  # what rounding may change eta_inf by; a smaller one counts as 0
+    eta_inf_bound: float  # what rounding may change eta_inf by; a smaller one counts as 0
     eta0: float  # lim G''/omega, omega -> 0
     solver: ShiftedSolver  # of this equation of motion, which knows the pattern of its matrices
 
@@ -115,7 +115,7 @@ def find_limits(motion: EquationOfMotion) -> Limits:
         fast=fast,
         g0=float(strained_slow @ (motion.k @ strained_slow)) / motion.area,
         eta_inf=dissipation / motion.area,
-        eta_inf_error=rounding / motion.area,
+        eta_inf_bound=rounding / motion.area,
         eta0=float(strained_slow @ (b @ strained_slow)) / motion.area,
         solver=solver,
     )

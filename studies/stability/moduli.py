@@ -82,7 +82,7 @@ def try_spectrum(omega: float, beta: float, pressure: float, seed: int) -> Trial
     index, way = divmod(seed - 1, len(_METHODS))
     packing, method = packed(_N, pressure, index + 1), _METHODS[way]
     s = complex_modulus(packing, [omega], ContactDamping(beta=beta), method=method)
-    estimate = float(s.error[0])
+    estimate = float(s.error_bound[0])
     if not estimate < _GOOD:
         return Trial("stalled", f"{method}: says that its error is {estimate:.1g}")
     plain = _plain(packing, omega, beta)

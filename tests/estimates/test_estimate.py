@@ -10,8 +10,8 @@ import pytest
 from commands import call
 
 import jamlab
+from jamlab.estimates.choice import Why
 from jamlab.estimates.estimate import FEWEST, Stop, plan_mean, reference_way
-from jamlab.estimates.options import Why
 from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, difference, find_onset, read_ways
 from jamlab.statistics.confidence import bend, between
 
@@ -56,8 +56,8 @@ def test_cheap_packings_serve_where_their_difference_is_known():
     loose, tight = (plan_mean("z", 0.9, error, table=table()) for error in (0.05, 0.01))
     assert (loose.choice.way, tight.choice.way) == (CARRIED, reference_way())
     assert (
-        loose.choice.error["z"] <= 0.05
-        and tight.choice.error["z"] <= 0.01
+        loose.choice.bound["z"] <= 0.05
+        and tight.choice.bound["z"] <= 0.01
         and tight.choice.correction["z"] == tight.bias_error == 0
     )
     assert loose.choice.correction["z"] == pytest.approx(OFF, abs=loose.bias_error)
@@ -171,12 +171,6 @@ def test_what_is_refused(words, named):
         jamlab.estimate("z", 0.9, 0.1, model="ellipses")
 
 
-def test_a_dry_run_makes_nothing():
-    made = jamlab.estimate("g", 0.92, 0.02, dry_run=True)
-    assert np.isnan(made.value) and len(made.values) == len(made.seeds) == 0 and made.stopped == Stop.PLANNED
-    assert (made.packings, made.error) == (made.choice.packings, made.choice.error["g"]) and made.met
-
-
 @pytest.mark.slow
 def test_an_estimate_is_of_the_packings_that_it_names():
     """A packing made again from its seed gives its value; two processes make the same packings."""
@@ -193,21 +187,15 @@ def test_an_estimate_is_of_the_packings_that_it_names():
 
 def test_the_command_prints_the_plan_in_short_lines(tmp_path):
     asked = ("estimate", "g", "--rho", "0.92", "--error", "0.02", "--dry-run")
-    made = jamlab.estimate("g", 0.92, 0.02, dry_run=True)
+    made = jamlab.estimate_cost("g", 0.92, 0.02)
     printed = json.loads(call(tmp_path, *asked, "--json").stdout)
     assert printed["packings"] == made.packings and printed["expected_seconds"] == made.seconds
-    assert [option["why"] for option in printed["options"]] == made.choice.options["why"].tolist()
+    assert [option["why"] for option in printed["options"]] == made.options["why"].tolist()
     lines = call(tmp_path, *asked).stdout.strip().splitlines()
     assert lines[0].startswith(f"{made.packings} packings of 64 droplets") and max(map(len, lines)) < 130
     assert any(line.endswith("taken") for line in lines) and lines[-1].startswith("no promise of 5 more")
     done = call(tmp_path, "estimate", "g", "--error", "0.03")
     assert done.exit_code == 1 and "g needs rho" in done.stderr
-
-
-@pytest.mark.parametrize("words", [("--seed", "-1"), ("--processes", "0")])
-def test_a_dry_run_refuses_what_no_run_can_start_from(tmp_path, words):
-    done = call(tmp_path, "estimate", "z", "--rho", "0.9", "--error", "0.1", *words, "--dry-run")
-    assert done.exit_code == 1 and f"{words[0][2:]} = {words[1]}" in done.stderr and not done.stdout
 
 
 def test_a_table_that_is_none_is_refused(tmp_path):

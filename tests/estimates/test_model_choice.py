@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.estimates.choice import Why
 from jamlab.estimates.model_choice import QUANTITIES, errors_of, expected_error, list_records
-from jamlab.estimates.options import Why
 from jamlab.estimates.ways import EnsembleWay, WayRecord, bring_on, default_way, read_ways
 from jamlab.statistics.confidence import exceeded_by_few
 
@@ -48,7 +48,7 @@ def test_the_cheapest_way_that_is_good_enough():
     assert chosen(0.85, 0.18).way == DISKS  # there disks scatter as little
     assert chosen(0.90, 0.6, model="dp").way == COARSE
     assert jamlab.choose(0.90, {"z": 0.12}, 1024, table=table()).way == replace(COARSE, n=1024)
-    assert chosen(0.875, 1.0).error["z"] == pytest.approx(1.05 * 0.3 + 0.2 / 3)  # half-way between the levels
+    assert chosen(0.875, 1.0).bound["z"] == pytest.approx(1.05 * 0.3 + 0.2 / 3)  # half-way between the levels
 
 
 def test_a_choice_holds_its_options_and_prints_them():
@@ -56,9 +56,9 @@ def test_a_choice_holds_its_options_and_prints_them():
     assert choice.options["why"].tolist() == [Why.LARGE, Why.TAKEN, Why.COSTS_MORE]
     assert choice.options["error_z"].tolist() == pytest.approx([1.05 * 0.5 + 0.2 / 3, 0.125, 0.0])
     assert choice.options["way"].tolist() == [DISKS, COARSE, FINE] and choice.seconds == pytest.approx(1.0)
-    assert choice.error == {"z": pytest.approx(0.125)} and "cheapest of 2 ways that serve" in repr(choice)
+    assert choice.bound == {"z": pytest.approx(0.125)} and "cheapest of 2 ways that serve" in repr(choice)
     assert choice.correction == pytest.approx({"z": -0.06, "g": 0.0, "a": -0.06, "void_sides": -0.06})
-    assert chosen(0.90, 0.01).error == {"z": 0.0}  # default droplets are what errors are measured against
+    assert chosen(0.90, 0.01).bound == {"z": 0.0}  # default droplets are what errors are measured against
 
 
 def test_nothing_is_promised_of_a_way_with_few_packings_or_where_it_fails():

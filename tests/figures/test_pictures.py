@@ -11,10 +11,9 @@ pictures again, look at them, and commit them:
 import numpy as np
 from bare_pictures import bare, both, covers_points, picture, state
 
-import jamlab
 from jamlab.figures.packing_pictures import draw_cells, draw_overlaps, draw_packing, draw_voids, modulus_figure
 from jamlab.packing.deformation import at_phi
-from jamlab.rheology.mean_spectrum import Spectra
+from jamlab.rheology.mean_spectrum import collect
 
 
 @picture
@@ -42,8 +41,10 @@ def test_overlaps():
 
 
 def modulus():
-    s = jamlab.complex_modulus(state("disks"), np.geomspace(1e-4, 1e2, 25), method="dense")
-    return modulus_figure({"contact damping": Spectra((s,), "k", (True,), (s.g0,))}, "k")
+    omega = np.geomspace(1e-4, 1e2, 25)
+    return modulus_figure(
+        {"contact damping": collect([state("disks")], "", omega, None, prestress=True, method="dense")}, "k"
+    )
 
 
 @picture

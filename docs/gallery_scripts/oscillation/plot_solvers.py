@@ -22,6 +22,6 @@ for method, color in (("dense", "#0072B2"), ("reduced", "#D55E00")):
     ax.loglog(
         omega, off + 1e-17, "o", color=color, label=f"{method}: off from direct ({len(s.spectrum.rates)} elements)"
     )
-    ax.loglog(omega, s.error, color=color, label=f"{method}: estimate")
+    ax.loglog(omega, s.error_bound, color=color, label=f"{method}: estimate")
 ax.set(xlabel="ω τ₁", ylabel="relative error", ylim=(1e-17, 1))
 ax.legend(loc="upper center", ncols=2, fontsize=8)

@@ -128,8 +128,8 @@ def collapsed(tables: EnsembleTables, law: str) -> list[Measured]:
     return [
         measured(Interval(*map(np.array, (v, v - e, v + e))), {name: alone.interval}, f"{how}, N = {SIZE}")
         for v, e, name, alone in (
-            (fit.mu, fit.mu_error, "of = G_0 alone", static),
-            (fit.lam, fit.lam_error, "of = G_0/eta_0 alone", times),
+            (fit.mu, fit.mu_ci95, "of = G_0 alone", static),
+            (fit.lam, fit.lam_ci95, "of = G_0/eta_0 alone", times),
         )
     ]
 
