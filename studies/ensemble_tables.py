@@ -216,10 +216,6 @@ def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
     return sorted(packings.index[packings >= FEWEST].to_numpy(dtype=np.float64).tolist())
 
 
-OF_PAPERS = ("states", "stabilized_disks", "onset", "void_counts", "spectra", "quasistatic", "correlation")
-OF_FLOWS = ("flow", "oscillation", "creep")
-OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_voids")
-NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
@@ -233,41 +229,49 @@ OWN = (
 BESIDE = ("sheared", "mean_approach", "mean_sliding", "mean_nonaffine", *OWN)  # and means beside medians
 # what packings from before lack: G along x, rho by eq 12 as printed, z without contacts that only stop a droplet
 LATER = ("g_x", "rho_printed", "z_strong", "rattlers_strong", "d_z_strong", *BESIDE)
-FLOW_RUN = (  # what tells packings, laws and settings of flows apart
-    *("model", "n", "seed", "ensemble", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
+_FLOW = (  # what tells packings, laws and settings of flows apart; rho follows from the others
+    *("model", "n", "seed", "ensemble", "phi", "target_pressure", "law", "beta", "eta_f", "alpha"),
     *("background", "tolerance"),
 )
-COLUMNS = {
-    "states": (*STATES[:3], "ensemble", *STATES[3:], *LATER),
-    "stabilized_disks": (*("model", "n", "seed", "state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),),
-    "onset": ("model", "n", "seed", "ensemble", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
-    "void_counts": ("model", "n", "seed", "ensemble", "onset", "rho", "sides", "voids", "area", "shape"),
-    "spectra": (
-        *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress", "omega"),
-        *("storage", "loss", "g0", "eta0", "eta_inf", "converged"),
-    ),
-    "quasistatic": ("n", "seed", "ensemble", "pressure", "prestress", "approach", "sliding", "nonaffine", *BESIDE),
-    "correlation": (
-        *("n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
-    ),
-    "flow": (
-        *FLOW_RUN,
-        *("rate", "stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure"),
-        *("flow_pressure_error", "peak_stress", "peak_strain", "converged"),
-    ),
-    "oscillation": (
-        *(*FLOW_RUN, "omega", "amplitude", "storage", "loss", "third_over_first", "error", "equivalent_storage"),
-        *("equivalent_loss", "equivalent_time", "converged"),
-    ),
-    "creep": (
-        *(*FLOW_RUN, "stress", "residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests"),
-        "converged",
-    ),
-    "droplet_states": (*STATES, "rho_J", *LAW),
-    "droplet_spectra": (*PACKING, *DAMPING, "rho", "omega", "storage", "loss"),
-    "droplet_modes": (*PACKING, *DAMPING, "rho", "rate", "strength", *MOTIONS, "sliding"),
-    "droplet_voids": (*PACKING, "state", "rho", "overlap", "voids", "three", "shape_of_three"),
+_OF_PACKING = ("model", "n", "seed", "ensemble")
+# what tells the packings of each table, and the laws that they were measured under, apart
+KEYS: dict[str, tuple[str, ...]] = {
+    "states": _OF_PACKING,
+    "stabilized_disks": _OF_PACKING[:3],
+    "onset": _OF_PACKING,
+    "void_counts": _OF_PACKING,
+    "spectra": ("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"),
+    "quasistatic": ("n", "seed", "ensemble", "pressure", "prestress"),
+    "correlation": ("n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"),
+    "flow": (*_FLOW, "rate"),
+    "oscillation": (*_FLOW, "omega", "amplitude"),
+    "creep": (*_FLOW, "stress"),
+    "droplet_states": tuple(PACKING),
+    "droplet_spectra": (*PACKING, *DAMPING),
+    "droplet_modes": (*PACKING, *DAMPING),
+    "droplet_voids": tuple(PACKING),
 }
+_FLOWED = ("stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
+_OSCILLATED = ("storage", "loss", "third_over_first", "error")
+_CREPT = ("residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests", "converged")
+_MEASURED: dict[str, tuple[str, ...]] = {
+    "states": (*STATES[3:], *LATER),
+    "stabilized_disks": ("state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),
+    "onset": ("rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
+    "void_counts": ("onset", "rho", "sides", "voids", "area", "shape"),
+    "spectra": ("omega", "storage", "loss", "g0", "eta0", "eta_inf", "converged"),
+    "quasistatic": ("approach", "sliding", "nonaffine", *BESIDE),
+    "correlation": ("omega", "box", "delta", "c"),
+    "flow": ("rho", "stress", *_FLOWED, "peak_stress", "peak_strain", "converged"),
+    "oscillation": ("rho", *_OSCILLATED, "equivalent_storage", "equivalent_loss", "equivalent_time", "converged"),
+    "creep": ("rho", *_CREPT),
+    "droplet_states": (*STATES[3:], "rho_J"),
+    "droplet_spectra": ("rho", "omega", "storage", "loss"),
+    "droplet_modes": ("rho", "rate", "strength", *MOTIONS, "sliding"),
+    "droplet_voids": ("state", "rho", "overlap", "voids", "three", "shape_of_three"),
+}
+COLUMNS = {name: (*KEYS[name], *measured) for name, measured in _MEASURED.items()}
+NAMES = tuple(COLUMNS)
 
 
 def _prepared(name: str, prepare: Callable[[pd.DataFrame], pd.DataFrame]) -> "cached_property[pd.DataFrame]":

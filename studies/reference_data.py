@@ -15,29 +15,12 @@ from jamlab.packing.hdf5 import read_all, read_observables
 from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.storage.atomic_file import make_folder
 from jamlab.storage.verified_file import versions
-from studies.ensemble_tables import COLUMNS, DAMPING, FLOW_RUN, NAMES, PACKING, EnsembleTables
+from studies.ensemble_tables import COLUMNS, KEYS, NAMES, EnsembleTables
 from studies.html_page import Section
 from studies.tables import DATA, MANIFEST, AbsentTableError, read_manifest, read_table, write_table
 
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _DIGITS |= {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9, "d_phi": 9, "d_rho": 9, "overlap": 9, "shape": 7}
-_FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
-_WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
-    "states": ["model", "n", "seed", "ensemble"],
-    "stabilized_disks": ["model", "n", "seed"],
-    "onset": ["model", "n", "seed", "ensemble"],
-    "void_counts": ["model", "n", "seed", "ensemble"],
-    "spectra": ["n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"],
-    "quasistatic": ["n", "seed", "ensemble", "pressure", "prestress"],
-    "correlation": ["n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"],
-    "flow": [*_FLOW, "rate"],
-    "oscillation": [*_FLOW, "omega", "amplitude"],
-    "creep": [*_FLOW, "stress"],
-    "droplet_states": PACKING,
-    "droplet_spectra": [*PACKING, *DAMPING],
-    "droplet_modes": [*PACKING, *DAMPING],
-    "droplet_voids": PACKING,
-}
 
 
 def reference_tables() -> EnsembleTables:
@@ -89,7 +72,7 @@ def add_packings(name: str, new: pd.DataFrame, folder: Path) -> pd.DataFrame:
         old = read_table(folder, name)
     except AbsentTableError:
         return new
-    here, there = (pd.MultiIndex.from_frame(round_numbers(t[_WHO[name]], 6).fillna(-1)) for t in (new, old))
+    here, there = (pd.MultiIndex.from_frame(round_numbers(t[list(KEYS[name])], 6).fillna(-1)) for t in (new, old))
     return pd.concat([new, old[~there.isin(here)]], ignore_index=True)
 
 

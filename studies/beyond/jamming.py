@@ -121,23 +121,14 @@ SCHRECK = (0.84, 0.853)  # where amorphous packings of bidisperse disks jam, by 
 CYCLED = 128  # disks
 
 
-def by_steps(seed: int) -> Iterator[Row]:
-    """Find the onset of one random start by compression in steps, and of quenches above onset by decompression."""
+def by_ways(seed: int) -> Iterator[Row]:
+    """Find onsets of one random start: by compression in steps, of quenches above onset by decompression, and after
+    cycles of compression to `AMPLITUDES` above the first onset."""
     for step in STEPS:
         yield {"seed": seed, "way": "steps", "setting": f"{step:g}", "phi_J": jam(n=CYCLED, seed=seed, step=step).phi}
     for high in QUENCHED:
         found = unjamming_fraction(pack(CYCLED, high, seed))
         yield {"seed": seed, "way": "quench", "setting": f"{high:g}", "phi_J": found}
-
-
-def by_ways(seed: int) -> Iterator[Row]:
-    """Find onsets of one random start in all ways."""
-    yield from by_steps(seed)
-    yield from by_cycles(seed)
-
-
-def by_cycles(seed: int) -> Iterator[Row]:
-    """Compress and decompress one packing again and again, by `AMPLITUDES` above its first onset."""
     first = jam(n=CYCLED, seed=seed)
     for amplitude in AMPLITUDES:
         state = first
@@ -157,11 +148,6 @@ _MODES = tuple(f"modes_{k}" for k in range(len(FREQUENCIES) - 1))
 _COUNTS = tuple(f"count_{k}" for k in range(len(GAPS) - 1))
 
 
-def _numeric(rows: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """Columns as numbers; cells of rows that lack them are empty."""
-    return rows.assign(**{name: pd.to_numeric(rows[name], errors="coerce") for name in columns})
-
-
 def _density(counts: Array) -> tuple[Array, Array]:
     """Frequencies (bins,), and the density of vibrations there, from counts (packings, bins)."""
     total = counts.sum(axis=0)
@@ -178,12 +164,16 @@ def cutoff(counts: Array) -> float:
     return float(np.exp(np.interp(_LEVEL, density[ends], np.log(omega[ends]))))
 
 
+def _by_distance(rows: pd.DataFrame) -> dict[str, Array]:
+    """Arrange the columns of packings with pre-stress (packings, distances)."""
+    one = select(rows, prestress=True)
+    wide = {name: of_packings(one, "distance", name)[1] for name in ("pressure", "excess", "b", "g")}
+    return wide | {"distance": DISTANCES + 0 * wide["g"]}
+
+
 def over_distance(tables: EnsembleTables, x: str, y: str) -> Sample:
     """Take two columns of packings with pre-stress at every distance from onset."""
-    rows = _numeric(tables.read("beyond-moduli"), ("pressure", "excess", "g", "b"))
-    rows = select(rows, prestress=True)
-    wide = {name: of_packings(rows, "distance", name)[1] for name in ("pressure", "excess", "g", "b")}
-    wide["distance"] = DISTANCES + 0 * wide["g"]
+    wide = _by_distance(tables.read("beyond-moduli"))
     return Sample([np.stack([wide[x], wide[y]], axis=-1)])
 
 
@@ -200,12 +190,10 @@ def _slope(drawn: list[Array], first: int = 0, last: int = len(DISTANCES)) -> fl
 
 def draw_moduli(tables: EnsembleTables) -> Drawing:
     """Draw p, B, G over the distance, G/B and omega* over contacts, D(omega)."""
-    rows = _numeric(tables.read("beyond-moduli"), ("pressure", "excess", "g", "b", *_MODES))
+    rows = tables.read("beyond-moduli")
+    wide = _by_distance(rows)
     out, (pressure, moduli, ratio, *vibrations, onset) = drawing("beyond-moduli", 2, 3, 4.4, 3.7)
     scale(pressure, moduli, ratio, *vibrations, onset)
-    one = select(rows, prestress=True)
-    wide = {name: of_packings(one, "distance", name)[1] for name in ("pressure", "excess", "b", "g")}
-    wide["distance"] = DISTANCES + 0 * wide["g"]
     for k, (axes, name, text) in enumerate(((pressure, "pressure", "p"), (moduli, "b", "B"), (moduli, "g", "G"))):
         out.curve(axes, text, DISTANCES, mean_over_packings([wide[name]])[0], **style(k))
     label(pressure, _ABOVE, "pressure $p$  [ε/d²]", legend=False)
@@ -229,7 +217,7 @@ def draw_moduli(tables: EnsembleTables) -> Drawing:
     out.legend_above(vibrations[0])
     for x, y in (("distance", "pressure"), ("excess", "b"), ("excess", "g"), ("pressure", "excess")):
         out.keep(f"{_WORDS[y]} in {_WORDS[x]}", bootstrap(over_distance(tables, x, y).groups, _slope))
-    out.caption = caption(out.name, n=SIZE, made=one["seed"].nunique())
+    out.caption = caption(out.name, n=SIZE, made=len(wide["g"]))
     return out
 
 
@@ -270,7 +258,7 @@ def _tails(groups: Sequence[Array], half: int = 0) -> Array:
 
 def _one_self_stress(tables: EnsembleTables) -> pd.DataFrame:
     """Select the packings at onset with one state of self-stress."""
-    rows = _numeric(tables.read("beyond-forces-and-gaps"), _COUNTS)
+    rows = tables.read("beyond-forces-and-gaps")
     return rows[rows["beyond"] == 0]
 
 
@@ -292,14 +280,13 @@ def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
     rows = _one_self_stress(tables)
     out, (forces, gaps) = drawing("beyond-forces-and-gaps", 1, 2, 4.9, 4.0)
     scale(forces, gaps)
-    groups, disks = [], rows.loc[rows["what"] == "gaps", "disks"].sum()
-    for k, (what, window) in enumerate(_SMALL.items()):
+    groups, disks = list(forces_and_gaps(tables).groups), rows.loc[rows["what"] == "gaps", "disks"].sum()
+    for k, (counts, (what, window)) in enumerate(zip(groups, _SMALL.items(), strict=True)):
         axes, edges = (gaps, GAPS) if what == "gaps" else (forces, FORCES)
-        groups.append(rows.loc[rows["what"] == what, list(_COUNTS[: len(edges) - 1])].to_numpy(float))
-        below = np.cumsum(groups[-1].sum(axis=0))
+        below = np.cumsum(counts.sum(axis=0))
         out.curve(axes, _NAMED[what], edges[1:], below / (disks if axes is gaps else below[-1]), **style(k))
         place = int(np.abs(np.log10(edges[1:]) - window[1]).argmin())
-        slope, ends = tail_exponent(edges, groups[-1], *window), 10.0 ** np.array(window)
+        slope, ends = tail_exponent(edges, counts, *window), 10.0 ** np.array(window)
         line = below[place] / (disks if axes is gaps else below[-1]) * (ends / ends[1]) ** slope
         out.curve(axes, f"{_NAMED[what]}, fit", ends, line, label=f"power {slope:.2f}", **FIT)
     label(forces, "force over the mean force", "share of contacts with less", loc="lower right")
@@ -314,7 +301,7 @@ def draw_forces_and_gaps(tables: EnsembleTables) -> Drawing:
 
 def draw_protocols(tables: EnsembleTables) -> Drawing:
     """Draw the mean onset of the same starts by every way, and after cycles of compression."""
-    rows = _numeric(tables.read("beyond-protocols"), ("setting", "cycle", "phi_J"))
+    rows = tables.read("beyond-protocols").assign(setting=lambda table: table["setting"].astype(float))
     out, (ways, cycles) = drawing("beyond-protocols", 1, 2, 5.2, 4.0)
     ways.set_xscale("log")
     for k, (way, name) in enumerate(_WAYS.items()):

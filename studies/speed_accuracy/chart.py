@@ -78,21 +78,19 @@ class Point:
 def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
     """Average trials (columns of `Trial`) over packings, in their order; the floor is `better` times the median error
     of the reference in each panel, and loose if that is less than a hundred times."""
-    errors = trials.groupby("panel")["reference_error"].median()
-    floors = {str(panel): better * float(error) for panel, error in errors.items()}
+    floors = better * trials.groupby("panel")["reference_error"].median()
     points = []
-    for (panel, method, setting), rows in trials.groupby(["panel", "method", "setting"], sort=False):
+    for names, rows in trials.groupby(["panel", "method", "setting"], sort=False):
         good = rows[np.isfinite(rows["error"]) & np.isfinite(rows["seconds"])]
-        size = np.abs(good["error"].to_numpy(dtype=np.float64))
-        low, high = np.quantile(size, BAND) if len(size) else (np.nan, np.nan)
-        mean, seconds = (float(size.mean()), float(good["seconds"].median())) if len(size) else (np.nan, np.nan)
+        size, floor = good["error"].astype(float).abs(), float(floors[str(names[0])])
         cut = rows["cut"].to_numpy(dtype=bool)
         notes = [str(note) for note in [*rows["note"][cut], *rows["note"]] if note]
-        names: Any = (str(panel), str(method), str(setting))
-        numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))
-        loose = better < BETTER and floors[str(panel)] > 0
-        rest: Any = (bool(rows["default"].any()), next(iter(notes), ""), int(cut.sum()), loose)
-        points.append(Point(*names, *numbers, *rest))
+        low, high = size.quantile(list(BAND))
+        words: Any = dict(zip(("panel", "method", "setting"), names, strict=True)) | {"note": next(iter(notes), "")}
+        numbers: Any = {"seconds": float(good["seconds"].median()), "error": float(size.mean()), "floor": floor}
+        numbers |= {"low": float(low), "high": float(high), "cut": int(cut.sum())}
+        numbers |= {"packings": len(good), "failed": len(rows) - len(good), "default": bool(rows["default"].any())}
+        points.append(Point(**words, **numbers, loose=better < BETTER and floor > 0))
     return points
 
 

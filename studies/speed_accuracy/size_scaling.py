@@ -40,14 +40,14 @@ KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
 OMEGA = np.geomspace(1e-6, 1e2, 400)
 PRESSURE, STRAIN, RATE, CONFLUENCE = 1e-3, 0.01, 1e-3, 0.98
 _WANTED = {"disks": 1_000_000, "droplets": 100_000}
-_REPEATED = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}  # sizes
-_DISKS, _MOVING, _DROPLETS = (256, 1024, 4096), (64, 256, 1024), (16, 32, 64)  # from random starts
+_LARGE_DISKS, _LARGE_DROPLETS = (1024, 4096, 16384, 65536), (128, 512, 1152)  # sizes, of packings that are repeated
+_DISKS, _ONSETS, _MOVING, _SWEEPS = (256, 1024, 4096), (128, 256, 512), (64, 256, 1024), (16, 32, 64)  # and made anew
 
 Run = Callable[[], Any]
 
 
 def large(model: str, n: int, kick: float = 0.0) -> Packing:
-    """A stable packing of about n, repeated along both sides of its box, its coordinates moved by `kick` on average."""
+    """A stable packing of n, repeated along both sides of its box, its coordinates moved by `kick` on average."""
     small = pack(256, 1e-2, ensemble="shear-stabilized") if model == "disks" else read(example_file("dp"))
     times = max(1, round(np.sqrt(n / small.n)))
     cells = np.indices((times, times)).reshape(2, -1).T
@@ -85,59 +85,45 @@ def _sweep(onset: Packing) -> Run:
     return lambda: list(compress(onset, CONFLUENCE, (CONFLUENCE - packing_fraction(onset)) / 40))
 
 
-def _spectrum(packing: Packing) -> Run:
-    return partial(complex_modulus, packing, OMEGA)
-
-
-# part -> sizes, and function of n that makes a packing and what is timed
-PARTS: dict[str, tuple[tuple[int, ...], Callable[[int], tuple[Packing | int, Run]]]] = {}
-
-
-def _on_large(part: str, work: Callable[[Packing], Run], kick: float = 0.0) -> None:
-    """Time work on a packing that is repeated."""
-    model = part.partition(":")[0]
-
-    def prepare(n: int) -> tuple[Packing, Run]:
-        packing = large(model, n, kick)
-        return packing, work(packing)
-
-    PARTS[part] = _REPEATED[model], prepare
-
-
-_on_large("disks: 200 FIRE steps", _step, KICK)
-PARTS[f"disks: 3 packings at p = {PRESSURE:g}"] = (
-    _DISKS,
-    lambda n: (n, lambda: [pack(n, PRESSURE, s) for s in (1, 2, 3)]),
-)
-PARTS["disks: 3 onsets"] = (128, 256, 512), lambda n: (n, lambda: [jam(n=n, seed=s) for s in (1, 2, 3)])
-_on_large("disks: contacts", lambda packing: partial(contacts, packing))
-_on_large("disks: measure", lambda packing: partial(measure, packing))
-_on_large("disks: elastic tensor", lambda packing: partial(elastic_tensor, packing))
-_on_large(f"disks: G* at {len(OMEGA)} frequencies", _spectrum)
-for _name, _flow in (
-    (f"disks: quasi-static shear to {STRAIN:g}", partial(quasistatic_shear, strain=STRAIN)),
-    (f"disks: flow at {RATE:g} to {STRAIN:g}", partial(shear, rate=RATE, strain=STRAIN)),
-):
-    PARTS[_name] = _MOVING, lambda n, flow=_flow: (n, partial(flow, pack(n, PRESSURE, 1)))  # type: ignore[misc]
-_on_large("droplets: 10 forces", _forces)
-_on_large(f"droplets: relax after kicks of {KICK:g}", _step, KICK)
-_on_large("droplets: measure", lambda packing: partial(measure, packing))
-_on_large(f"droplets: G* at {len(OMEGA)} frequencies", _spectrum)
-PARTS[f"droplets: 40 states to {CONFLUENCE:g}"] = _DROPLETS, lambda n: (n, _sweep(jam("dp", n, 1)))
+_disks, _droplets = partial(large, "disks"), partial(large, "droplets")
+PARTS: dict[str, tuple[tuple[int, ...], Callable[[int], Run]]] = {  # part -> sizes, what is timed of a size
+    "disks: 200 FIRE steps": (_LARGE_DISKS, lambda n: _step(_disks(n, KICK))),
+    f"disks: 3 packings at p = {PRESSURE:g}": (_DISKS, lambda n: lambda: [pack(n, PRESSURE, s) for s in (1, 2, 3)]),
+    "disks: 3 onsets": (_ONSETS, lambda n: lambda: [jam(n=n, seed=s) for s in (1, 2, 3)]),
+    "disks: contacts": (_LARGE_DISKS, lambda n: partial(contacts, _disks(n))),
+    "disks: measure": (_LARGE_DISKS, lambda n: partial(measure, _disks(n))),
+    "disks: elastic tensor": (_LARGE_DISKS, lambda n: partial(elastic_tensor, _disks(n))),
+    f"disks: G* at {len(OMEGA)} frequencies": (_LARGE_DISKS, lambda n: partial(complex_modulus, _disks(n), OMEGA)),
+    f"disks: quasi-static shear to {STRAIN:g}": (
+        _MOVING,
+        lambda n: partial(quasistatic_shear, pack(n, PRESSURE, 1), strain=STRAIN),
+    ),
+    f"disks: flow at {RATE:g} to {STRAIN:g}": (
+        _MOVING,
+        lambda n: partial(shear, pack(n, PRESSURE, 1), rate=RATE, strain=STRAIN),
+    ),
+    "droplets: 10 forces": (_LARGE_DROPLETS, lambda n: _forces(_droplets(n))),
+    f"droplets: relax after kicks of {KICK:g}": (_LARGE_DROPLETS, lambda n: _step(_droplets(n, KICK))),
+    "droplets: measure": (_LARGE_DROPLETS, lambda n: partial(measure, _droplets(n))),
+    f"droplets: G* at {len(OMEGA)} frequencies": (
+        _LARGE_DROPLETS,
+        lambda n: partial(complex_modulus, _droplets(n), OMEGA),
+    ),
+    f"droplets: 40 states to {CONFLUENCE:g}": (_SWEEPS, lambda n: _sweep(jam("dp", n, 1))),
+}
 
 
 def measure_part(part: str, n: int) -> list[dict[str, Any]]:
-    """Measure one part of `PARTS` at about n particles, in a new process: CPU seconds on one core, and peak memory."""
+    """Measure one part of `PARTS` at n particles, in a new process: CPU seconds on one core, and peak memory."""
     return [run_side_by_side(_measure_part, [(part, n)], 1)[0]]
 
 
 def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, Any]:
     part, n = part_and_size
     with one_core():
-        packing, run = PARTS[part][1](n)
-        seconds, _ = shortest(run, runs=3, budget=2.0)
+        seconds, _ = shortest(PARTS[part][1](n), runs=3, budget=2.0)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    return {"part": part, "n": getattr(packing, "n", n), "seconds": seconds, "bytes": peak}
+    return {"part": part, "n": n, "seconds": seconds, "bytes": peak}
 
 
 def _tasks() -> dict[str, Task]:

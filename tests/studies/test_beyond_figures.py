@@ -6,15 +6,11 @@ import pandas as pd
 import pytest
 from drawn_figures import drawn
 
-from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
-from studies import pages
 from studies.beyond.droplet_modes import group_share
-from studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
-from studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
+from studies.beyond.droplet_structure import three_disks
 from studies.beyond.stiffening_disks import EXPECTED, NAMES, stiffening_disks
 from studies.ensemble_tables import (
-    EnsembleTables,
     modes_at_fractions,
     spectra_at_fractions,
 )
@@ -54,29 +50,6 @@ def test_figures_keep_what_the_tables_hold():
     assert kept("contacts", "contacts beyond one a pair, a droplet, N = 128") == pytest.approx(per_pair, abs=1e-3)
     beyond = drawn("beyond-droplet-contacts").table.query("panel == 'a'")
     assert set(beyond["x"]) == {1.0} and set(beyond["y"]) == {1.0}  # 2N pairs, everywhere
-
-
-def test_states_of_self_stress_are_told_size_by_size():
-    """A share over all sizes together would be that of no size: there are more states in larger packings."""
-    one = {16: 0.5, 32: 0.5, 64: 8 / 30, 128: 4 / 30, 256: 2 / 30}
-    more = {n: 1 - share for n, share in one.items()}
-    for name, expected in (("share with S = 1", one), ("S - 1", more)):
-        assert {n: kept("contacts", f"{name}, N = {n}") for n in one} == pytest.approx(expected)
-    assert kept("contacts", "S - 1 a droplet, N = 64") == pytest.approx(more[64] / 64)
-    means = drawn("beyond-droplet-contacts").table.query("panel == 'c' and series == 'mean'")
-    assert dict(zip(means["x"], means["y"], strict=True)) == pytest.approx(more)
-
-
-def test_void_shapes_are_interpolated_between_states_and_end_with_them():
-    """States 0.02 apart at the edges of what were bins: A = 5 - rho of ten voids, one packing up to 0.91 alone."""
-    rows = []
-    for seed in range(1, 7):
-        rho = np.arange(0.83, 0.92 if seed == 6 else 1.0, 0.02)
-        rows.append(pd.DataFrame({"seed": seed, "rho": rho, "three": 10.0, "shape_of_three": 10 * (5 - rho)}))
-    sums = sums_at_fractions(pd.concat(rows))
-    assert mean_shapes(sums).value == pytest.approx(5 - VOID_FRACTIONS)
-    assert np.all((sums[5, :, 1] > 0) == (VOID_FRACTIONS < 0.91))
-    assert np.isnan(mean_shapes(sums[1:]).value).tolist() == (VOID_FRACTIONS > 0.91).tolist()  # of four packings
 
 
 def test_overlap_of_three_disks_takes_the_shape_of_the_void_down():
@@ -132,13 +105,6 @@ def test_modes_are_binned_without_loss():
     assert found["strength"].sum() == pytest.approx(4 * 2.0) and len(found) == 3
     assert found["translation"].sum() == pytest.approx(4 * 2.0 * 0.4)
     assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
-
-
-def test_tables_without_droplets_are_refused():
-    few = EnsembleTables(lambda name: beyond_tables.TABLES[name]().query("model == 'sp'"))
-    for name in ("spectra", "modes", "vertices", "voids"):
-        with pytest.raises(InputError):
-            pages.draw(f"beyond-droplet-{name}", few)
 
 
 def test_exponents_of_the_figure_are_those_of_the_theory():

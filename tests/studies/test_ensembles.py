@@ -5,14 +5,13 @@ import numpy as np
 import pandas as pd
 import paper_tables
 import pytest
-from drawn_figures import TABLES
 from paper_tables import states
 
 from jamlab.errors import InputError
 from studies import pages
 from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
-from studies.ensembles import average, ensemble, log_places, median, vary_bootstrap
+from studies.ensembles import ensemble, log_places
 from studies.papers.baumgarten.correlation import correlations
 from studies.papers.baumgarten.spectral_groups import Group, same_packings
 
@@ -58,22 +57,6 @@ def test_every_packing_is_interpolated_at_the_same_places(law):
     assert found.x[0] == pytest.approx(places[1:4])  # nothing is known before the first state, nor beyond the last
     for seed, y in zip((1, 2), found.y, strict=True):
         assert y == pytest.approx(seed * law(places[1:4]), rel=2e-3)
-
-
-def test_means_and_medians_leave_out_what_is_not_known():
-    values = np.array([[1.0, np.nan, np.nan], [3.0, 2.0, np.nan], [8.0, 4.0, np.nan]])
-    assert average(values) == pytest.approx([4, 3, np.nan], nan_ok=True)
-    assert median(values) == pytest.approx([3, 3, np.nan], nan_ok=True)
-    found, others = vary_bootstrap([np.ones(5)], lambda g, by=1.0: by * g[0].mean(), {"by": 2.0}, {"by": np.nan})
-    assert found.value == 1 and {k: float(v.value) for k, v in others.items()} == {"by = 2": 2}
-
-
-def test_voids_are_counted_once():
-    raw = TABLES["voids"]()
-    counted = count_voids(raw)
-    assert counted["voids"].sum() == len(raw)
-    assert counted["shape"].sum() == pytest.approx(raw["shape"].sum())
-    assert counted[counted["onset"]]["voids"].sum() == (raw["state"] == 0).sum()
 
 
 def test_packings_of_two_laws_are_paired_by_seed():

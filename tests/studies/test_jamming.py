@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.held_motions import held_conditions
 from studies.beyond import foams, jamming
 from studies.beyond.foams import DRY, LAW, crystal, dry_skeleton, rounded_hexagons
-from studies.beyond.jamming import FORCES, FREQUENCIES, GAPS, cutoff, tail_exponent, unjamming_fraction
+from studies.beyond.jamming import FORCES, FREQUENCIES, cutoff, tail_exponent, unjamming_fraction
 from studies.reference_data import reference_tables
 
 
@@ -19,15 +17,6 @@ def test_small_values_that_follow_a_power_have_its_exponent():
         counts = np.histogram(values, FORCES)[0][None]
         assert tail_exponent(FORCES, counts, -1.7, -0.4) == pytest.approx(exponent, abs=5e-3)
     assert np.isnan(tail_exponent(FORCES, np.zeros((3, 60)), -1.0, 0.0))
-
-
-def test_bounds_of_stability_are_met_by_exponents_that_saturate_them():
-    """gamma = 1 / (2 + theta of extended forces) = (1 - theta of bucklers) / 2."""
-    extended = 0.42
-    gamma = 1 / (2 + extended)
-    powers = ((FORCES, 2 - 2 * gamma), (FORCES, 1 + extended), (GAPS, 1 - gamma))
-    found = jamming._tails([1e6 * np.diff(edges**power)[None] for edges, power in powers])
-    assert found == pytest.approx([1 - 2 * gamma, extended, gamma, 0.0, 0.0], abs=1e-6)
 
 
 def test_omega_star_is_where_the_plateau_falls_to_half():
@@ -46,25 +35,6 @@ def test_a_packing_is_decompressed_to_its_own_onset(monkeypatch, lowest):
     onset = jamlab.jam(n=16, seed=1)
     (dense,) = jamlab.compress(onset, onset.phi + 1e-3, 1e-3, by="phi")
     assert unjamming_fraction(dense) == pytest.approx(onset.phi, abs=max(1e-6, 0.2 * lowest))
-
-
-def test_rows_of_one_packing_hold_all_its_contacts_and_modes(monkeypatch):
-    monkeypatch.setattr(jamming, "SIZE", 16)
-    onset = jamlab.jam(n=16, seed=1)
-    bucklers, others, gaps = jamming.at_onset(1)
-    of = [sum(row[f"count_{k}"] for k in range(60)) for row in (bucklers, others)]
-    network = contacts(onset)
-    assert sum(of) == network.count and bucklers["beyond"] == 0 and sum(v for k, v in gaps.items() if "count" in k) > 0
-    degree = np.bincount(network.pairs[network.bearing].ravel(), minlength=16)
-    assert of[0] == (degree[network.pairs[network.bearing]] == 3).any(axis=1).sum()
-    forces = network.forces.size[network.bearing]
-    state = np.linalg.eigh((rows := held_conditions(onset)[0]) @ rows.T)[1][:, 0]
-    assert np.abs(state) / np.abs(state).sum() == pytest.approx(forces / forces.sum(), rel=1e-3)
-    plain, stressed = list(jamming.above_onset(1))[-2:]
-    *_, dense = jamlab.compress(onset, onset.phi + 0.1, 0.1, by="phi", nearest=1e-4, per_decade=2)
-    for row, prestress in ((plain, False), (stressed, True)):
-        assert sum(row[f"modes_{k}"] for k in range(len(FREQUENCIES) - 1)) == 2 * contacts(dense).backbone - 2
-        assert row["prestress"] is prestress and row["b"] == pytest.approx(jamlab.bulk_modulus(dense), rel=1e-6)
 
 
 @pytest.mark.parametrize("study", jamming.STUDIES, ids=lambda s: s.name)

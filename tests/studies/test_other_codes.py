@@ -5,7 +5,6 @@ import sys
 import pytest
 from commands import call_studies
 
-import jamlab
 from studies.other_codes import packing_generation
 from studies.other_codes.compare import (
     HERE,
@@ -14,7 +13,7 @@ from studies.other_codes.compare import (
     comparison_tables,
     jolted_minimum,
 )
-from studies.other_codes.peers import Analyst, Lammps, Peer, mean_diameters
+from studies.other_codes.peers import Analyst, Lammps, Peer
 
 
 class Absent(Peer):
@@ -79,15 +78,6 @@ def test_libraries_of_analysis_see_the_backbone():
     assert set(found) == set(HERE)
     assert found.pop("shear modulus") == pytest.approx(1e-3) and not any(found.values())
     assert (absent["version"], absent["note"]) == (None, "not installed: pip install 'jamlab[peers]'")
-
-
-def test_packings_that_no_peer_takes(random_disks):
-    with pytest.raises(jamlab.InputError):
-        mean_diameters(random_disks(units="k"))
-    with pytest.raises(jamlab.InputError):
-        mean_diameters(random_disks(tilt=0.1))
-    with pytest.raises(jamlab.ConvergenceError):
-        jolted_minimum(8, 1, 0.3)
 
 
 def test_a_packing_that_is_not_jammed_is_refused(tmp_path):

@@ -37,9 +37,3 @@ def test_cost_against_error():
 @readme_picture("where_methods_fail.png")
 def test_where_methods_fail():
     return failure_figure(MAPS["droplet-timestep"], reference_tables().read("droplet-timestep"))
-
-
-@pytest.mark.parametrize("name", ["cost_against_error.png", "where_methods_fail.png"])
-def test_pictures_are_small_and_shown(name):
-    assert f"(.github/{name})" in (ROOT / "README.md").read_text(encoding="utf-8")
-    assert (ROOT / ".github" / name).stat().st_size < 150_000

@@ -1,13 +1,11 @@
 """Reference data: written, read, drawn as they ship."""
 
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from drawn_figures import TABLES, drawn, saved
-from matplotlib.figure import Figure
 
 from jamlab.errors import InputError
 from studies import pages
@@ -41,15 +39,6 @@ def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
         pages.draw("baumgarten-1", back)
     with pytest.raises(InputError):
         write_tables(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, "one")
-
-
-def test_data_of_the_package_are_small():
-    """What installs beside the code: tables, example packings."""
-    code = {".py", ".pyi", ".js", ".css", ".html", ".toml", ".typed"}
-    root = Path(str(resources.files("jamlab")))
-    files = [p for p in root.rglob("*") if p.is_file() and p.suffix not in code and "__pycache__" not in p.parts]
-    size = sum(path.stat().st_size for path in files if path.suffix not in (".so", ".h", ".cpp"))
-    assert size < 6e6
 
 
 def test_the_readme_repeats_how_many_numbers_agree():
@@ -102,13 +91,3 @@ def covered(figure):
                 points = np.concatenate([points[:-1] + t * np.diff(points, axis=0) for t in np.linspace(0, 1, 20)])
             count += sum(box.contains(*point) and axes.bbox.contains(*point) for box in boxes for point in points)
     return count
-
-
-def test_what_a_legend_covers_is_counted():
-    figure = Figure()
-    axes = figure.subplots()
-    axes.plot([0, 1], [0, 1], label="a line")
-    axes.legend(loc="center")
-    assert covered(figure) > 0
-    axes.legend(loc="upper left")
-    assert covered(figure) == 0
