@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from deck_runs import OUTPUT as OF_DECKS
 from deck_runs import SETTINGS
-from mixtures import DISKS, FORMS, WALLS, coefficients, evaluate, mixture, seam, write
+from outlines import DISKS, FORMS, WALLS, coefficients, evaluate, mixture, seam, write
 
 from .test_plugin_on_ranks import columns, run
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import droplet_drag
 import numpy as np
 from disk_flows import dense_creep, dense_path, dense_tension, touching
-from mixtures import FORMS, coefficients, evaluate, mixture, write
+from outlines import FORMS, coefficients, evaluate, mixture, write
 
 import jamlab
 from studies.stability.plain_physics import plain_stress
@@ -168,7 +168,7 @@ class Mixture:
     def tension(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         energy, forces, virial, number = 0.0, np.zeros_like(x), np.zeros((2, 2)), 0
         for outline in self.outlines:
-            for a, b in [(outline.tags[a] - 1, outline.tags[b] - 1) for a, b in outline.edges() if a != b]:
+            for a, b in outline.tags[outline.bonds] - 1:
                 number += 1
                 gamma, eta, r = GAMMA[number % 2], ETA[number % 2], x[a] - x[b]
                 length = np.sqrt(r @ r + eta**2)

@@ -1,10 +1,127 @@
-"""Polygons, walls and disks: LAMMPS data files in any numbering, and their energy and contacts in plain numpy."""
+"""Droplets, walls and disks in one box: data files of LAMMPS in any numbering, and energy, forces and contacts by plain
+loops over their laws.
 
-from dataclasses import dataclass, field
+`Scene` has one droplet type, one of walls and one of disks, in an orthogonal box; `mixture` two of each at random in a
+box that leans, with a law for each pair of types.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
+import shapely
 
-RING, WALL, DISK = 1, 2, 3  # atom types
+# contacts by plain loops ---------------------------------------------------------------------------------------------
+
+FORMS = ("outline", "segment", "segment/smooth")
+IMAGES = [(a, b) for a in range(-2, 3) for b in range(-2, 3)]
+RING, WALL, DISK = 1, 2, 3  # atom types of a scene
+
+
+@dataclass
+class Outline:
+    """Points in order, of a droplet, which is closed, of a wall, or of one disk; `a0`: rest area; `tags`: atom IDs."""
+
+    points: np.ndarray
+    type: int = RING
+    a0: float = 1.0
+    closed: bool | None = None
+    tags: np.ndarray | None = None
+
+    def __post_init__(self):
+        self.closed = self.type == RING if self.closed is None else self.closed
+
+    @property
+    def bonds(self):
+        """Pairs of numbers in `points`."""
+        k = np.arange(len(self.points))
+        pairs = np.column_stack([k, np.roll(k, -1)])
+        return pairs if self.closed else pairs[:-1]
+
+    @property
+    def edges(self):
+        """The same; of a disk itself."""
+        return self.bonds if len(self.points) > 1 else np.array([[0, 0]])
+
+    @property
+    def area(self):
+        """Of a ring, positive if it runs counter-clockwise."""
+        r = self.points - self.points[0]
+        following = np.roll(r, -1, axis=0)
+        return np.sum(r[:, 0] * following[:, 1] - r[:, 1] * following[:, 0]) / 2
+
+    def line(self, points):
+        if len(points) == 1:
+            return shapely.Point(points)
+        return (shapely.LinearRing if self.closed else shapely.LineString)(points)
+
+
+@dataclass
+class Contact:
+    """Tags and types of what meets, place on the edge, vector from it to the vertex, force on the vertex, energy."""
+
+    vertex: int
+    tail: int
+    head: int
+    types: tuple
+    t: float
+    separation: np.ndarray
+    force: np.ndarray
+    energy: float
+
+
+def near(outlines, box, reach=1.3, first=0):
+    """Every pair of outlines and of images of outlines once, where their boxes come near each other."""
+    for m, one in enumerate(outlines[first:], start=first):
+        for n, two in enumerate(outlines[: m + 1]):
+            for image in IMAGES:
+                moved = two.points + np.array(image) @ box
+                gap = np.maximum(one.points.min(0) - moved.max(0), moved.min(0) - one.points.max(0)).max()
+                if gap < reach and (m != n or image > (0, 0)):
+                    yield one, two, moved
+
+
+def feet(points, tails, heads):
+    """Distances (m, n) of points to segments, vectors (m, n, 2) from their closest points, and the places of those."""
+    edge, r = heads - tails, points[:, None] - tails
+    t = np.clip(np.sum(r * edge, axis=2) / np.maximum(np.sum(edge**2, axis=1), 1e-300), 0, 1)
+    r = r - t[..., None] * edge
+    return np.hypot(r[..., 0], r[..., 1]), r, t
+
+
+def meetings(one, two, form):
+    """Lists of (side, vertex, edge), from each of which the closest counts; side 1: the vertex is of `two`."""
+    if form == "segment":
+        for e, (a, b) in enumerate(one.edges):
+            for f, (c, d) in enumerate(two.edges):
+                yield [(0, a, f), (0, b, f), (1, c, e), (1, d, e)]
+        return
+    for side, (points, other) in enumerate(((one, two), (two, one))):
+        if len(other.points) == 1 and (len(points.points) > 1 or side):
+            continue  # the disk is the point; of two disks, one
+        for k in range(len(points.points)):
+            choices = [(side, k, e) for e in range(len(other.edges))]
+            yield from [choices] if form == "outline" else [[choice] for choice in choices]
+
+
+def all_contacts(outlines, box, law):
+    """`law` gives eps, width and form of two types."""
+    for one, two, moved in near(outlines, box):
+        eps, width, form = law(one.type, two.type)
+        sides = feet(one.points, *moved[two.edges.T]), feet(moved, *one.points[one.edges.T])
+        for choices in meetings(one, two, form):
+            side, k, e = min(choices, key=lambda c: sides[c[0]][0][c[1:]])
+            d, r, t = (part[k, e] for part in sides[side])
+            if d < width:
+                p, q = (two, one) if side else (one, two)
+                push = eps / width * (1 - d / width) * r / d
+                tags = (p.tags[k], *q.tags[q.edges[e]])
+                yield Contact(*tags, (p.type, q.type), t, r, push, eps / 2 * (1 - d / width) ** 2)
+
+
+# scenes --------------------------------------------------------------------------------------------------------------
+
 EPS = {RING: 1.7, WALL: 0.9, DISK: 2.5}
 WIDTH = {RING: 0.25, WALL: 0.3, DISK: 1.25}
 GAMMA, KA = 0.13, 20.0
@@ -53,39 +170,16 @@ def start(lmp, folder, state, more=""):
 
 
 @dataclass
-class Outline:
-    """Vertices in order, of a ring, a chain or one disk; `a0`: rest area of a ring."""
-
-    points: np.ndarray
-    type: int = RING
-    a0: float = 1.0
-
-    @property
-    def bonds(self):
-        """Pairs of numbers in `points`."""
-        k = np.arange(len(self.points))
-        pairs = np.column_stack([k, np.roll(k, -1)])
-        return pairs if self.type == RING else pairs[:-1]
-
-    @property
-    def area(self):
-        """Of a ring, positive if it runs counter-clockwise."""
-        r = self.points - self.points[0]
-        following = np.roll(r, -1, axis=0)
-        return np.sum(r[:, 0] * following[:, 1] - r[:, 1] * following[:, 0]) / 2
-
-
-@dataclass
 class Scene:
     """Outlines in an orthogonal periodic box; numbers of atoms count through `outlines`."""
 
     outlines: list
     box: np.ndarray
-    starts: np.ndarray = field(init=False)
 
-    def __post_init__(self):
-        """Number of the first atom of each outline."""
-        self.starts = np.cumsum([0, *(len(o.points) for o in self.outlines)])
+    @property
+    def starts(self):
+        """Number of the first atom of each outline, and of all atoms."""
+        return np.cumsum([0, *(len(o.points) for o in self.outlines)])
 
     @property
     def points(self):
@@ -94,7 +188,7 @@ class Scene:
 
     def shifted(self, by):
         """The whole moved by a vector."""
-        return Scene([Outline(o.points + by, o.type, o.a0) for o in self.outlines], self.box)
+        return Scene([replace(o, points=o.points + by) for o in self.outlines], self.box)
 
 
 def regular(corners, center, radius, a0=1.0):
@@ -141,7 +235,7 @@ def data(state, ids=None, molecules=None, rows=None, clockwise=False):
     place = state.points - image * state.box
     bonds = []
     for m, o in enumerate(state.outlines):
-        pairs = ids[o.bonds + state.starts[m]] if len(o.points) > 1 else []
+        pairs = ids[o.bonds + state.starts[m]]
         bonds += [pair[::-1] if clockwise and m % 2 else pair for pair in pairs]
     lines = ["outlines", "", f"{n} atoms", f"{len(bonds)} bonds", "3 atom types", "1 bond types"]
     lines += [f"0 {edge:.17g} {axis}lo {axis}hi" for edge, axis in zip(state.box, "xy", strict=True)]
@@ -154,58 +248,18 @@ def data(state, ids=None, molecules=None, rows=None, clockwise=False):
     return "\n".join(lines) + "\n"
 
 
-@dataclass
-class Contact:
-    """Atoms that meet, place on the edge, vector from it to the vertex, energy, force on the vertex."""
-
-    vertex: int
-    tail: int
-    head: int
-    t: float
-    separation: np.ndarray
-    energy: float
-    force: np.ndarray
-
-
-def _meet(state, m, k, shift, laws):
-    """Contacts of the points of outline m with outline k, moved by `shift`."""
-    one, two = state.outlines[m], state.outlines[k]
-    eps, width = laws(one.type, two.type)
-    low, high = two.points.min(axis=0) + shift - width, two.points.max(axis=0) + shift + width
-    if np.any(one.points.max(axis=0) < low) or np.any(one.points.min(axis=0) > high):
-        return
-    pairs = two.bonds if len(two.points) > 1 else np.array([[0, 0]])
-    tails, heads = two.points[pairs[:, 0]] + shift, two.points[pairs[:, 1]] + shift
-    edge, r = heads - tails, one.points[:, None] - tails
-    squares = np.maximum(np.sum(edge**2, axis=1), 1e-300)
-    t = np.clip(np.sum(r * edge, axis=2) / squares, 0, 1)
-    r = r - t[..., None] * edge
-    distance = np.hypot(r[..., 0], r[..., 1])
-    for v, e in enumerate(np.argmin(distance, axis=1)):
-        d = distance[v, e]
-        if d < width:
-            ends = state.starts[k] + pairs[e]
-            push = eps / width * (1 - d / width) * r[v, e] / d
-            yield Contact(state.starts[m] + v, *ends, t[v, e], r[v, e], eps / 2 * (1 - d / width) ** 2, push)
-
-
 def mixed(i, j):
-    """Of two types that no pair_coeff names."""
+    """Eps and width of two types that no pair_coeff names."""
     return np.sqrt(EPS[i] * EPS[j]), (WIDTH[i] + WIDTH[j]) / 2
 
 
 def contacts(state, laws=mixed):
     """Every vertex meets every other outline once, at its closest point; a disk too; two disks once."""
-    found = []
-    for m, one in enumerate(state.outlines):
-        for k, two in enumerate(state.outlines):
-            if two.type == DISK and (one.type != DISK or k <= m):
-                continue  # the disk has this contact, or the later of two disks
-            for image in np.ndindex(3, 3):
-                if m == k and image == (1, 1):
-                    continue
-                found += _meet(state, m, k, (np.array(image) - 1) * state.box, laws)
-    return found
+    numbered = [
+        replace(o, tags=np.arange(start, start + len(o.points)))
+        for o, start in zip(state.outlines, state.starts[:-1], strict=True)
+    ]
+    return list(all_contacts(numbered, np.diag(state.box), lambda i, j: (*laws(i, j), "outline")))
 
 
 def lengths(outline):
@@ -217,6 +271,116 @@ def energy(state, laws=mixed, gamma=GAMMA, ka=KA):
     """Contacts, line tension of rings and walls, area of rings."""
     total = sum(c.energy for c in contacts(state, laws))
     for o in state.outlines:
-        total += gamma * np.sum(lengths(o)) if o.type != DISK else 0.0
-        total += ka / 2 * (o.area - o.a0) ** 2 if o.type == RING else 0.0
+        total += gamma * np.sum(lengths(o)) + (ka / 2 * (o.area - o.a0) ** 2 if o.type == RING else 0.0)
     return total
+
+
+# mixtures ------------------------------------------------------------------------------------------------------------
+
+DISKS, WALLS = (5, 6), (3, 4)  # types; 1 and 2 are droplets
+STRENGTHS = (1.0, 1.7, 0.8, 2.0, 1.3, 0.9)
+WIDTHS = (0.25, 0.3, 0.2, 0.28, 0.5, 0.7)  # of a disk: its diameter
+GIVEN = {(1, 5): (2.2, 0.45), (2, 3): (0.6, 0.31)}  # eps and width of pairs that are not mixed
+MIXED = {(1, 2): "segment/smooth", (1, 3): "segment", (1, 5): "segment", (3, 5): "segment/smooth", (5, 6): "segment"}
+
+
+def law_of(a, b, form):
+    """eps, width and form of two types; form "mixed": outline, but for the pairs of MIXED."""
+    a, b = min(a, b), max(a, b)
+    usual = math.sqrt(STRENGTHS[a - 1] * STRENGTHS[b - 1]), (WIDTHS[a - 1] + WIDTHS[b - 1]) / 2
+    return *GIVEN.get((a, b), usual), MIXED.get((a, b), "outline") if form == "mixed" else form
+
+
+def evaluate(outlines, box, form):
+    """Energy, forces by tag, pressure tensor, and what tells a contact: tags, types, force, vector, energy."""
+    forces, virial, rows = np.zeros((sum(len(o.points) for o in outlines), 2)), np.zeros((2, 2)), []
+    for c in all_contacts(outlines, box, partial(law_of, form=form)):
+        for tag, share in zip((c.vertex, c.tail, c.head), (1.0, c.t - 1.0, -c.t), strict=True):
+            forces[tag - 1] += share * c.force
+        virial += np.outer(c.separation, c.force)
+        rows.append((c.vertex, c.tail, c.head, *c.types, *c.force, *c.separation, c.energy))
+    rows = np.array(sorted(rows))
+    return rows[:, -1].sum(), forces, virial / np.linalg.det(box), rows
+
+
+def coefficients(form):
+    """pair_coeff lines: each type, then the pairs that are not mixed."""
+    lines = [f"pair_coeff {k} {k} {e} {width}" for k, (e, width) in enumerate(zip(STRENGTHS, WIDTHS, strict=True), 1)]
+    for pair in GIVEN.keys() | (MIXED if form == "mixed" else {}).keys():
+        eps, width, way = law_of(*pair, form)
+        lines.append(f"pair_coeff {pair[0]} {pair[1]} {eps!r} {width!r} {way}")
+    return "\n".join(lines)
+
+
+def fits(new, outlines, box):
+    """No edge crosses another, and no distance is so small that finite differences lose digits."""
+    one = new.line(new.points)
+    for _, two, moved in near([*outlines, new], box, 0.8, first=len(outlines)):
+        if one.distance(two.line(moved)) < 0.4 * law_of(new.type, two.type, "outline")[1]:
+            return False
+    return True
+
+
+def shape(rng, kind):
+    """A random outline of a type, around the origin."""
+    if kind in DISKS:
+        return np.zeros((1, 2)), False
+    if kind == 3:
+        steps = rng.uniform(0.3, 0.7, rng.integers(1, 5))
+        turns = rng.uniform(0, 2 * np.pi) + np.cumsum(rng.uniform(-0.9, 0.9, len(steps)))
+        line = np.cumsum(steps[:, None] * np.column_stack([np.cos(turns), np.sin(turns)]), axis=0)
+        return np.vstack([[0, 0], line]), False
+    count = rng.integers(4, 12)
+    turns = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count * rng.choice([-1, 1])
+    return rng.uniform(0.25, 0.5, count)[:, None] * np.column_stack([np.cos(turns), np.sin(turns)]), True
+
+
+def mixture(seed, tilt, kinds=(4, 3, 3, 3, 1, 2, 1, 2, 1, 6, 6, 5, 5, 5), width=3.1, height=3.1):
+    """Outlines at random places of a box, some a little outside; their atom IDs mean nothing."""
+    rng = np.random.default_rng(seed)
+    box = np.array([[width, 0.0], [tilt * width, height]])
+    outlines = []
+    for kind in kinds:
+        for _ in range(3000):
+            points, closed = shape(rng, kind)
+            new = Outline(points + rng.uniform(-0.2, 1.2, 2) @ box, kind, closed=closed)
+            if fits(new, outlines, box):
+                outlines.append(new)
+                break
+    return number(outlines, rng), box
+
+
+def number(outlines, rng):
+    """Give the points atom IDs in any order."""
+    tags = rng.permutation(sum(len(o.points) for o in outlines)) + 1
+    for o, ends in zip(outlines, np.cumsum([len(o.points) for o in outlines]), strict=True):
+        o.tags = tags[ends - len(o.points) : ends]
+    return outlines
+
+
+def seam():
+    """A wall through the periodic boundary; a disk and a droplet lie where its end is next to its own image."""
+    ring = 0.3 * np.column_stack([np.cos(np.arange(7)), np.sin(np.arange(7))])
+    wall = np.column_stack([np.linspace(0.0, 1.9, 4), [0.5, 0.52, 0.47, 0.49]])
+    outlines = [Outline(wall, 3), Outline(np.array([[1.93, 0.75]]), 6), Outline(ring - [0.02, 0.0], 1)]
+    return number(outlines, np.random.default_rng(6)), np.array([[2.0, 0.0], [0.3, 2.5]])
+
+
+def write(path, outlines, box):
+    """Data file; half of the disks belong to no molecule."""
+    atoms, bonds = [], []
+    for m, o in enumerate(outlines, start=1):
+        molecule = 0 if o.type == 5 else m
+        atoms += [
+            f"{tag} {molecule} {o.type} {x:.17g} {y:.17g} 0" for tag, (x, y) in zip(o.tags, o.points, strict=True)
+        ]
+        bonds += o.tags[o.bonds].tolist()
+    tilted = f"{box[1, 0]:.17g} 0 0 xy xz yz\n" if box[1, 0] else ""
+    path.write_text(
+        f"mixture\n\n{len(atoms)} atoms\n6 atom types\n{len(bonds)} bonds\n1 bond types\n2 extra bond per atom\n\n"
+        f"0 {box[0, 0]:.17g} xlo xhi\n0 {box[1, 1]:.17g} ylo yhi\n-0.5 0.5 zlo zhi\n{tilted}\nAtoms # molecular\n\n"
+        + "\n".join(atoms)
+        + "\n\nBonds\n\n"
+        + "\n".join(f"{k} 1 {a} {b}" for k, (a, b) in enumerate(bonds, start=1))
+        + "\n"
+    )
