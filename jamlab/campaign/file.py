@@ -37,7 +37,7 @@ from pydantic import (
 from jamlab.campaign.file_values import FileTable, LogGrid, Positive, Tolerances, as_list, distinct
 from jamlab.campaign.observable import Observable
 from jamlab.campaign.observables import OBSERVABLES
-from jamlab.checks import MOST_PARTICLES, name_meant
+from jamlab.checks import MOST_PARTICLES, check_choice, name_meant
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
@@ -66,7 +66,9 @@ def _check_observable(value: str) -> str:
     return value
 
 
-ObservableName = Annotated[str, AfterValidator(_check_observable)]
+def _check_model(value: str) -> str:
+    check_choice("model", value, MODELS)
+    return value
 
 
 class Compression(FileTable):
@@ -109,7 +111,9 @@ class Sweep(FileTable):
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the sweep, for `--only` and `table(..., sweep=...)`
     # "sp", "dp" or a list of both
-    model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(as_list), AfterValidator(distinct)]
+    model: Annotated[
+        list[Annotated[str, AfterValidator(_check_model)]], BeforeValidator(as_list), AfterValidator(distinct)
+    ]
     # number of particles, or a list; even where half of them are large
     n: Annotated[
         list[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]],
@@ -221,9 +225,9 @@ class Sweep(FileTable):
         from jamlab.protocols.target_pressure import check_pressure
 
         force = self.tolerances.max_force
-        for model in self.model:
-            check_force_law(model, self.force_law)
-            if "ka" in (law := defaults(model) | self.force_law):
+        for name in self.model:
+            check_force_law(name, self.force_law)
+            if "ka" in (law := defaults(name) | self.force_law):
                 check_stiffness(law, force)
         for pressure in self.pressures or ():
             check_pressure(pressure, force, **self.force_law)
@@ -242,7 +246,7 @@ class Sweep(FileTable):
                     raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
             if observable.only and name in self.observables:
                 self._only(observable.only, f"observable {name!r} is")
-        laws = [defaults(name) | self.force_law for name in self.model]
+        laws = [defaults(each) | self.force_law for each in self.model]
         for wanted in self.measured:
             wanted.check(max(site_count(n, law) for n in self.n for law in laws))
 

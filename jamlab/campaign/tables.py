@@ -68,7 +68,7 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFra
         columns = _states(file) | _own(file, own) if name == "states" else _columns(file, name)
         if columns:
             p = file.parameters
-            who = {"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble}
+            who: dict[str, Any] = {"task": task, **{key: getattr(p, key) for key in _WHO[1:5]}}
             who |= {"protocol": as_column(p.protocol_names, p.protocol)}
             who |= {"definitions": as_column(p.definition_names(name), p.definitions)}
             parts.append(pd.DataFrame(who | columns))
@@ -326,5 +326,5 @@ def _label(frame: pd.DataFrame, column: str) -> str:
     units: list[str] = []
     if column in MEASURED and MEASURED[column].dimension == STRESS and {"model", "units"} <= set(frame.columns):
         kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
-        units = list(dict.fromkeys(MODELS[model].unit_names[unit].stress for model, unit in kinds))
+        units = list(dict.fromkeys(MODELS[name].unit_names[unit].stress for name, unit in kinds))
     return in_unit(_LABELS.get(column, column), " or ".join(units))

@@ -186,9 +186,9 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
             raise InputError(f"campaign {campaign.name} has no sweep {name!r}: use one of {', '.join(names)}")
     chosen = [sweep for sweep in campaign.sweep if not only or sweep.name in only]
     return [
-        Batch(sweep.name, _parameters(sweep, model, n), sweep.seeds, sweep.until or {}, sweep.ranks)
+        Batch(sweep.name, _parameters(sweep, name, n), sweep.seeds, sweep.until or {}, sweep.ranks)
         for sweep in chosen
-        for model in sweep.model
+        for name in sweep.model
         for n in sweep.n
     ]
 

@@ -26,3 +26,11 @@ class Here:
 def here(monkeypatch):
     """Run tasks in this process."""
     monkeypatch.setattr(Workers, "crew", lambda workers: contextlib.nullcontext(Here()))
+
+
+@pytest.fixture
+def scheduler():
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0") as cluster:
+        yield cluster.scheduler_address

@@ -38,14 +38,6 @@ def test_workers_hold_the_cores_of_their_ranks():
         assert "ranks = 9" in str(caught.value) and "8 cores" in str(caught.value)
 
 
-@pytest.fixture
-def scheduler():
-    from distributed import LocalCluster
-
-    with LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0") as cluster:
-        yield cluster.scheduler_address
-
-
 @pytest.mark.slow
 def test_a_scheduler_needs_workers_that_hold_as_many_cores(tmp_path, scheduler):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **PRESSED, ranks=2))

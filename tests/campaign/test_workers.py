@@ -1,6 +1,5 @@
 """Where tasks run: schedulers, SLURM, workers that cannot live or are killed; nothing is left behind, all is whole."""
 
-import json
 import os
 import random
 import subprocess
@@ -9,11 +8,9 @@ import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 
-import h5py
-import numpy as np
 import psutil
 import pytest
-from campaigns import compression, dask_worker
+from campaigns import assert_same, compression, dask_worker
 from commands import call
 
 import jamlab
@@ -41,14 +38,6 @@ onset = true
 def campaign(tmp_path):
     (tmp_path / "c.toml").write_text(FILE)
     return jamlab.open_campaign(tmp_path / "c.toml")
-
-
-@pytest.fixture
-def scheduler():
-    from distributed import LocalCluster
-
-    with LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0") as cluster:
-        yield cluster.scheduler_address
 
 
 @pytest.mark.slow
@@ -266,38 +255,6 @@ def marks(folder):
     return found
 
 
-def contents(file):
-    """Everything in a task file but the time it took and the machine."""
-    found = {}
-    with h5py.File(file) as opened:
-
-        def take(name, item):
-            for key, value in item.attrs.items():
-                if name != "campaign" or key not in ("seconds", "cpu_seconds", "host"):
-                    found[name, key] = np.asarray(value).tolist()
-            if isinstance(item, h5py.Dataset):
-                value = item[()]
-                if name == "parameters/provenance":
-                    value = [{k: v for k, v in json.loads(text).items() if k != "wall_time"} for text in value]
-                    found[name] = json.dumps(value, sort_keys=True)
-                elif h5py.check_string_dtype(item.dtype):
-                    found[name] = value
-                else:
-                    found[name] = (value.dtype.str, np.shape(value), value.tobytes())
-
-        opened.visititems(take)
-    return found
-
-
-def assert_same(folder, undisturbed):
-    files = sorted(file.name for file in (undisturbed / "tasks").iterdir())
-    assert sorted(file.name for file in (folder / "tasks").iterdir()) == files
-    for name in files:
-        ours, theirs = contents(folder / "tasks" / name), contents(undisturbed / "tasks" / name)
-        assert ours == theirs, name
-        assert len(ours) > 40  # frames, observables, tables and parameters are among them
-
-
 def wait_until(condition, seconds=60):
     end = time.monotonic() + seconds
     while not condition():
@@ -340,4 +297,4 @@ def test_killed_at_twenty_random_moments(tmp_path):
     status = jamlab.open_campaign(path).status(verify=True)
     assert (status.finished, status.failed, status.left, status.damaged) == (60, 0, 0, {})
     assert not list(folder.rglob(".jamlab-*.tmp"))
-    assert_same(folder, calm.folder.path)
+    assert_same(jamlab.open_campaign(path), calm)

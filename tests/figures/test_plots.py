@@ -88,45 +88,33 @@ def sheared():
     return QuasistaticShear(**rows, **rest, **counts)
 
 
-RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
-    "contacts": (lambda: jamlab.contacts(state("disks")), ("", "")),
-    "packing": (lambda: state("droplets"), ("", "")),
-    "voids": (lambda: jamlab.voids(state("disks")), ("", "")),
-    "tessellation": (lambda: jamlab.tessellation(state("disks")), ("", "")),
-    "order": (lambda: jamlab.orientational_order(state("disks")), ("", "")),
-    "void statistics": (
-        lambda: jamlab.void_statistics(jamlab.voids(state("disks"))),
-        ("sides $l$ of a void", "share of voids $P_l$"),
-    ),
-    "elastic tensor": (
-        lambda: jamlab.elastic_tensor(state("disks")),
-        ("direction of shear, degrees from x", "shear modulus $G$  [k]"),
-    ),
-    "slow shear": (
-        lambda: jamlab.slow_shear(state("disks")),
-        ("displacement per strain  [d]", "share that is smaller"),
-    ),
-    "modulus": (modulus, (r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")),
-    "nonlinear": (
-        lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
-        (r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]"),
-    ),
-    "elements": (lambda: modulus().spectrum, (r"relaxation rate $\lambda_i\,\tau_1$", "strength $g_i$  [k]")),
-    "correlation": (
-        lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
-        (r"distance along the flow $\delta$  [d]", r"correlation $C(\delta)$ of $u_y$"),
-    ),
-    "contact lengths": (
-        lambda: jamlab.contact_lengths(state("droplets")),
-        ("contact length  [l]", "share that is shorter"),
-    ),
-    "modes": (
-        lambda: jamlab.lowest_modes(state("disks"), 20),
-        ("number of the mode", "eigenvalue of the Hessian  [k]"),
-    ),
-    "collapse": (collapse, (r"$\omega\,\tau_1/p^\lambda$", r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)  [k]")),
-    "power law": (fit, ("$x$", "$y$")),
-    "sheared": (sheared, (r"strain $\gamma$", r"shear stress $\sigma$  [k]")),
+CELLS = {  # made without LAMMPS, as what follows
+    "contacts": lambda: jamlab.contacts(state("disks")),
+    "packing": lambda: state("droplets"),
+    "voids": lambda: jamlab.voids(state("disks")),
+    "tessellation": lambda: jamlab.tessellation(state("disks")),
+    "order": lambda: jamlab.orientational_order(state("disks")),
+}
+CURVES = {
+    "void statistics": lambda: jamlab.void_statistics(jamlab.voids(state("disks"))),
+    "elastic tensor": lambda: jamlab.elastic_tensor(state("disks")),
+    "slow shear": lambda: jamlab.slow_shear(state("disks")),
+    "modulus": modulus,
+    "nonlinear": lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
+    "elements": lambda: modulus().spectrum,
+    "correlation": lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
+    "contact lengths": lambda: jamlab.contact_lengths(state("droplets")),
+    "modes": lambda: jamlab.lowest_modes(state("disks"), 20),
+    "collapse": collapse,
+    "power law": fit,
+    "sheared": sheared,
+}
+RESULTS = CELLS | CURVES
+UNITS = {  # of both axes, where there is one
+    **{"elastic tensor": ("", "k"), "slow shear": ("d", ""), "elements": ("", "k"), "correlation": ("d", "")},
+    **{"contact lengths": ("l", ""), "collapse": ("", "k"), "creep": ("", "1/k")},
+    **dict.fromkeys(("modulus", "nonlinear", "modes", "sheared", "start-up", "flow curve", "relaxation"), ("", "k")),
+    **dict.fromkeys(("Herschel-Bulkley", "oscillation"), ("", "k")),
 }
 
 
@@ -193,25 +181,21 @@ def diagram():
 
 
 FLOWS = {
-    "start-up": (start_up, (r"strain $\gamma$", r"shear stress $\sigma$  [k]")),
-    "flow curve": (flow_curve, (r"rate of shear $\dot\gamma\,\tau_1$", r"shear stress $\sigma$  [k]")),
-    "Herschel-Bulkley": (
-        lambda: herschel_bulkley(flow_curve().rates, flow_curve().stress, flow_curve().stress_stderr, "k"),
-        (r"rate of shear $\dot\gamma\,\tau_1$", r"shear stress $\sigma$  [k]"),
+    "start-up": start_up,
+    "flow curve": flow_curve,
+    "Herschel-Bulkley": lambda: herschel_bulkley(
+        flow_curve().rates, flow_curve().stress, flow_curve().stress_stderr, "k"
     ),
-    "oscillation": (oscillation, (r"strain $\gamma$", r"shear stress $\sigma$, less its mean  [k]")),
-    "Pipkin": (diagram, (r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")),
-    "creep": (creep, (r"time $t/\tau_1$", "compliance $J(t)$  [1/k]")),
-    "relaxation": (relaxation, (r"time $t/\tau_1$", "relaxation modulus $G(t)$  [k]")),
+    "oscillation": oscillation,
+    "Pipkin": diagram,
+    "creep": creep,
+    "relaxation": relaxation,
 }
 
 
 @cache
 def result(name):
-    return (RESULTS | FLOWS)[name][0]()
-
-
-CURVES = [name for name, (_, labels) in RESULTS.items() if labels[0]]
+    return (RESULTS | FLOWS)[name]()
 
 
 @pytest.fixture(autouse=True)
@@ -238,7 +222,7 @@ def test_particles_and_order():
 
 @picture
 def test_curves():
-    """One panel for each result that is a curve, in the order of `RESULTS`."""
+    """One panel for each, in the order of `CURVES`."""
     figure = Figure(figsize=(2.6 * len(CURVES), 2.4), layout="constrained")
     for axes, name in zip(figure.subplots(1, len(CURVES)), CURVES, strict=True):
         result(name).plot(axes)
@@ -260,15 +244,15 @@ def test_means_of_a_table():
 
 
 @pytest.mark.parametrize("name", [*RESULTS, *FLOWS])
-def test_every_plot_has_labels_and_legends_that_cover_no_point(name):
+def test_every_plot_has_labels_with_units_and_legends_that_cover_no_point(name):
     axes = result(name).plot()
-    labels = (RESULTS | FLOWS)[name][1]
+    labels = axes.get_xlabel(), axes.get_ylabel()
     assert pyplot.get_fignums() and axes.figure is pyplot.gcf()  # shown by a notebook
-    assert (axes.get_xlabel(), axes.get_ylabel()) == labels
-    if not labels[0]:
-        return  # legends and scales of cells stand outside the axes
-    axes.figure.set_layout_engine("none")
-    assert not covers_points(axes.figure)
+    assert [label.partition("  [")[2].rstrip("]") for label in labels] == list(UNITS.get(name, ("", "")))
+    assert all(labels) == (name not in CELLS)
+    if name not in CELLS:  # whose legends and scales stand outside the axes
+        axes.figure.set_layout_engine("none")
+        assert not covers_points(axes.figure)
 
 
 @pytest.mark.parametrize("name", [*RESULTS, "flow curve", "Pipkin"])
@@ -384,7 +368,7 @@ def test_bars_and_fits_hold_what_they_say():
 def test_curves_of_flow():
     """One panel for each, in the order of `FLOWS`."""
     figure = Figure(figsize=(2.6 * len(FLOWS), 2.4), layout="constrained")
-    for axes, (make, _) in zip(figure.subplots(1, len(FLOWS)), FLOWS.values(), strict=True):
+    for axes, make in zip(figure.subplots(1, len(FLOWS)), FLOWS.values(), strict=True):
         make().plot(axes)
     return bare(figure, columns=len(FLOWS))
 

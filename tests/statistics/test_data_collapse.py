@@ -44,9 +44,8 @@ def test_spread_is_the_distance_from_the_mean_curve():
 
 def test_impossible_collapses_are_refused():
     x = np.geomspace(1e-3, 1, 5)
-    with pytest.raises(InputError, match="two or more"):
-        measure_spread([(x, x)])
-    with pytest.raises(InputError, match="positive"):
-        measure_spread([(x, x), (x, -x)])
-    with pytest.raises(InputError, match="scales"):
+    for curves in ([(x, x)], [(x, x), (x, -x)]):
+        with pytest.raises(InputError):
+            measure_spread(curves)
+    with pytest.raises(InputError):
         fit_scaling_exponents([1.0, 2.0], [[(x, x)]])

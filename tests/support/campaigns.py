@@ -6,10 +6,12 @@ import os
 import subprocess
 import sys
 
+import pandas as pd
 from fake_slurm import install
 
 from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
+from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import batches
@@ -85,6 +87,17 @@ def run_here(campaign):
         more = (source and source.name, [str(campaign.file.parent)])
         outcomes.append(run_task(str(campaign.folder.path), task, *more))
     return outcomes
+
+
+def assert_same(one, other, tables=TABLES):
+    """Two finished campaigns hold the same packings and tables, bit by bit, but for times."""
+    assert one.finished() == other.finished()
+    for name in tables:
+        first, second = (c.table(name).drop(columns=["wall_time", "seconds"], errors="ignore") for c in (one, other))
+        pd.testing.assert_frame_equal(first, second, check_exact=True)
+    for name in one.finished():
+        for p, q in zip(one.packings(name), other.packings(name), strict=True):
+            assert (p.positions.tobytes(), p.box.tobytes()) == (q.positions.tobytes(), q.box.tobytes())
 
 
 def compression(path, name="c", n=16, seeds=4, step=0.01):
