@@ -34,7 +34,7 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.campaign.file_values import FileTable, LogGrid, Positive, Tolerances, as_list, distinct
+from jamlab.campaign.file_values import FileTable, LogGrid, OneOrMore, Positive, Tolerances, distinct
 from jamlab.campaign.observable import Observable
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES, check_choice, name_meant
@@ -107,53 +107,28 @@ class SeedRange(FileTable):
 
 
 class Sweep(FileTable):
-    """One `[[sweep]]`; `SweepTable` adds the keys of observables, such as `omega` of "spectra"."""
+    """One `[[sweep]]`; `SweepTable` adds the keys of observables, such as `omega` of "spectra". What each key means is
+    said in docs/reference/campaign_files.md."""
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the sweep, for `--only` and `table(..., sweep=...)`
-    # "sp", "dp" or a list of both
-    model: Annotated[
-        list[Annotated[str, AfterValidator(_check_model)]], BeforeValidator(as_list), AfterValidator(distinct)
-    ]
-    # number of particles, or a list; even where half of them are large
-    n: Annotated[
-        list[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]],
-        BeforeValidator(as_list),
-        Field(max_length=MOST_SIZES),
-        AfterValidator(distinct),
-    ]
-    # number of seeds (1, 2, ...), a list, or { first, last }; with `until`, the most that may be used
+    model: OneOrMore[Annotated[str, AfterValidator(_check_model)]]
+    n: Annotated[OneOrMore[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]], Field(max_length=MOST_SIZES)]
     seeds: list[Annotated[int, Field(ge=0)]] | range
-    # { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings of each
-    # named column of "states", at the last state of each packing and for each model and n. The first eight seeds always
-    # run; `status.py` says how many follow.
+    # column -> standard error of the mean over packings, at the last state of each; `plan.py` says how many seeds run
     until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
-    # from onset up to a packing fraction. Give exactly one of `compress`, `pressures`, `phi` and `onset`.
+    # exactly one of `compress`, `pressures`, `phi` and `onset`
     compress: Compression | None = None
-    # target pressures of disks, in units of k
-    pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], AfterValidator(distinct)] | None = None
-    # true: pack disks at the highest pressure that a random start meets, and reach each lower one from the packing at
-    # the one above, as large packings near onset need; by default every pressure starts at random
+    pressures: OneOrMore[Annotated[float, Field(ge=1e-8, le=0.3)]] | None = None  # of disks, in units of k
     decompress: bool = False
-    # packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start
-    phi: Annotated[list[Annotated[float, Field(ge=0.1, le=2)]], AfterValidator(distinct)] | None = None
-    onset: Literal[True] | None = None  # true: make only the packings at onset
-    ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"  # "fixed-box" or "shear-stabilized"
-    # tables to measure; "states" is always among them. One added later is measured on the packings that are stored.
-    # "module:function" is a function of your own in a module beside the campaign file: it takes a `Packing` and returns
-    # a number, column `function` of "states", or a dict of numbers, whose keys are columns. Only its name enters the
-    # names of tasks: rename it when it changes.
-    observables: Annotated[list[Annotated[str, AfterValidator(_check_observable)]], AfterValidator(distinct)] = Field(
-        default=[STATES]
-    )
-    # parameters that replace the defaults; `exponent` of disks, any of droplets
-    force_law: dict[str, Any] = Field(default={})
-    # a distribution by name such as "lognormal:0.3", or a list of n diameters; see
-    # `jamlab.protocols.size_distributions`. By default half of the disks are large.
-    sizes: str | list[float] | None = None
-    tolerances: Tolerances = Tolerances()  # see `Tolerances`
-    # threads of each task, which minimise large packings of disks on one machine; a worker or SLURM job of this sweep
-    # holds so many cores. Pays from about 10 000 disks.
-    ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
+    phi: OneOrMore[Annotated[float, Field(ge=0.1, le=2)]] | None = None  # of disks, in units of k
+    onset: Literal[True] | None = None
+    ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
+    # of a function of the user's own, "module:function", only the name enters the names of tasks
+    observables: OneOrMore[Annotated[str, AfterValidator(_check_observable)]] = Field(default=[STATES])
+    force_law: dict[str, Any] = Field(default={})  # parameters that replace the defaults
+    sizes: str | list[float] | None = None  # see `jamlab.protocols.size_distributions`
+    tolerances: Tolerances = Tolerances()
+    ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1  # threads of each task; a worker or job holds so many cores
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 

@@ -50,15 +50,11 @@ def ascending(values: list[float]) -> list[float]:
 
 Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
-Frequencies = Annotated[
-    list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1), AfterValidator(ascending)
-]
-Rates = Annotated[
-    list[NotNegative], BeforeValidator(_space_evenly_in_log), Field(min_length=1), AfterValidator(ascending)
-]
-Prestress = Annotated[
-    list[bool], BeforeValidator(as_list), Field(min_length=1), AfterValidator(distinct), AfterValidator(sorted)
-]
+_Grid = Annotated[list[T], BeforeValidator(_space_evenly_in_log), Field(min_length=1), AfterValidator(ascending)]
+Frequencies = _Grid[Positive]
+Rates = _Grid[NotNegative]
+OneOrMore = Annotated[list[T], BeforeValidator(as_list), AfterValidator(distinct)]
+Prestress = Annotated[OneOrMore[bool], AfterValidator(sorted)]
 
 
 class LogGrid(FileTable):

@@ -38,10 +38,9 @@ def area_parts(state):
     for start, o in zip(state.starts, state.outlines, strict=False):
         if o.type != RING:
             continue
-        chord = np.roll(o.points, -1, axis=0) - np.roll(o.points, 1, axis=0)
-        force = -outlines.KA * (o.area - o.a0) / 2 * np.column_stack([chord[:, 1], -chord[:, 0]])
+        energy, force = outlines.area_force(o.points, outlines.KA, o.a0)
         own = rows[start : start + len(o.points)]
-        own[:, 0] = outlines.KA / 2 * (o.area - o.a0) ** 2 / len(o.points)
+        own[:, 0] = energy / len(o.points)
         own[:, 1:] = parts(o.points - o.points.mean(axis=0), force)
     return rows
 

@@ -1,4 +1,4 @@
-"""Disks in LAMMPS under the plugin's fix overdamped, the same flow by plain loops, and the harmonics of its stress."""
+"""Disks in LAMMPS under the plugin's fix overdamped, the same flow by plain loops."""
 
 from typing import Any
 
@@ -151,10 +151,3 @@ def _runge_kutta(packing: jamlab.Packing, rate: Any, time: float, steps: int, be
         x, strain = (at + dt / 6 * (a + 2 * b + 2 * c + d)
                      for at, a, b, c, d in zip((x, strain), first, second, third, last, strict=True))  # fmt: skip
     return x, box(strain)
-
-
-def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:
-    """Amplitude of the stress that goes with sin(omega t), and, imaginary, with cos(omega t); less a drift."""
-    columns = np.column_stack([np.sin(omega * time), np.cos(omega * time), np.ones_like(time), time])
-    along, across, *_ = np.linalg.lstsq(columns, stress, rcond=None)[0]
-    return complex(along, across)

@@ -11,7 +11,7 @@ from pathlib import Path
 import droplet_drag
 import numpy as np
 from disk_flows import dense_creep, dense_path, dense_tension, touching
-from outlines import FORMS, coefficients, evaluate, mixture, write
+from outlines import FORMS, area_force, coefficients, evaluate, mixture, write
 
 import jamlab
 from studies.stability.plain_physics import plain_stress
@@ -182,11 +182,8 @@ class Mixture:
         energy, forces, virial = 0.0, np.zeros_like(x), np.zeros((2, 2))
         for outline in (o for o in self.outlines if o.type in (1, 2)):
             at = outline.tags - 1
-            after, before = np.roll(x[at], -1, axis=0), np.roll(x[at], 1, axis=0)
-            twice = sum(p[0] * q[1] - p[1] * q[0] for p, q in zip(x[at], after, strict=True))
-            push = -KA * (abs(twice) / 2 - A0) * np.sign(twice)
-            energy += 0.5 * KA * (abs(twice) / 2 - A0) ** 2
-            own = 0.5 * push * np.column_stack([(after - before)[:, 1], (before - after)[:, 0]])
+            more, own = area_force(x[at], KA, A0)
+            energy += more
             forces[at] += own
             virial += (x[at] - x[at].mean(axis=0)).T @ own
         return energy, forces, virial

@@ -262,6 +262,13 @@ def contacts(state, laws=mixed):
     return list(all_contacts(numbered, np.diag(state.box), lambda i, j: (*laws(i, j), "outline")))
 
 
+def area_force(points, ka, a0):
+    """Energy of the area of a ring, whichever way it runs, and forces on its vertices."""
+    chord, area = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0), Outline(points).area
+    push = -ka / 2 * (abs(area) - a0) * np.sign(area)
+    return ka / 2 * (abs(area) - a0) ** 2, push * np.column_stack([chord[:, 1], -chord[:, 0]])
+
+
 def lengths(outline):
     """Of the edges."""
     return np.hypot(*(outline.points[outline.bonds[:, 1]] - outline.points[outline.bonds[:, 0]]).T)
