@@ -37,6 +37,8 @@ class RigidDescent:
         accepted, good, poor: parts of the energy foretold that a step must gain, above which the shift shrinks, and
             below which it grows.
         shrink, grow, definite: factors of the shift, the last until the Hessian is positive definite.
+        searches, slack: lengths tried at most along a step that leads uphill, as contacts close on the way, and the
+            part of the slope at its start that may be left at its end.
     """
 
     relative: float
@@ -52,6 +54,8 @@ class RigidDescent:
     shrink: float
     grow: float
     definite: float
+    searches: float
+    slack: float
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ def _response(packing: Packing, prestress: bool) -> ElasticTensor:
         try:
             solution[first:] = static_response(k.uu[first:, first:].tocsc(), right[first:])
         except UnstableError as error:
-            error.mode = np.concatenate([np.zeros(first), error.mode])
+            error.modes = np.pad(error.modes, ((0, 0), (first, 0)))
             raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
@@ -152,17 +152,18 @@ def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Pack
     return moved.with_state(positions=moved.positions + response @ rotation.T)
 
 
-def unstable_direction(packing: Packing) -> tuple[Array, float] | None:
-    """Displacements (n_sites, 2), the largest 1, along a mode that gives way, and its eigenvalue, 0 where rounding
-    hides it; None for a minimum, for a loose packing, and for forces so large beside the pressure that no Hessian
-    tells."""
+def unstable_directions(packing: Packing) -> tuple[Array, float] | None:
+    """Displacements (k, n_sites, 2), the largest 1, along up to six modes that give way, the lowest first, and its
+    eigenvalue, 0 where rounding hides it; None for a minimum, for a loose packing, and for forces so large beside the
+    pressure that no Hessian tells."""
     try:
         elastic_tensor(packing)
     except UnstableError as error:
-        direction = np.zeros_like(packing.positions)
-        mode = error.mode.reshape(-1, 2)  # with one site fixed: all others may move where its own droplet slides
-        direction[force_network(packing).held] = mode - mode.mean(axis=0)
-        return direction / np.abs(direction).max(), error.eigenvalue
+        modes = error.modes.reshape(len(error.modes), -1, 2)
+        directions = np.zeros((len(modes), *packing.positions.shape))
+        # with one site fixed, all others may move where its own droplet slides
+        directions[:, force_network(packing).held] = modes - modes.mean(axis=1, keepdims=True)
+        return directions / np.abs(directions).max(axis=(1, 2), keepdims=True), error.eigenvalue
     except ConvergenceError:
         return None
     return None

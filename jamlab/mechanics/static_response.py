@@ -25,13 +25,13 @@ _STEPS = 30  # on stiff modes: each divides what is left by their stiffness over
 
 
 class UnstableError(ConvergenceError):
-    """A packing that gives way: one of its modes has no stiffness, or a negative one. `eigenvalue`: of the mode, 0 if
-    rounding hides it; `mode`: (n,) displacements along it."""
+    """A packing that gives way: some of its modes have no stiffness, or a negative one. `eigenvalue`: the lowest that
+    was found, 0 if rounding hides it; `modes`: (k, n) displacements along up to six of them, the lowest first."""
 
-    def __init__(self, message: str, eigenvalue: float, mode: Array) -> None:
+    def __init__(self, message: str, eigenvalue: float, modes: Array) -> None:
         super().__init__(message)
         self.eigenvalue = eigenvalue
-        self.mode = mode
+        self.modes = modes
 
 
 def static_response(matrix: sparse.csc_array, load: Array) -> Array:
@@ -74,13 +74,13 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -
             f"the packing has a floppy mode, of no stiffness beyond rounding, that strain pushes with {push:.2g}: its "
             "moduli are undefined",
             0.0,
-            step[:, hidden.argmax()],
+            step[:, [hidden.argmax()]].T,
         )
     return x
 
 
 def _instability(matrix: sparse.csc_array) -> UnstableError:
-    """The error for a matrix with negative eigenvalues, with the lowest of those next to zero."""
+    """The error for a matrix with negative eigenvalues, with those next to zero."""
     if matrix.shape[0] <= _DENSE:
         values, vectors = np.linalg.eigh(matrix.toarray())
         count = int((values < 0).sum())
@@ -101,9 +101,10 @@ def _instability(matrix: sparse.csc_array) -> UnstableError:
                     break
         else:
             raise ConvergenceError(f"none of {count} negative modes of a Hessian was found in {_PATIENT} iterations")
-    lowest = int(values.argmin())
+    order = np.argsort(values)[: min(_NAMED, max(1, int((values < 0).sum())))]
+    lowest = float(values[order[0]])
     return UnstableError(
-        f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {values[lowest]:.3g}",
-        float(values[lowest]),
-        vectors[:, lowest],
+        f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {lowest:.3g}",
+        lowest,
+        vectors[:, order].T,
     )

@@ -153,7 +153,7 @@ class Packing:
         converged: whether that minimisation met its tolerance. A copy whose particles, box or force law differ has
             `max_force` None and `converged` False, unless it states its own.
         tolerance: of that minimisation on forces, or None.
-        on_rattlers: whether rattlers stop a droplet that would slide, which the Hessian without them does not see.
+        on_rattlers: whether rattlers, or ends of flats, stop droplets that would slide, which the Hessian does not see.
         on_target: whether the sweep that made this state met the packing fraction asked for.
         rounding: how far a coordinate may be off because its source held fewer digits than float64; 0 if it held all.
         provenance: a log of how it was made: seed, versions, protocol, wall time.

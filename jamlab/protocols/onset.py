@@ -37,10 +37,10 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
-# versions, see jamlab.campaign.versions; droplets: 4 lets what stops a sliding droplet press and count, 3 searches over
-# rigid bodies, 2 ends at a minimum, 1 ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces
-# beside those of their contacts
-ONSET_PROTOCOL = {"disks": 1, "droplets": 4, "stiffening": 2}
+# versions, see jamlab.campaign.versions; droplets: 5 slides along several modes at a time, 4 lets what stops a sliding
+# droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1 ended at some saddles; stiffening disks,
+# whose exponent is not 2: 1 left forces beside those of their contacts
+ONSET_PROTOCOL = {"disks": 1, "droplets": 5, "stiffening": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
@@ -95,8 +95,8 @@ def jam(
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
-        Droplets: `on_rattlers` is True where a rattler that can be pushed no further stops one that would
-        slide, which the Hessian without rattlers does not see.
+        Droplets: `on_rattlers` is True where a rattler that can be pushed no further, or the end of a flat, stops one
+        that would slide, which the Hessian does not see.
 
     Raises:
         InputError: a value that no run can start from.

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from jamlab.mechanics.elasticity import unstable_direction
+from jamlab.mechanics.elasticity import unstable_directions
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Relaxed
 
@@ -13,7 +13,7 @@ def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     entries of the provenance. Returns the packing with `max_force`, `converged` and `tolerance` set."""
     converged = found.converged
     if converged and not found.off_saddles:
-        unstable = unstable_direction(packing)
+        unstable = unstable_directions(packing)
         converged = unstable is None or unstable[1] >= 0
     return packing.with_state(
         max_force=found.evaluation.max_force, converged=converged, tolerance=found.tolerance, provenance=entries

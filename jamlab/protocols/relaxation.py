@@ -26,7 +26,7 @@ from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
-from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
+from jamlab.protocols.solver_settings import SOLVERS, LbfgsSettings, RelaxationSettings, SolverSettings
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.versions
 FEW_FACTORS = 3  # more, and the log of a run says why
@@ -76,17 +76,15 @@ def relax(
 ) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box. `session`: is left in the minimum; `tolerance`: on
     the largest force; default `force_tolerance` of the model; `near`: the state is a good guess of the minimum: try
-    Newton steps before anything else; `settings`: numbers of the solvers. Returns the state reached; `converged` is
-    False if no round met the tolerance."""
+    steps that converge fast there before anything else, `settings.newton`, for droplets `settings.near`; `settings`:
+    numbers of the solvers. Returns the state reached; `converged` is False if no round met the tolerance."""
     if tolerance is None:
         tolerance = force_tolerance(session.kind.name)
-    newton_steps = 0
+    newton_steps, descent = 0, descent_of(session)
     if near:
-        newton_steps = descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
-        state = session.evaluate()
+        state, newton_steps = descent.end(session, tolerance, settings)
         if state.max_force <= tolerance:
             return Relaxed(state, tolerance, True, newton_steps)
-    descent = descent_of(session)
     for round_ in range(settings.relaxation.rounds):
         state = descent.descend(session, tolerance, round_, settings)
         if state.max_force > tolerance:
@@ -118,11 +116,13 @@ def _entangled(session: Session) -> bool:
 
 
 class Descent(Protocol):
-    """First-order steps of a kind of particles, which bring a packing near its minimum."""
+    """Steps of a kind of particles: first-order ones, which bring a packing near its minimum, and to its end from
+    there, with the number of Newton steps among them."""
 
     def name(self, session: Session, settings: RelaxationSettings) -> str: ...  # of the method
     def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation: ...
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation: ...
+    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> tuple[Evaluation, int]: ...
 
 
 class DescentOfDisks:
@@ -143,6 +143,10 @@ class DescentOfDisks:
             return quench(session, noise, floor=tolerance / noise, settings=numbers)
         return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=numbers.cg_steps)
 
+    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> tuple[Evaluation, int]:
+        steps = descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
+        return session.evaluate(), steps
+
 
 class DescentOfDroplets:
     """By preconditioned L-BFGS, "lbfgs"."""
@@ -152,7 +156,8 @@ class DescentOfDroplets:
 
     def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
         numbers, least = settings.relaxation, loose * session.size
-        state = _descend_preconditioned(session, tolerance, numbers.settle_steps, settings, least)
+        brief = replace(settings.lbfgs, steps=numbers.settle_steps)
+        state = descend_droplets(session, tolerance, brief, settings, loose=least)
         if state.max_force > tolerance and not _loose(session, state.max_force, least, numbers):
             descend_by_newton(session, tolerance, settings=settings.newton)
             state = session.evaluate()
@@ -161,7 +166,10 @@ class DescentOfDroplets:
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
         if round_:
             descend_by_fire(session, tolerance, settings.relaxation)
-        return _descend_preconditioned(session, tolerance, settings.lbfgs.steps, settings)
+        return descend_droplets(session, tolerance, settings.lbfgs, settings)
+
+    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> tuple[Evaluation, int]:
+        return descend_droplets(session, tolerance, settings.near, settings), 0
 
 
 _DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.descent`
@@ -225,7 +233,7 @@ def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest
 
 
 def _descend_along_valley(session: Session, target: float, settings: SolverSettings) -> Evaluation:
-    """SP: the method of `_descend_preconditioned` in Python."""
+    """SP: the method of `descend_droplets` in Python."""
     packing, solver = session.packing(), PositiveSolver()
 
     def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
@@ -247,16 +255,18 @@ def _descend_along_valley(session: Session, target: float, settings: SolverSetti
     return session.evaluate()
 
 
-def _descend_preconditioned(
-    session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
+def descend_droplets(
+    session: Session, target: float, numbers: LbfgsSettings, settings: SolverSettings, *, loose: float = 0.0
 ) -> Evaluation:
-    """DP: L-BFGS on a shifted Hessian, `jamlab/descend`; back to the start if outlines crossed on the way."""
-    numbers, start = settings.lbfgs, session.positions()
-    first_shift = session.last_descent.shift if session.last_descent is not None else numbers.least_shift
+    """L-BFGS on a shifted Hessian, `jamlab/descend`, down to a largest force of `target`, or until less contact energy
+    is left than `loose`; back to the start if outlines crossed on the way."""
+    start, first_shift = session.positions(), numbers.least_shift
+    if session.last_descent is not None and numbers.shift:
+        first_shift = session.last_descent.shift
     found = session.descend(
         [
             target,
-            steps,
+            numbers.steps,
             settings.relaxation.loose_force,
             loose,
             *astuple(numbers)[1:],

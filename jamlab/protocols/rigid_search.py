@@ -15,13 +15,12 @@ from jamlab.arrays import Array
 from jamlab.engine.rigid_droplets import RigidDescent, RigidDroplets
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import follow, unstable_direction
+from jamlab.mechanics.elasticity import follow, unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import Approach, fell_too_often
-from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
-from jamlab.protocols.relaxation import Relaxed
+from jamlab.protocols.relaxation import Relaxed, descend_droplets
 from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
 from jamlab.protocols.solver_settings import SolverSettings
 
@@ -88,6 +87,8 @@ class RigidSearch(Approach[RigidDroplets]):
             first_shift=numbers.first_shift * stiffness,
             least_shift=numbers.least_shift * stiffness,
             last_shift=numbers.last_shift * stiffness,
+            searches=numbers.searches,
+            slack=numbers.slack,
             **{name: getattr(newton, name) for name in ("accepted", "good", "poor", "shrink", "grow", "definite")},
         )
         saddles = numbers.slides if to_the_end else 0
@@ -183,10 +184,10 @@ class RigidSearch(Approach[RigidDroplets]):
                 found = replace(self.droplets.measure(left), on_rattlers=True)
                 if self.droplets.at_end(found):
                     return found
-            if (unstable := unstable_direction(found.packing)) is None:
+            if (unstable := unstable_directions(found.packing)) is None:
                 end = self._relax(RigidDroplets.of(found.packing))
             else:
-                end, stopped = self._followed(found.packing, unstable[0])
+                end, stopped = self._followed(found.packing, unstable[0][0])
             if not self.at_end(end):
                 break
         return end
@@ -222,7 +223,7 @@ class RigidSearch(Approach[RigidDroplets]):
         return state
 
     def _relax_at_length(self) -> SearchState:
-        """Droplets by first-order steps as well, where Newton steps alone do not bring them to rest."""
+        """Droplets at greater effort, where steps that converge fast near a minimum do not bring them to rest."""
         numbers = self.settings.rigid
         effort = replace(
             self.settings,
@@ -237,29 +238,28 @@ class RigidSearch(Approach[RigidDroplets]):
         return self._relax_droplets(self.settings.rigid.slide_steps).found
 
     def _relax_droplets(self, steps: int) -> SearchState:
-        """Droplets near a minimum, by a bounded number of Newton steps; so far, where they get there, that contacts
+        """Droplets near a minimum, by a bounded number of steps; so far, where they get there, that contacts
         are left that stop a slide with hardly any force."""
         session, tolerance = self.droplets.session, self.droplets.tolerance
-        newton = replace(self.settings.newton, first_shift=self.settings.rigid.droplet_shift)
+        near = replace(self.settings.near, steps=steps)
         if self._shears:
             brief = replace(
                 self.settings,
-                newton=replace(newton, near_steps=steps, steps=steps),
+                near=near,
                 relaxation=replace(self.settings.relaxation, rounds=0),
                 box_shear=replace(self.settings.box_shear, steps=self.settings.rigid.box_steps),
             )
             return self.droplets.measure(self.droplets.relax_state(session, tolerance, near=True, settings=brief))
-        taken = descend_by_newton(session, tolerance, steps, settings=newton)
-        state = session.evaluate()
+        state = descend_droplets(session, tolerance, near, self.settings)
         if state.max_force <= tolerance:
             reached, finest = session.packing(), min(self.settings.saddles.finest, tolerance)
-            taken += descend_by_newton(session, finest, self.settings.rigid.finer_steps, settings=newton)
-            finer = session.evaluate()
+            near = replace(near, steps=self.settings.rigid.finer_steps)
+            finer = descend_droplets(session, finest, near, self.settings)
             if finer.max_force <= state.max_force:
                 state = finer
             else:
                 session.load(reached)
-        return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, taken))
+        return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, 0))
 
 
 def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:

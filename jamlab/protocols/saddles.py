@@ -12,7 +12,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.engine.session import Session
-from jamlab.mechanics.elasticity import unstable_direction
+from jamlab.mechanics.elasticity import unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
@@ -43,32 +43,39 @@ def leave_saddles(
         packing = session.packing()
         if not found.converged:
             return found
-        if (unstable := unstable_direction(packing)) is None:
+        if (unstable := unstable_directions(packing)) is None:
             return replace(found, off_saddles=True)
-        mode = unstable[0].ravel() / np.linalg.norm(unstable[0])
-        if (np.abs(tried @ mode) > numbers.alike).sum() > numbers.returns:
-            break  # what stops it is taken out of the Hessian, a rattler
-        tried = np.vstack([tried, mode])
-        session.set_positions(slid(session, packing, unstable[0], found.tolerance, settings))
+        modes = unstable[0].reshape(len(unstable[0]), -1)
+        modes = modes / np.linalg.norm(modes, axis=1, keepdims=True)
+        fresh = (np.abs(modes @ tried.T) > numbers.alike).sum(axis=1) <= numbers.returns
+        if not fresh.any():
+            break  # what stops them is taken out of the Hessian, rattlers
+        tried = np.vstack([tried, modes[fresh]])
+        for direction in unstable[0][fresh]:
+            session.set_positions(slid(session, session.packing(), direction, found.tolerance, settings))
         state = session.evaluate()
         found = replace(found, evaluation=state) if state.max_force <= found.tolerance else relax_again()
     return replace(found, converged=False)
 
 
 def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
-    """Whether the state that a session holds is pushed back either way along the mode that gives way.
+    """Whether the state that a session holds is stopped along every mode that gives way.
 
-    A droplet squeezed between two others slides until it touches a rattler, which stops it with hardly any force. The
-    Hessian leaves rattlers out and sees a saddle for ever. The rattler is held fixed here.
+    A droplet squeezed between two others slides until it touches a rattler, or until a vertex passes the end of a flat.
+    Either stops it with hardly any force, and the Hessian, which leaves rattlers out and knows no distance, sees a
+    saddle for ever. The rattler is held fixed here. The way back is uphill, by less than rounding on a level flat.
     """
     packing = session.packing()
-    if (unstable := unstable_direction(packing)) is None:
+    if (unstable := unstable_directions(packing)) is None:
         return False
-    unit = unstable[0] / np.linalg.norm(unstable[0])
-    steps = settings.saddles.probe * mean_size(packing) * np.array([-1.0, 1.0])
-    pushes = [-np.sign(step) * np.vdot(session.forces_at(packing.positions + step * unit)[1], unit) for step in steps]
+    numbers = settings.saddles
+    probe, pushes = numbers.probe * mean_size(packing), []
+    for direction in unstable[0]:
+        unit = direction / np.linalg.norm(direction)
+        moved = [session.forces_at(packing.positions + step * unit)[1] for step in (-probe, probe)]
+        pushes.append([np.vdot(moved[0], unit), -np.vdot(moved[1], unit)])
     session.set_positions(packing.positions)
-    return bool(min(pushes) > settings.saddles.pushed)
+    return bool(np.max(pushes, axis=1).min() > numbers.pushed and np.min(pushes) > -numbers.pushed)
 
 
 def slid(session: Session, packing: Packing, direction: Array, tolerance: float, settings: SolverSettings) -> Array:

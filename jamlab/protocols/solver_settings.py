@@ -181,6 +181,10 @@ class RigidSettings:
     first_shift: float = 6e-5
     least_shift: float = 6e-12
     last_shift: float = 6.0
+    # searches, slack: lengths tried along a step that leads uphill, and part of its slope that may be left: without,
+    # a step takes four times as many factorisations
+    searches: int = 5
+    slack: float = 0.5
     rim: float = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
     # settled, ended: largest force over the largest contact force, to tell jammed from loose, and at the end
     settled: float = 1e-6
@@ -205,13 +209,13 @@ class RigidSettings:
     corrections: int = 4
     farthest: float = 100.0  # change of the distance to onset at most, in one of them
     gone: float = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
-    # Newton steps of droplets at most: from rigid ones, from there to the smallest forces, and after a slide
-    droplet_steps: int = 60
-    finer_steps: int = 12
-    slide_steps: int = 15
-    lbfgs_steps: int = 800  # of droplets at most, where Newton steps do not end
+    # steps of droplets at most: from rigid ones, from there to the smallest forces, after a slide, and where that does
+    # not end
+    droplet_steps: int = 600
+    finer_steps: int = 120
+    slide_steps: int = 150
+    lbfgs_steps: int = 800
     box_steps: int = 12  # of the box around droplets, each with as many of theirs
-    droplet_shift: float = 1e-6  # of the Hessian of droplets at first: they begin near their minimum
 
 
 @dataclass(frozen=True)
@@ -272,6 +276,7 @@ class SolverSettings:
     Attributes:
         newton: Newton steps at a fixed box.
         lbfgs: preconditioned L-BFGS, droplets.
+        near: the same beside a minimum.
         relaxation: which method takes over from which.
         border: Newton steps over sites and box.
         box_relaxation: disks relaxed with their box.
@@ -292,6 +297,8 @@ class SolverSettings:
 
     newton: NewtonSettings = NewtonSettings()
     lbfgs: LbfgsSettings = LbfgsSettings()
+    # the quadratic model holds: a small shift, and factors that follow contacts as these open and close
+    near: LbfgsSettings = LbfgsSettings(steps=400, refresh=10, trials=16, shift=0.0, least_shift=1e-6)
     relaxation: RelaxationSettings = RelaxationSettings()
     border: BorderSettings = BorderSettings()
     box_relaxation: BoxRelaxationSettings = BoxRelaxationSettings()

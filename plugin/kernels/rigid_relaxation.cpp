@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace jamlab;
 
@@ -14,7 +15,7 @@ namespace {
 
 struct Settings {  // in this order: those of the end, and `NewtonSettings` of Python
   double relative, absolute, loose;
-  double reach, first_shift, least_shift, last_shift, accepted, good, poor, shrink, grow, definite;
+  double reach, first_shift, least_shift, last_shift, accepted, good, poor, shrink, grow, definite, searches, slack;
 };
 
 constexpr double ENERGY_DIGITS = 1e-12;  // a change of the energy below this part of it is rounding
@@ -111,19 +112,52 @@ class Relaxation {
     const double slope = product(polygons.forces, u), square = product(u, u);
     const double predicted = factor * slope - 0.5 * factor * factor * (slope - shift * square);
     polygons.keep();
+    const double part = predicted > 0 ? gained_along(u, factor) / predicted : -1.0;
+    const bool accepted = part > settings.accepted;
+    if (part > settings.good) shift = std::max(settings.shrink * shift, settings.least_shift);
+    if (!accepted && predicted > 0 && shortened(u, factor)) return true;
+    if (!accepted) polygons.go_back();
+    if (!(part >= settings.poor)) shift *= settings.grow;
+    return true;
+  }
+
+  // The fall of the energy along a step from what was kept; negative where polygons cross.
+  double gained_along(const std::vector<double> &u, double factor)
+  {
     const RigidState &before = polygons.kept();
     polygons.move(u, factor);
     polygons.evaluate(true);
-    double gained = before.energy - polygons.energy;
-    if (std::fabs(gained) < ENERGY_DIGITS * before.energy)  // no digits left: by the work of the forces
-      gained = 0.5 * factor * (product(before.forces, u) + product(polygons.forces, u));
-    const double part = predicted > 0 && !polygons.crossed ? gained / predicted : -1.0;
-    if (!(part > settings.accepted)) polygons.go_back();
-    if (part > settings.good)
-      shift = std::max(settings.shrink * shift, settings.least_shift);
-    else if (!(part >= settings.poor))
-      shift *= settings.grow;
-    return true;
+    if (polygons.crossed) return -1.0;
+    const double gained = before.energy - polygons.energy;
+    if (std::fabs(gained) >= ENERGY_DIGITS * before.energy) return gained;
+    return 0.5 * factor * (product(before.forces, u) + product(polygons.forces, u));  // no digits left: by the work
+  }
+
+  // A step that leads uphill cut short behind the contacts that stop it: regula falsi on the force along it.
+  bool shortened(const std::vector<double> &u, double factor)
+  {
+    const double slope = product(polygons.kept().forces, u);
+    double low = 0.0, high = factor, along_low = slope, along_high = product(polygons.forces, u);
+    for (int k = 0; k < settings.searches; ++k) {
+      const bool halve = polygons.crossed || along_high >= 0;
+      const double part = halve ? 0.5 : std::min(0.97, std::max(0.03, along_low / (along_low - along_high)));
+      const double middle = low + part * (high - low);
+      polygons.go_back();
+      polygons.keep();
+      const bool lower = gained_along(u, middle) > 0;
+      const double along = product(polygons.forces, u);
+      if (lower && along <= settings.slack * slope) return true;
+      if (!polygons.crossed && along > 0) {
+        low = middle;
+        along_low = along;
+        along_high *= 0.5;
+      } else {
+        high = middle;
+        along_high = along;
+        along_low *= 0.5;
+      }
+    }
+    return false;
   }
 
   // Longer and longer steps as long as the energy falls, and one that ends in what stops it.
@@ -147,15 +181,16 @@ class Relaxation {
 
 // Minimise the energy of rigid polygons, over the shears of the box as well if they are given.
 //   counts, radii (n); shears: 0 or 1; box (2, 2), coordinates (n, 3): in and out; factor: of box and centres before
-//   that; numbers (13): `Settings`; steps: at most; saddles: left at most; out (4): energy, largest force, sum of force
+//   that; numbers (15): `Settings`; steps: at most; saddles: left at most; out (4): energy, largest force, sum of force
 //   times distance, largest contact force.
 // Returns the number of steps, or -1 if polygons cross.
 JAMLAB_KERNEL relax_rigid_polygons(int64_t n, const int64_t *counts, const double *radii, double eps, double delta,
                                    int64_t shears, double *box, double *coordinates, double factor,
                                    const double *numbers, int64_t steps, int64_t saddles, double *out)
 try {
-  const Settings settings{numbers[0], numbers[1], numbers[2], numbers[3],  numbers[4],  numbers[5], numbers[6],
-                          numbers[7], numbers[8], numbers[9], numbers[10], numbers[11], numbers[12]};
+  Settings settings;
+  static_assert(sizeof(Settings) == 15 * sizeof(double), "numbers are copied");
+  std::memcpy(&settings, numbers, sizeof(settings));
   RigidPolygons polygons(n, counts, radii, eps, delta, box, coordinates, shears != 0);
   Relaxation relaxation(polygons, settings);
   if (factor != 1.0) relaxation.follow(factor);
