@@ -13,7 +13,7 @@ using namespace jamlab;
 
 namespace {
 
-struct Settings {  // in this order: those of the end, and `NewtonSettings` of Python
+struct Settings {  // in the order of `RigidDescent` of Python
   double relative, absolute, loose;
   double reach, first_shift, least_shift, last_shift, accepted, good, poor, shrink, grow, definite, searches, slack;
 };
