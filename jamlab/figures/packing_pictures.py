@@ -15,7 +15,7 @@ from jamlab.checks import checked
 from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import tessellation
-from jamlab.geometry.voids.voids import Voids, voids
+from jamlab.geometry.voids.voids import voids
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import (
@@ -63,20 +63,6 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
 OVERLAP = "#6F6F6F"
 
 
-def draw_voids(axes: Any, packing: Packing, title: str = "") -> Voids:
-    """Draw a packing with its voids, see `Voids.plot`, and return them."""
-    found = voids(packing)
-    found.plot(axes)
-    axes.set_title(title, fontsize=12)
-    return found
-
-
-def draw_cells(axes: Any, packing: Packing, title: str = "") -> None:
-    """Draw power cells (SP) or set-Voronoi cells (DP), see `Tessellation.plot`."""
-    tessellation(packing).plot(axes)
-    axes.set_title(title, fontsize=12)
-
-
 def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
     """Draw overlaps dark, with the common chords that divide them, as fig 1 of Boromand et al. SP: the chord (white)
     divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined."""
@@ -118,11 +104,13 @@ def geometry_figure(packing: Packing) -> Figure:
     figure = Figure(figsize=(16.5, 6.6), layout="constrained")
     axes = figure.subplots(1, 3)
     draw_overlaps(axes[0], packing, "overlaps")
-    found = draw_voids(axes[1], packing)
+    found = voids(packing)
+    found.plot(axes[1])
     rho = 1 - found.area.sum() / packing.area
     axes[1].set_title(rf"{len(found.area)} voids, $\rho$ = {rho:.4f}", fontsize=12)
     kind = "power cells" if packing.model == "sp" else "set-Voronoi cells"
-    draw_cells(axes[2], packing, kind)
+    tessellation(packing).plot(axes[2])
+    axes[2].set_title(kind, fontsize=12)
     return figure
 
 

@@ -153,9 +153,11 @@ class Contacts:
         >>> ax = jamlab.contacts(p).plot()
         """
         from matplotlib.collections import LineCollection
+        from matplotlib.lines import Line2D
+        from matplotlib.patches import Patch
 
         from jamlab.packing.packing_plot import draw_background
-        from jamlab.plotting.axes import merged
+        from jamlab.plotting.axes import legend_below, merged
         from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 
         packing, strength = self.packing, self.forces.size
@@ -171,7 +173,15 @@ class Contacts:
             widths = width * strength / mean if mean > 0 else strength  # disks in one place press in no direction
             line_everywhere(axes, contact_lines(self), packing.box, linewidth=widths, **look)
         frame_cell(axes, packing.box)
-        _draw_legend(axes, self, look.get("edgecolor", look.get("color")), width, bare)
+        handles: list[Any] = [Line2D([], [], linestyle="none", label="no contacts")]
+        if len(strength):
+            label = f"mean force {strength.mean():.3g} {packing.unit_names.force}"
+            colour = look.get("edgecolor", look.get("color"))
+            handles = [Line2D([], [], color=colour, linewidth=width, label=label)]
+        if bare and (count := int(self.rattlers.sum())):
+            label = "every particle rattles" if count == packing.n else f"{count} rattler{'s' * (count > 1)}"
+            handles.append(Patch(facecolor=RATTLER, edgecolor=OUTLINE, label=label))
+        legend_below(axes, handles)
 
 
 @checked
@@ -282,23 +292,3 @@ def contact_lines(network: Contacts) -> Array:
     packing = network.packing
     starts = (packing.centroids + home_moves(packing))[network.pairs[:, 0]]
     return np.stack([starts, starts + network.r], axis=1)
-
-
-def _draw_legend(axes: Any, network: Contacts, colour: Any, width: float, bare: bool) -> None:
-    """Say below a force network how strong its mean force is, and how many particles rattle."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    from jamlab.plotting.axes import legend_below
-
-    packing = network.packing
-    handles: list[Any] = [Line2D([], [], linestyle="none", label="no contacts")]
-    if len(network.pairs):
-        mean = float(network.forces.size.mean())
-        label = f"mean force {mean:.3g} {packing.unit_names.force}"
-        handles = [Line2D([], [], color=colour, linewidth=width, label=label)]
-    if bare and network.rattlers.any():
-        count = int(network.rattlers.sum())
-        label = "every particle rattles" if count == packing.n else f"{count} rattler{'s' * (count > 1)}"
-        handles.append(Patch(facecolor=RATTLER, edgecolor=OUTLINE, label=label))
-    legend_below(axes, handles)

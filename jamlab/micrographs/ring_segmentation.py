@@ -121,9 +121,10 @@ def find_rings(grey: Array) -> Rings | None:
     if leaves.max() < 1:
         return None
     tree, depth = _merge(leaves, dark)
-    if depth <= 0 or noise > MOST_NOISE * depth * between:
+    found = None if depth <= 0 or noise > MOST_NOISE * depth * between else _paths_of(tree, dark, depth, finer)
+    if found is None:
         return None
-    inside, outer, candidates = _choose(*_paths_of(tree, dark, depth, finer), dark.shape, finer)
+    inside, outer, candidates = _choose(*found, dark.shape, finer)
     droplets = _up_to_walls(leaves, dark, inside, outer)
     line = np.ones(dark.shape, dtype=bool)
     for places in meetings(droplets):
@@ -132,12 +133,14 @@ def find_rings(grey: Array) -> Rings | None:
     return Rings(droplets, inside, finer, candidates)
 
 
-def _paths_of(tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[WallPaths, Array]:
-    """Paths around the regions that may be droplets, and their terms."""
+def _paths_of(tree: _Tree, dark: Array, depth: float, finer: int) -> tuple[WallPaths, Array] | None:
+    """Paths around the regions that may be droplets, and their terms; None without such regions."""
     moments, sides = np.array(tree.moments), zip(tree.moments, tree.touches, strict=True)
     compact = np.array([compactness(own, touches, dark.shape) for own, touches in sides])
     area, height = moments[:, 0], np.array(tree.height)
     tried = (compact > COMPACT) & (area > LEAST_PIXELS) & (area < LARGEST * dark.size) & (height < 1.3 * depth)
+    if not tried.any():
+        return None
     radii = np.sqrt(area[tried] / np.pi)
     paths = find_paths(dark, depth, finer, moments[tried, 1:3] / area[tried, None] - 0.5, radii)
     joined = np.minimum(np.array(tree.joined)[tried], 9.0)
@@ -322,9 +325,6 @@ class WallPaths:
 def find_paths(dark: Array, depth: float, finer: int, middles: Array, radii: Array) -> WallPaths:
     """Find the wall around every region. `dark`: (h, w) darkness; `depth`: that of walls; `finer`: pixels of `dark` to
     one of the picture; `middles`: (n, 2) x and y; `radii`: (n,) of the regions, pixels of `dark`."""
-    if not len(radii):
-        none = np.zeros((0, RAYS, 2))
-        return WallPaths(none, none, none, np.zeros((0, 11)))
     parts = [
         _paths(dark, depth, finer, middles[k : k + BATCH], radii[k : k + BATCH]) for k in range(0, len(radii), BATCH)
     ]
@@ -460,8 +460,6 @@ def path_terms(paths: WallPaths, compact: Array, radii: Array, joined: Array, he
     tenth, quarter, half, rise, mean, level, high, concave, solid, seen, size = paths.features.T
     wall = np.maximum(half, 0.15)
     sure = (tenth > 0.4 * wall) & (solid > 0.93) & (compact > 0.93) & (np.abs(grown) < 0.35)
-    if not len(size):
-        return np.zeros((0, len(WEIGHTS)))
     sure = sure if sure.sum() >= 3 else np.ones(len(size), dtype=bool)
     order = np.sort(size[sure])
     along = np.cumsum(np.exp(order))

@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.errors import JamlabError, StorageError
+from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.storage.system_errors import system_said
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat, radius_of
+from jamlab.trajectories.sites import SIZE_NAMES, Sites, check_flat
 
 COMPRESSED: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}  # ending -> how to open it
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
 _CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that somebody chose
 _SAMPLE = 500  # numbers that are looked at
+_SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
 # what Python, numpy, h5py, gsd and the packers of text raise on damaged files, beside errors of the system
 DAMAGE = (
     *(ValueError, LookupError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError, SystemError),
@@ -142,10 +143,16 @@ class Columns:
         return np.array(["1"] * len(self) if kind is None else self.words(kind))
 
     def radius(self) -> tuple[Array | None, float]:
-        """(n,) radii, None without, and how far they may be off."""
-        given = [name for name in SIZE_NAMES if name in self]
-        error = sum(SIZE_NAMES[name] * self.error(name, chosen=True) for name in given)
-        return radius_of({name: self.numbers(name) for name in given}), error
+        """(n,) radii, None without, and how far they may be off; several columns must say the same."""
+        found = {name: factor * self.numbers(name) for name, factor in SIZE_NAMES.items() if name in self}
+        error = sum(SIZE_NAMES[name] * self.error(name, chosen=True) for name in found)
+        first = next(iter(found), "")
+        for other in [*found][1:]:
+            wrong = np.flatnonzero(np.abs(found[other] - found[first]) > _SAME_SIZE * np.abs(found[first]))
+            if len(wrong):
+                said = " and ".join(f"{name} {self.numbers(name)[wrong[0]]:g}" for name in (first, other))
+                raise InputError(f"disk {wrong[0]} has {said}: give one of them")
+        return found.get(first), error
 
     def disks(self, box: Array | None, rounding: float = 0.0, *, deck: bool = False, **more: Any) -> Sites:
         """Disks at x and y in a box. `rounding`: of what else the file says; `more`: fields of `Sites`."""

@@ -32,7 +32,6 @@ _ONE_CELL = 1e-9  # margin of rounding, relative to the cell
 LAW_NAMES = {name for kind in MODELS.values() for units in kind.unit_names for name in law_names(kind.name, units)}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
 _FLAT = 1e-4  # a plane: largest height over the width of the box
-_SAME_SIZE = 1e-4  # relative difference of radius and half the diameter of one disk, if both are rounded
 Radii = ArrayLike | Mapping[Any, float] | None
 
 
@@ -102,20 +101,6 @@ def check_flat(heights: Array, extent: float, what: str = "the frame") -> None:
         raise InputError(f"{what} is not flat: z spans {spread:.3g}, and packings are two-dimensional")
 
 
-def radius_of(columns: Mapping[str, Array]) -> Array | None:
-    """(n,) radii of disks from the columns of `SIZE_NAMES`, None without; several of them must say the same."""
-    found = {name: SIZE_NAMES[name] * np.asarray(columns[name]) for name in SIZE_NAMES if name in columns}
-    names = list(found)
-    for other in names[1:]:
-        wrong = np.flatnonzero(np.abs(found[other] - found[names[0]]) > _SAME_SIZE * np.abs(found[names[0]]))
-        if len(wrong):
-            k = wrong[0]
-            raise InputError(
-                f"disk {k} has {names[0]} {columns[names[0]][k]:g} and {other} {columns[other][k]:g}: give one of them"
-            )
-    return found[names[0]] if names else None
-
-
 @dataclass(frozen=True)
 class Rings:
     """Order of points around polygons."""
@@ -123,20 +108,17 @@ class Rings:
     order: Indices  # (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there
     offsets: Indices  # (n + 1,) ring m is order[offsets[m]:offsets[m + 1]]
 
-    def polygons(
-        self, positions: Array, box: Array, wrapped: bool | None, areas: Array | None = None
-    ) -> tuple[Indices, Array]:
-        """Polygons of one frame: points (n_vertices,) in the order of the vertices, counter-clockwise, and the vertices
-        (n_vertices, 2). `wrapped`: whether the box cuts them; None: each is whole that does not look as if it did, see
-        `jamlab.from_outlines`. `areas`: (n,) of the whole ones, roughly, if known."""
+    def polygons(self, positions: Array, box: Array, wrapped: bool | None, areas: Array | None = None) -> Array:
+        """(n_vertices, 2) vertices of the polygons of one frame, counter-clockwise. `wrapped`: whether the box cuts
+        them; None: each is whole that does not look as if it did, see `jamlab.from_outlines`. `areas`: (n,) of the
+        whole ones, roughly, if known."""
         vertices = positions[self.order]
         if wrapped is None or wrapped:
             vertices = self._whole(vertices, box, wrapped, areas)
         place, counts = np.arange(len(vertices)), np.diff(self.offsets)
         starts, ends = np.repeat(self.offsets[:-1], counts), np.repeat(self.offsets[1:], counts)
         turned = np.where(place == starts, place, starts + ends - place)  # the first vertex stays the first
-        place = np.where(np.repeat(polygon_areas(vertices, self.offsets) < 0, counts), turned, place)
-        return self.order[place], vertices[place]
+        return vertices[np.where(np.repeat(polygon_areas(vertices, self.offsets) < 0, counts), turned, place)]
 
     def _whole(self, vertices: Array, box: Array, wrapped: bool | None, areas: Array | None) -> Array:
         """Shift vertices by lattice vectors so that every edge of what the box cut is the shortest one. What is whole
@@ -256,7 +238,7 @@ class Sites:
         else:
             law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"), assumed)
             known = None if "a0" in assumed else law["a0"]
-            _, vertices = self.rings.polygons(self.positions, cell, self.wrapped, known)
+            vertices = self.rings.polygons(self.positions, cell, self.wrapped, known)
             common |= {"positions": vertices, "offsets": self.rings.offsets}
         history = {"assumed": assumed, "unread": sorted(set(self.unread))}
         history = {**self.provenance, **{name: names for name, names in history.items() if names}}
@@ -361,7 +343,7 @@ def from_outlines(
     offsets = np.concatenate([[0], np.cumsum(counts)])
     known = None if rest_areas is None else _positive_areas(rest_areas, counts.shape)
     rings, points = Rings(np.arange(offsets[-1]), offsets), np.concatenate(shapes)
-    _, vertices = rings.polygons(points, lattice, wrapped, known)
+    vertices = rings.polygons(points, lattice, wrapped, known)
     if known is None:
         known = _positive_areas(
             shapely.area([shapely.Polygon(ring) for ring in np.split(vertices, offsets[1:-1])]), counts.shape

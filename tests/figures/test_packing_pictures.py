@@ -79,13 +79,6 @@ def some_disks(positions, diameters, box):
     return Packing("sp", np.asarray(box), np.atleast_2d(positions), {"eps": 1.0}, diameters=diameters)
 
 
-def axes_of(draw, packing):
-    axes = Figure().subplots()
-    draw(axes, packing, "title")
-    assert axes.get_title() == "title"
-    return axes
-
-
 @pytest.mark.parametrize("state", ["sp", "dp"])
 def test_void_paths_enclose_their_area(request, state):
     packing = some_disks([[0.3, 0.9], [0.81, 0.39]], [1.02, 0.35], np.eye(2))
@@ -104,14 +97,14 @@ def _signed(ring):
 
 
 def test_legend_names_the_sides_that_occur_and_open_voids():
-    axes = axes_of(figures.draw_voids, some_disks([0.3, 0.9], [1.02], np.eye(2)))
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["4"]
-    axes = axes_of(figures.draw_voids, some_disks([2.0, 2.0], [1.02], 5 * np.eye(2)))
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["percolates"]
+    for place, box, names in (([0.3, 0.9], np.eye(2), ["4"]), ([2.0, 2.0], 5 * np.eye(2), ["percolates"])):
+        axes = voids(some_disks(place, [1.02], box)).plot(Figure().subplots())
+        assert [text.get_text() for text in axes.get_legend().get_texts()] == names
 
 
 def test_overlaps_are_lenses():
-    axes = axes_of(figures.draw_overlaps, some_disks([[1.0, 1.0], [2.0, 1.0]], [1.4, 1.4], 4 * np.eye(2)))
+    axes = Figure().subplots()
+    figures.draw_overlaps(axes, some_disks([[1.0, 1.0], [2.0, 1.0]], [1.4, 1.4], 4 * np.eye(2)))
     shaded = [
         c for c in axes.collections if len(c.get_facecolor()) and np.allclose(c.get_facecolor()[:, :3], 0x6F / 255)
     ]
@@ -122,7 +115,8 @@ def test_overlaps_are_lenses():
 
 
 def test_walls_of_a_row_stand_in_the_middle():
-    axes = axes_of(figures.draw_cells, some_disks([[0.5, 0.5], [1.5, 0.5]], [0.8, 0.8], [[2.0, 0.0], [0.0, 1.0]]))
+    row = some_disks([[0.5, 0.5], [1.5, 0.5]], [0.8, 0.8], [[2.0, 0.0], [0.0, 1.0]])
+    axes = jamlab.tessellation(row).plot(Figure().subplots())
     lines = np.concatenate([c.get_segments() for c in axes.collections if hasattr(c, "get_segments")])
     upright = lines[np.abs(np.ptp(lines[:, :, 0], axis=1)) < 1e-9][:, 0, 0]
     assert {0.0, 1.0, 2.0} <= set(np.round(upright, 9) + 0.0)

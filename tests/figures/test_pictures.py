@@ -11,7 +11,8 @@ pictures again, look at them, and commit them:
 import numpy as np
 from bare_pictures import bare, both, covers_points, picture, state
 
-from jamlab.figures.packing_pictures import draw_cells, draw_overlaps, draw_packing, draw_voids, modulus_figure
+import jamlab
+from jamlab.figures.packing_pictures import draw_overlaps, draw_packing, modulus_figure
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import collect
 
@@ -25,13 +26,13 @@ def test_packings():
 @picture
 def test_voids():
     """One colour for each number of sides, digits in large voids, legend below."""
-    return both(draw_voids)
+    return both(lambda axes, packing, title: jamlab.voids(packing).plot(axes))
 
 
 @picture
 def test_cells():
     """Colours of local packing fraction, with their scale."""
-    return both(draw_cells, width=8.0)
+    return both(lambda axes, packing, title: jamlab.tessellation(packing).plot(axes), width=8.0)
 
 
 @picture

@@ -6,8 +6,14 @@ from scipy import ndimage
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.micrographs.annotations import fill_in, find_drawn, find_flat, sort_annotations
-from jamlab.micrographs.illumination import noise_level, remove_background
+from jamlab.micrographs.illumination import (
+    fill_in,
+    find_drawn,
+    find_flat,
+    noise_level,
+    remove_background,
+    sort_annotations,
+)
 from jamlab.micrographs.picture_files import distance_inside
 from jamlab.micrographs.picture_numbers import size_distribution
 from jamlab.micrographs.segmentation import find_markers, granulometry

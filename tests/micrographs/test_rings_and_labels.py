@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import call
 from PIL import Image
 from scipy import ndimage
 
@@ -172,15 +171,3 @@ def test_a_mask_of_truth_values_is_one_of_numbers(numbers):
     found, same = jamlab.micrograph(labels=apart), jamlab.micrograph(labels=255 * apart)
     assert found.count == same.count > 1 and found.rho == same.rho
     np.testing.assert_array_equal(found.interiors, found.areas)
-
-
-def test_command_takes_labels_and_contrast(tmp_path, numbers):
-    np.save(tmp_path / "mask.npy", numbers)
-    grey = (255 * ring_picture().clip(0, 1)).astype(np.uint8)
-    Image.fromarray(grey).save(tmp_path / "photo.png")
-    shown = json.loads(call(tmp_path, "analyze", "photo.png", "--labels", "mask.npy", "--json").stdout)
-    assert shown["contrast"] == "labels" and shown["z"] == [4.0]
-    shown = json.loads(call(tmp_path, "analyze", "photo.png", "--contrast", "ring", "--json").stdout)
-    assert shown["contrast"] == "ring"
-    done = call(tmp_path, "analyze", "photo.png", "--contrast", "striped")
-    assert done.exit_code == 1 and "striped" in done.stderr

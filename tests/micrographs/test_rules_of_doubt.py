@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.micrographs import droplet_sources, measurement, quality
+from jamlab.micrographs import droplet_sources, micrograph, quality
 from jamlab.micrographs.picture_numbers import Mean
 from jamlab.micrographs.ring_segmentation import Candidates
 
@@ -24,7 +24,7 @@ def clean():
     picture = np.clip(np.minimum(18.2 - first, 0.5 * (second - first) - 0.4) + 0.5, 0, 1)  # discs with flats
     seen = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measurement, "find_doubts", lambda *parts: seen.append(parts) or [])
+        patch.setattr(micrograph, "find_doubts", lambda *parts: seen.append(parts) or [])
         jamlab.micrograph(picture, contrast="bright")
     return seen[0]
 
