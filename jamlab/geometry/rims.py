@@ -10,8 +10,8 @@ a + p w + pi w^2 (Steiner), and overlaps of outlines err only where an arc is cu
 from dataclasses import dataclass
 from typing import Any
 
+import lazy_loader
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
@@ -20,6 +20,7 @@ from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
+shapely: Any = lazy_loader.load("shapely")  # only where outlines are drawn: disks have none
 Geometries = NDArray[np.object_]
 
 ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs by 1e-5 w^2 at most

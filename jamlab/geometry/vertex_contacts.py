@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.errors import InputError
 from jamlab.geometry.particle_shape import disk_radii
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
-from jamlab.packing.outlines import crossing_error, refuse_crossings
 from jamlab.packing.packing import Packing
 
 
@@ -102,6 +102,30 @@ def _check_apart(packing: Packing) -> None:
     long_edges = bool(np.hypot(*packing.edges.T).max() > 2 * delta)
     if long_edges or areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2:
         refuse_crossings(packing, within=not long_edges)
+
+
+def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
+    """Refuse droplets whose outlines cross, and one in the middle of another: no contact form keeps them apart from
+    there. `within`: look only at those that may lie in the middle of others."""
+    import shapely
+
+    starts, shapes = np.asarray(packing.offsets)[:-1], packing.outlines()
+    low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
+    middle, size = 0.5 * (low + high), high - low
+    near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))
+    reach = size[near.i] - size[near.j] if within else size[near.i] + size[near.j]
+    suspect = np.all(np.abs(near.r) <= 0.5 * np.abs(reach), axis=1)
+    i, j = near.i[suspect], near.j[suspect]
+    shift = np.repeat(near.r[suspect] - (middle[j] - middle[i]), shapely.get_num_coordinates(shapes[j]), axis=0)
+    others = shapely.transform(shapes[j], lambda x: x + shift)
+    crossed = np.flatnonzero(shapely.intersects(shapes[i], others) & ~shapely.touches(shapes[i], others))
+    if len(crossed):
+        raise crossing_error(int(i[crossed[0]]), int(j[crossed[0]]))
+
+
+def crossing_error(m: int, n: int) -> InputError:
+    """What is said of two polygons whose outlines cross."""
+    return InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
 
 
 def pair_polygons(packing: Packing, pairs: Indices) -> Pairs:

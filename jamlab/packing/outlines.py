@@ -1,8 +1,4 @@
-"""Outlines of polygons as shapely geometries, those that cross themselves or others, and cross products of vectors."""
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+"""Outlines of polygons as shapely geometries, those that cross themselves, and cross products of vectors."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +7,6 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
-from jamlab.packing.neighbors import periodic_pairs
-
-if TYPE_CHECKING:
-    from jamlab.packing.packing import Packing
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -89,27 +81,3 @@ def outlines(
         some[kept] = True
         positions, size = positions[np.repeat(some, size)], size[kept]
     return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=np.repeat(np.arange(len(size)), size))))
-
-
-def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
-    """Refuse droplets whose outlines cross, and one in the middle of another: no contact form keeps them apart from
-    there. `within`: look only at those that may lie in the middle of others."""
-    import shapely
-
-    starts, shapes = np.asarray(packing.offsets)[:-1], packing.outlines()
-    low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
-    middle, size = 0.5 * (low + high), high - low
-    near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))
-    reach = size[near.i] - size[near.j] if within else size[near.i] + size[near.j]
-    suspect = np.all(np.abs(near.r) <= 0.5 * np.abs(reach), axis=1)
-    i, j = near.i[suspect], near.j[suspect]
-    shift = np.repeat(near.r[suspect] - (middle[j] - middle[i]), shapely.get_num_coordinates(shapes[j]), axis=0)
-    others = shapely.transform(shapes[j], lambda x: x + shift)
-    crossed = np.flatnonzero(shapely.intersects(shapes[i], others) & ~shapely.touches(shapes[i], others))
-    if len(crossed):
-        raise crossing_error(int(i[crossed[0]]), int(j[crossed[0]]))
-
-
-def crossing_error(m: int, n: int) -> InputError:
-    """What is said of two polygons whose outlines cross."""
-    return InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")

@@ -421,9 +421,9 @@ class Packing:
 
     def write(self, path: Any) -> None:
         """Write this one packing to an HDF5 file, see `jamlab.packing.hdf5`."""
-        from jamlab.packing.hdf5 import write
+        import jamlab
 
-        write(path, [self])
+        jamlab.write(path, [self])
 
     @drawn("PolyCollection, such as alpha=1", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:

@@ -19,10 +19,11 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import check_choice, checked, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.geometry.vertex_contacts import refuse_crossings
 from jamlab.models.models import MODELS, law_names, optional_parameters
 from jamlab.packing.law_parameters import UNITS
 from jamlab.packing.neighbors import shortest_images
-from jamlab.packing.outlines import polygon_areas, refuse_crossings, self_crossings
+from jamlab.packing.outlines import polygon_areas, self_crossings
 from jamlab.packing.packing import Packing, check_box
 from jamlab.protocols.random_start import droplet_params
 
