@@ -14,7 +14,7 @@ import jamlab
 from jamlab.errors import InputError
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
 from jamlab.packing import derived
-from jamlab.packing.deformation import at_phi, deformed, simple_shear
+from jamlab.packing.deformation import at_phi, deformed, shear_direction
 from jamlab.packing.packing import Packing
 
 BOX = np.array([[8.0, 0.0], [0.5, 6.0]])
@@ -249,10 +249,10 @@ def test_compressed_there_and_back(packing, factor):
 
 @given(random_packings.packings(), st.floats(0, np.pi), st.floats(-0.5, 0.5))
 def test_shear_in_any_direction_keeps_the_area_and_is_undone_in_the_turned_frame(packing, angle, strain):
-    there, rotation = deformed(packing, simple_shear(strain, angle))
+    there, rotation = deformed(packing, shear_direction(angle).gradient(strain))
     assert abs(there.area / packing.area - 1) < 1e-13 and there.box[0, 1] == 0
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(2), rtol=0, atol=1e-14)
-    back, _ = deformed(there, rotation @ simple_shear(-strain, angle) @ rotation.T)
+    back, _ = deformed(there, rotation @ shear_direction(angle).gradient(-strain) @ rotation.T)
     one, other = (np.hypot(*(x[:, None] - x).T) for x in (back.positions, packing.positions))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-11 * (1 + np.abs(packing.positions).max()))
 
