@@ -31,11 +31,6 @@ def sent(folder):
     return len(list(folder.glob("*.asked")))
 
 
-def walltimes(folder):
-    """How often a job was killed at its walltime."""
-    return len(list(folder.glob("*.killed-*")))
-
-
 def sbatch(folder, words, faults):
     if "--test-only" in words:
         return 0
@@ -56,7 +51,7 @@ def sbatch(folder, words, faults):
 def run(folder, words, faults):
     (number,) = words
     entry = folder / "jobs" / number
-    for k in range(1 + (int(number) in faults.get("requeue", ()))):
+    for _ in range(1 + (int(number) in faults.get("requeue", ()))):
         with open(folder / f"{number}.log", "w") as log:
             job = subprocess.Popen(["bash", folder / f"{number}.sh"], start_new_session=True, stdout=log, stderr=log)
         entry.write_text(f"R {job.pid}")
@@ -64,7 +59,6 @@ def run(folder, words, faults):
             job.wait(faults.get("walltime"))
         except subprocess.TimeoutExpired:
             entry.write_text("PD")
-            (folder / f"{number}.killed-{k}").touch()
             os.killpg(job.pid, signal.SIGKILL)
             job.wait()
         if not entry.exists():
