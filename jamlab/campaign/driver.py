@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from jamlab.campaign.file import STATES
 from jamlab.campaign.folder import CampaignFolder, write_task_file
-from jamlab.campaign.observable import Measured, load_function, measure_own, measure_tables
+from jamlab.campaign.observable import load_function, measure_own, stack
 from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates, make_states, read_stored, shared_tables
 from jamlab.campaign.tables import STATE_COLUMNS
@@ -92,8 +92,11 @@ def _make_file(
         before = file.seconds, file.cpu_seconds
         whole = STATES in shared and file.observables.keys() >= set(COLUMNS)  # else a jamlab before measured less
         measured = file.observables if whole else measure_all(states.packings)
-    of = Measured(states, measured["pressure"], task.parameters.tolerances)
-    tables = measure_tables(task.parameters.tables, of, known)
+    tables = dict(known)
+    for wanted in task.parameters.tables:
+        if wanted.name not in known:
+            rows = wanted.measure(states, measured["pressure"], task.parameters.tolerances)
+            tables[wanted.name] = stack(wanted.stored, rows)
     taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
     for name in sorted(functions.keys() - known.keys()):
         tables[name] = measure_own(name, functions[name], states.packings, taken)

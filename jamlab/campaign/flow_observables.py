@@ -4,14 +4,13 @@ A run that has no answer, such as one whose drag is too weak to be resolved, has
 """
 
 from abc import abstractmethod
-from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
 from jamlab.campaign.file_values import FileTable, Frequencies, Rates, Tolerances
-from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, floats
+from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Row, Schema, floats
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep import LARGEST_STRESS, LONGEST, check_creeping, creep
 from jamlab.flow.flow_curve import ROWS, steady_point
@@ -109,8 +108,8 @@ class _Run(Driven):
     def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
         """Run once by the law and the point that stand in a row, and return the columns of this run."""
 
-    def measure(self, of: Measured) -> list[Row]:
-        return super().measure(replace(of, last=getattr(self.how, "last", False)))
+    def chosen(self, count: int) -> range:
+        return range(count - 1 if getattr(self.how, "last", False) else 0, count)
 
     def laws(self) -> list[tuple[Damping, dict[str, float]]]:
         return self.damping.with_columns(self.how.alpha)

@@ -8,7 +8,7 @@ are functions `module:function` that take a packing and return numbers.
 
 import importlib
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -45,25 +45,6 @@ class TaskStates:
     missing: list[dict[str, str]]  # one entry per state that could not be made: `state`, as text, and `reason`
 
 
-@dataclass(frozen=True)
-class Measured:
-    """States with their pressures at rest, of which observables make rows."""
-
-    states: TaskStates
-    pressure: Array
-    tolerances: Tolerances
-    last: bool = False  # whether only the last state is measured
-
-    def each(self) -> list[tuple[int, Packing, Row]]:
-        """List the states by number, each with the columns that begin its rows."""
-        targets = self.states.target_pressures
-        found = [
-            (k, packing, {"state": k, "pressure": self.pressure[k], "target_pressure": targets[k]})
-            for k, packing in enumerate(self.states.packings)
-        ]
-        return found[-1:] if self.last else found
-
-
 class Observable(FileTable):
     """What a sweep asks to measure, with the values of its keys; a table of this name."""
 
@@ -92,20 +73,25 @@ class Observable(FileTable):
     def check(self, sites: float) -> None:
         """Raise ValueError for packings of so many sites that cannot be measured."""
 
-    def measure(self, of: Measured) -> list[Row]:
-        """Measure the states of a task, row by row."""
+    def measure(self, states: TaskStates, pressure: Array, tolerances: Tolerances) -> list[Row]:
+        """Measure the states of a task, whose pressures at rest are known, row by row."""
         rows = []
-        for k, packing, state in of.each():
+        for k in self.chosen(len(states.packings)):
+            state = {"state": k, "pressure": pressure[k], "target_pressure": states.target_pressures[k]}
             for how, columns in self.cases():
                 try:
-                    found = self.one(packing, of.tolerances, **how)
+                    found = self.one(states.packings[k], tolerances, **how)
                 except self.refusal:
                     found = self.refused()
                 for row in found:
                     if "converged" in row:
-                        row["converged"] = of.states.converged[k] & row["converged"]
+                        row["converged"] = states.converged[k] & row["converged"]
                     rows.append(state | columns | row)
         return rows
+
+    def chosen(self, count: int) -> range:
+        """Numbers of the states to measure, of so many."""
+        return range(count)
 
     def cases(self) -> list[tuple[dict[str, Any], Row]]:
         """Ways in which each state is measured: arguments of `one`, and columns that tell them apart."""
@@ -150,12 +136,7 @@ class Driven(Observable):
         return [({"law": law}, columns) for law, columns in self.laws()]
 
 
-def measure_tables(observables: list[Observable], of: Measured, known: Mapping[str, Columns]) -> dict[str, Columns]:
-    """Measure the table of every observable that is not among the known ones; those are returned as they are."""
-    return {**known, **{o.name: _stack(o.stored, o.measure(of)) for o in observables if o.name not in known}}
-
-
-def _stack(schema: Schema, rows: list[Row]) -> Columns:
+def stack(schema: Schema, rows: list[Row]) -> Columns:
     """Concatenate rows to columns; numbers in a row are repeated to the length of its arrays, and missing ones nan."""
     lengths = [max(np.size(value) for value in row.values()) for row in rows]
     columns: Columns = {}

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from jamlab.arrays import Array
 from jamlab.campaign.file_values import Frequencies, Prestress, Tolerances
 from jamlab.campaign.flow_observables import Creep, Oscillation, SteadyFlow
 from jamlab.campaign.observable import (
@@ -16,10 +17,10 @@ from jamlab.campaign.observable import (
     STATE,
     WHOLE,
     Driven,
-    Measured,
     Observable,
     Row,
     Schema,
+    TaskStates,
     floats,
 )
 from jamlab.errors import BoundaryError
@@ -45,12 +46,12 @@ class Onset(Observable):
     }
     columns = (*stored, "seconds")
 
-    def measure(self, of: Measured) -> list[Row]:
-        packing = of.states.packings[0]
+    def measure(self, states: TaskStates, pressure: Array, tolerances: Tolerances) -> list[Row]:
+        packing = states.packings[0]
         network = contacts(packing)
         counts = {"n_contacts": network.count, "rattlers": int(network.rattlers.sum())}
         fractions = {"rho_J": packing_fraction(packing), "phi_J": packing.phi, "z_J": network.z}
-        return [{**fractions, **counts, "converged": of.states.converged[0]}]
+        return [{**fractions, **counts, "converged": states.converged[0]}]
 
 
 class Linear(Driven):

@@ -88,7 +88,9 @@ def slurm_crew(options: dict[str, Any], name: str, ranks: int, jobs: int, folder
         raise InputError(
             f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or --workers"
         )
-    _try_submission(job_script(options, ranks))
+    code, said = _run_script(["sbatch", "--test-only"], job_script(options, ranks))
+    if code:  # SLURM says at once what is wrong with a job
+        raise InputError(f"SLURM refuses the job: {said}; change [slurm] of the campaign file")
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))  # the crew counts deaths
         security = stack.enter_context(_certificate(folder.resolve()))
@@ -327,13 +329,6 @@ def _run_script(words: Sequence[str], script: str) -> tuple[int, str]:
         file.write(script)
         file.flush()
         return _run([*words, file.name])
-
-
-def _try_submission(script: str) -> None:
-    """Let SLURM say at once what is wrong with a job."""
-    code, said = _run_script(["sbatch", "--test-only"], script)
-    if code:
-        raise InputError(f"SLURM refuses the job: {said}; change [slurm] of the campaign file")
 
 
 @contextlib.contextmanager

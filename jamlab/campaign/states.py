@@ -5,7 +5,7 @@ their frames, and the tables that come out the same, are copied from there. Fram
 the tables do not depend on the order in which observables were asked for.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -126,18 +126,10 @@ class StoredStates:
 
     def __init__(self, folder: CampaignFolder, batches: Iterable[Batch]) -> None:
         self._held: dict[str, dict[str, Parameters]] = {}
-        foreign = folder.finished()
-        finished = frozenset(foreign)
-        for batch in batches:
-            for task in batch.tasks():
-                if task.name in finished:
-                    foreign.discard(task.name)
-                    self.add(task)
-        for name in sorted(foreign):
-            try:
-                self.add(Task(name, read_parameters(folder.task_file(name))))
-            except StorageError:  # damaged: it cannot serve, and `status --verify` reports those that matter
-                continue
+        batches, finished = list(batches), folder.finished()
+        own = (task for batch in batches for task in batch.tasks() if task.name in finished)
+        for task in (*own, *foreign_tasks(folder, batches)):
+            self.add(task)
 
     def add(self, task: Task) -> None:
         """Note that a task is finished."""
@@ -164,17 +156,22 @@ def shared_tables(parameters: Parameters, other: Parameters) -> set[str]:
     return same | (set(parameters.own) & set(other.own))
 
 
-def earlier_tasks(folder: CampaignFolder, batches: Iterable[Batch]) -> dict[str, str]:
+def foreign_tasks(folder: CampaignFolder, batches: Iterable[Batch]) -> Iterator[Task]:
+    """Finished tasks that no batch has; damaged files, which nothing reads, are left out."""
+    for name in sorted(folder.finished() - task_names(batches)):
+        with suppress(StorageError):
+            yield Task(name, read_parameters(folder.task_file(name)))
+
+
+def earlier_tasks(folder: CampaignFolder, batches: Sequence[Batch]) -> dict[str, str]:
     """Finished tasks of some batches that were made by other versions of protocols or definitions than those of today:
     name -> what differs, as text."""
     known, found = task_names(batches), {}
-    for name in sorted(folder.finished() - known):
-        with suppress(StorageError):  # damaged: nothing reads it
-            then = read_parameters(folder.task_file(name))
-            now = then.now()
-            if now != then and task_name(now) in known:
-                what = changes(then.protocol, now.protocol) + changes(then.definitions, now.definitions)
-                found[name] = "; ".join(what)
+    for task in foreign_tasks(folder, batches):
+        then, now = task.parameters, task.parameters.now()
+        if now != then and task_name(now) in known:
+            what = changes(then.protocol, now.protocol) + changes(then.definitions, now.definitions)
+            found[task.name] = "; ".join(what)
     return found
 
 

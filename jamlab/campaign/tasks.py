@@ -90,14 +90,10 @@ class Parameters(FileTable):
         return f"{self.model} n={self.n} seed={self.seed}"
 
     @property
-    def from_onset(self) -> bool:
-        """Whether the first packing is one at onset."""
-        return self.pressures is None and self.phi is None
-
-    @property
     def tables(self) -> list[Observable]:
         """Observables of which a task file holds a table."""
-        return [*([Onset()] if self.from_onset else []), *self.observables.values()]
+        from_onset = self.pressures is None and self.phi is None
+        return [*([Onset()] if from_onset else []), *self.observables.values()]
 
 
 @dataclass(frozen=True)

@@ -165,8 +165,9 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
         )
     if any(measured["g"] < 0) or any(measured["g_x"] < 0):
         print_note(f"G {NEGATIVE_G}")
-    reasons = [why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g]
-    print_not_stable(reasons)
+    reasons = (why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g)
+    for reason in dict.fromkeys(reasons):
+        print_note(f"not stable: {reason}")
     if out is not None:
         print_note(f"wrote {out}")
 
@@ -175,9 +176,3 @@ def _cell(name: str, value: float, form: str) -> str:
     if value != value:
         return "not stable" if name in _MODULI else "-"
     return f"{value:{form}}"
-
-
-def print_not_stable(reasons: Sequence[str]) -> None:
-    """Explain the states that have no modulus, each reason once."""
-    for reason in dict.fromkeys(reasons):
-        print_note(f"not stable: {reason}")

@@ -99,7 +99,7 @@ def test_rate_0_is_quasistatic_shear_and_last_takes_one_state(tmp_path):
     table = campaign.table("flow")
     assert table["state"].tolist() == [1, 1] and table["target_pressure"].tolist() == [1e-2, 1e-2]
     still, fast = table.to_dict("records")
-    found = jamlab.shear(jamlab.pack(n=16, pressure=1e-2, seed=1), 0, 1.1, step=0.05)
+    found = jamlab.quasistatic_shear(jamlab.pack(n=16, pressure=1e-2, seed=1), 1.1, 0.05)
     assert still["stress"] == pytest.approx(found.steady(discard=0.1).value, rel=1e-9) and still["dissipation"] == 0
     assert still["peak_stress"] == pytest.approx(found.peak.stress, rel=1e-9)
     assert fast["stress"] > 3 * still["stress"]
