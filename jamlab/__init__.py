@@ -9,8 +9,8 @@ Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, l
              held_motions: what contacts hold, counted
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
              dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
-Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost, pipkin,
-             read_flow; quasistatic_shear: without time
+Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
+             plot_pipkin, read_flow; quasistatic_shear: without time
 Files        read, read_all, read_observables, write, write_data, write_dump, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot

@@ -32,8 +32,7 @@ from .flow.flow_curve import FlowCurve as FlowCurve
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.oscillate import Oscillation as Oscillation
 from .flow.oscillate import oscillate as oscillate
-from .flow.pipkin import Pipkin as Pipkin
-from .flow.pipkin import pipkin as pipkin
+from .flow.pipkin import plot_pipkin as plot_pipkin
 from .flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
 from .flow.quasistatic_shear import quasistatic_shear as quasistatic_shear
 from .flow.read_flow import read_flow as read_flow

@@ -52,19 +52,15 @@ class StoppedFlow(FlowRun):
     duration: float
 
     @property
-    def _relaxing(self) -> Array:
-        """(m,) what relaxes, per `_per` of strain."""
-        return self.stress
-
-    @property
-    def _per(self) -> float:
-        return 1.0
+    def _relaxing(self) -> tuple[Array, float, str]:
+        """(m,) what relaxes, the strain that it is over, and its name."""
+        return self.stress, 1.0, r"$\sigma$"
 
     @property
     def change(self) -> float:
         """Change of what relaxes over the last half of the time, over its last value, or 1e-3 of its largest."""
-        g = self._relaxing
-        rounding = _ROUNDING * float(np.abs(self.pressure).max()) / abs(self._per)
+        g, strain, _ = self._relaxing
+        rounding = _ROUNDING * float(np.abs(self.pressure).max()) / abs(strain)
         scale = max(abs(float(g[-1])), _NOTHING * float(np.abs(g).max()), rounding)
         return abs(float(np.interp(0.5 * self.time[-1], self.time, g) - g[-1])) / (scale or 1.0)
 
@@ -86,12 +82,13 @@ class StoppedFlow(FlowRun):
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the stress over time, on logarithmic axes.
+        """Draw what relaxes, the stress or the relaxation modulus, over time, on logarithmic axes.
 
-        >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
-        >>> ax = jamlab.stop_flow(r, duration=10.0).plot()
+        >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
         """
-        self._draw(axes, self.time, self.stress, label or self.state, in_unit(r"$\sigma$", self.unit), **style)
+        values, strain, name = self._relaxing
+        own = self.state if strain == 1.0 else rf"$\gamma$ = {strain:g}: {self.state}"
+        self._draw(axes, self.time, values, label or own, in_unit(name, self.unit), **style)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,27 +117,14 @@ class StressRelaxation(StoppedFlow):
         return np.asarray((self.stress - self.residual) / (self.step_strain or np.nan))  # 0: a file of version 0.2
 
     @property
-    def _relaxing(self) -> Array:
-        return self.modulus
-
-    @property
-    def _per(self) -> float:
-        return self.step_strain
+    def _relaxing(self) -> tuple[Array, float, str]:
+        return self.modulus, self.step_strain, r"relaxation modulus $G(t)$"
 
     @property
     def summary(self) -> dict[str, float]:
         """Strain of the step, last time and modulus, and its change over the last half of the time."""
         last = {"time": float(self.time[-1]), "modulus": float(self.modulus[-1])}
         return {"strain": self.step_strain, **last, "change": self.change}
-
-    @drawn("Line2D")
-    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the relaxation modulus over time, on logarithmic axes.
-
-        >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
-        """
-        name = label or rf"$\gamma$ = {self.step_strain:g}: {self.state}"
-        self._draw(axes, self.time, self.modulus, name, in_unit(r"relaxation modulus $G(t)$", self.unit), **style)
 
 
 LONGEST = 1e12

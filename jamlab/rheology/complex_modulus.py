@@ -103,8 +103,10 @@ class ComplexModulus:
         """
         from jamlab.plotting.curves import draw_modulus, label_modulus
 
-        draw_modulus(axes, self.omega, self.storage, self.loss, **style)
-        label_modulus(axes, self.unit, legend=True)
+        name = self.direction if isinstance(self.direction, str) else f"{np.degrees(self.direction):.4g}^\\circ"
+        index = "xy" if name == "simple" else rf"\mathrm{{{name}}}"
+        draw_modulus(axes, self.omega, self.storage, self.loss, index=index, **style)
+        label_modulus(axes, self.unit, legend=True, index=index)
 
 
 @checked

@@ -9,7 +9,7 @@ contacts move by different amounts.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,6 @@ from jamlab.errors import InputError, Renamed
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
-from jamlab.plotting.drawable import drawn
 from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus, warn_of_negative
 from jamlab.rheology.damping import ContactDamping, Damping
 
@@ -53,20 +52,10 @@ class NonlinearModulus:
     error_bound: Array
     unit: str = field(default="", repr=False)
 
+    direction: ClassVar[str] = "simple"
     error = Renamed("error_bound")
     __repr__ = short_repr
-
-    @drawn("Line2D, of both curves; `label` names them in the legend")
-    def plot(self, axes: Any, /, **style: Any) -> None:
-        """Draw G' (solid, filled) and G'' (dashed, open) over frequency, on logarithmic axes.
-
-        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
-        >>> ax = jamlab.nonlinear_modulus(p, np.logspace(-6, 2, 41), 0.5, 1e-5).plot(label="α = 1/2")
-        """
-        from jamlab.plotting.curves import draw_modulus, label_modulus
-
-        draw_modulus(axes, self.omega, self.storage, self.loss, **style)
-        label_modulus(axes, self.unit, legend=True)
+    plot = ComplexModulus.plot
 
 
 @checked

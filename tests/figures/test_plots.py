@@ -2,8 +2,9 @@
 
 import subprocess
 import sys
-from dataclasses import fields
-from functools import cache
+from dataclasses import fields, replace
+from functools import cache, partial
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -25,7 +26,7 @@ from jamlab.statistics.power_laws import power_law
 OMEGA = np.geomspace(1e-4, 1e2, 25)
 LIGHT = """
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 import jamlab
 p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
 network, voids = jamlab.contacts(p), jamlab.voids(p)
@@ -177,7 +178,7 @@ def relaxation():
 
 def diagram():
     third = {(0.1, 0.01): 0.001, (0.1, 0.1): 0.1, (1.0, 0.01): 0.0, (1.0, 0.1): 0.05}
-    return jamlab.pipkin([oscillation(w, a, share) for (w, a), share in third.items()])
+    return SimpleNamespace(plot=partial(jamlab.plot_pipkin, [oscillation(*at, share) for at, share in third.items()]))
 
 
 FLOWS = {
@@ -339,13 +340,16 @@ def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([OMEGA, values]))
         assert line.get_color() == "black"
     assert texts(axes) == ["$G'_{xy}$  β = 1", "$G''_{xy}$  β = 1"] and axes.get_xscale() == "log"
-    lower = jamlab.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error)
+    lower = jamlab.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error_bound)
     axes = lower.plot(Figure().subplots())
     assert texts(axes) == [
         "$G'_{xy}$, 11 value(s) not above 0 left out",
         "$G''_{xy}$, 25 value(s) not above 0 left out",
     ]
     assert np.isfinite(axes.lines[0].get_ydata()).sum() == 14 and "[" not in axes.get_ylabel()
+    for direction, index in (("pure", "pure"), (np.pi / 4, r"45^\circ")):
+        axes = replace(s, direction=direction).plot(Figure().subplots())
+        assert index in texts(axes)[0] and index in axes.get_ylabel()
 
 
 def test_bars_and_fits_hold_what_they_say():
@@ -382,4 +386,3 @@ def test_flows_are_drawn_as_they_were_found():
     with pytest.raises(jamlab.InputError):
         oscillation().plot(against="time")
     assert oscillation().third_over_first == pytest.approx(0.1 * 0.05 / np.hypot(0.05, 0.03))
-    assert "2 frequencies" in repr(diagram()) and "; all periodic" in repr(diagram())

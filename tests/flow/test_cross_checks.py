@@ -1,57 +1,12 @@
-"""Flow in time against other roads to the same numbers: frequency domain, small inertia, its own limits. Minutes."""
-
-import time
+"""Steady flow against other roads to the same numbers: its fit, creep, power laws at other rates. Minutes."""
 
 import numpy as np
 import pytest
-from creep_of_elements import compliance
 
 import jamlab
 from jamlab.packing.deformation import at_phi
-from studies.speed_accuracy.flow import start_up
 
 pytestmark = pytest.mark.slow
-FREQUENCIES = [1e-2, 3e-2, 0.1, 0.3, 1.0]
-
-
-def backbone(n, pressure):
-    """Without rattlers: those that just touch drag at any amplitude, and the frequency domain leaves them out."""
-    packing = jamlab.pack(n=n, pressure=pressure, seed=1)
-    return packing.select(~jamlab.contacts(packing).rattlers)
-
-
-@pytest.mark.parametrize("n", [256, 1024])
-@pytest.mark.parametrize(
-    ("damping", "allowed"),
-    [
-        (jamlab.ContactDamping(), 5e-4),
-        (jamlab.ContactDamping(beta=0.1), 5e-4),
-        (jamlab.StokesDrag(), 1e-3),
-    ],
-    ids=str,
-)
-@pytest.mark.parametrize("pressure", [1e-2, 1e-3])
-def test_modulus_over_frequency(n, damping, allowed, pressure):
-    """The amplitude goes with the pressure: at 1e-2, a strain of 1e-5 opens two contacts of 1024 disks, 2 % of G*."""
-    packing = backbone(n, pressure)
-    expected = jamlab.complex_modulus(packing, FREQUENCIES, damping)
-    for k, omega in enumerate(FREQUENCIES):
-        cycles = 2 + int(10 * expected.tau_star * omega / (2 * np.pi))
-        found = jamlab.oscillate(packing, omega, 2e-4 * pressure, damping, cycles=max(cycles, 4), tolerance=1e-4)
-        wanted = complex(expected.storage[k], expected.loss[k])
-        assert abs(complex(found.storage, found.loss) - wanted) < allowed * abs(wanted), omega
-
-
-def test_compliance_and_relaxation_over_four_decades():
-    packing = backbone(256, 1e-2)
-    spectrum = jamlab.complex_modulus(packing, [0.1], method="dense").spectrum
-    found = jamlab.creep(packing, 1e-7, 1000.0, tolerance=1e-5)
-    for wanted in (10.0, 100.0, 1000.0):
-        k = np.argmin(np.abs(found.time - wanted))
-        assert abs(found.compliance[k] / compliance(spectrum, found.time[[k]])[0] - 1) < 1e-4
-    relaxed = jamlab.relax_stress(packing, 1e-6, 1000.0)
-    exact = spectrum.g0 + np.exp(-np.outer(relaxed.time, spectrum.rates)) @ spectrum.strengths
-    assert relaxed.time[0] < 0.1 and np.max(np.abs(relaxed.modulus / exact - 1)) < 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -100,19 +55,3 @@ def test_power_laws_collapse(dense, curve, alpha, linear, allowed):
     law, rate = jamlab.ContactDamping(alpha=alpha), linear ** (1 / alpha)
     found = jamlab.flow_curve(dense, [rate], law, strain=3.0, background=1e-2)
     assert found.stress[0] == pytest.approx(curve.herschel_bulkley()(rate**alpha), rel=allowed)
-
-
-def test_small_inertia_agrees_and_costs_five_times_as_much():
-    """gran/hooke tends to the same stresses as its mass goes to zero; to be as exact as the fix it takes far longer."""
-    packing, rate, strains = jamlab.pack(n=256, pressure=1e-2, seed=1), 1e-3, np.linspace(0.001, 0.01, 10)
-    exact = jamlab.shear(packing, rate, 0.01, rows=10, tolerance=1e-5, background=0.0).stress[1:]
-    errors, seconds = [], []
-    for mass in (0.1, 0.01):
-        stress, spent = start_up(packing, rate, strains, mass)
-        errors.append(np.median(np.abs(stress / exact - 1)))
-        seconds.append(spent)
-    assert errors[0] < 6e-3 and errors[1] < 0.3 * errors[0]
-    clock = time.process_time()
-    massless = jamlab.shear(packing, rate, 0.01, rows=10).stress[1:]
-    spent = time.process_time() - clock
-    assert np.median(np.abs(massless / exact - 1)) < errors[1] and seconds[1] > 5 * spent

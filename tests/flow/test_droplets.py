@@ -55,17 +55,6 @@ def test_a_row_has_the_stress_of_its_packing(droplets):
     assert run.energy == pytest.approx([state.energy / droplets.area for state in states], rel=1e-7)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", [jamlab.StokesDrag(eta_f=0.5), jamlab.ContactDamping(beta=0.3)], ids=str)
-def test_creep_has_the_compliance_of_the_frequency_domain(droplets, law):
-    found = jamlab.creep(droplets, 1e-6, 100.0, law, tolerance=1e-4)
-    spectrum = jamlab.complex_modulus(droplets, [0.1], law, method="dense").spectrum
-    for wanted in (1.0, 10.0, 100.0):
-        k = np.argmin(np.abs(found.time - wanted))
-        assert abs(found.compliance[k] / compliance(spectrum, found.time[[k]])[0] - 1) < 1e-4
-    assert found.imbalance < 0.01
-
-
 @pytest.mark.parametrize(
     ("law", "rate"),
     [(jamlab.StokesDrag(eta_f=0.5), 0.1), pytest.param(jamlab.ContactDamping(), 0.01, marks=pytest.mark.slow)],

@@ -8,12 +8,7 @@ import pytest
 import jamlab
 from jamlab.estimates.choice import Why
 from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
-from jamlab.estimates.flow_errors import (
-    BACKGROUND,
-    SIZE,
-    Flow,
-    shipped_errors,
-)
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies import estimate_tables as measurement
 
@@ -83,16 +78,13 @@ def test_where_nothing_was_measured_the_answer_is_a_run(packing):
     """Strains beyond the table, films slower than it, particles, pressures, beta and droplets unlike its own."""
     small, loose = jamlab.pack(n=32, pressure=5e-3, seed=1), jamlab.pack(n=64, pressure=1e-3, seed=1)
     droplets = jamlab.to_polygons(next(jamlab.compress(jamlab.jam("sp", 8, 1), 0.87, 0.1)))
-    cases = [
-        (packing, None, 0.1, ""),
-        (packing, FILM, 1e-3, ""),
-        (small, None, 1e-4, "particles = 32, measured 64 or more"),
-    ]
-    cases += [(packing, FILM, 1e-3, "drag over elasticity = 0.0032, measured 0.03 or more")]
-    cases += [(loose, None, 1e-6, "pressure over stiffness = 0.001, measured from 0.003 to 0.01")]
-    cases += [(packing, jamlab.ContactDamping(0.01), 1e-4, "beta = 0.01, measured from 0.1 to 10")]
-    cases += [(packing, jamlab.ContactDamping(alpha=0.4), 1e-4, "alpha = 0.4, measured from 0.5 to 1")]
-    cases += [(droplets, None, 1e-4, "model = dp, measured sp alone")]
+    cases = [(packing, None, 0.1, "")]
+    cases += [(packing, FILM, 1e-3, "drag over elasticity = 0.0032")]
+    cases += [(small, None, 1e-4, "particles = 32")]
+    cases += [(loose, None, 1e-6, "pressure over stiffness = 0.001")]
+    cases += [(packing, jamlab.ContactDamping(0.01), 1e-4, "beta = 0.01")]
+    cases += [(packing, jamlab.ContactDamping(alpha=0.4), 1e-4, "alpha = 0.4")]
+    cases += [(droplets, None, 1e-4, "model = dp")]
     for p, law, amplitude, named in cases:
         choice = jamlab.choose_flow(p, law, omega=1.0 if law is not FILM else 1e-8, amplitude=amplitude)
         assert choice.way == "oscillation" and choice.modulus is None and choice.kept == (0, 0)
@@ -105,26 +97,29 @@ def test_where_nothing_was_measured_the_answer_is_a_run(packing):
 @pytest.mark.parametrize(
     ("law", "rate", "named"),
     [
-        (jamlab.ContactDamping(), 1e-5, "linear rate (tau rate)^alpha = 1e-05, measured from 0.01 to 0.1"),
-        (jamlab.ContactDamping(), 500.0, "= 5e+02, measured from 0.01 to 0.1"),
-        (jamlab.StokesDrag(), 1e-2, "drag = Stokes, measured contact damping alone"),
-        (jamlab.ContactDamping(alpha=0.4), 1e-3, "alpha = 0.4, measured from 0.5 to 1"),
-        (jamlab.ContactDamping(20.0, alpha=0.9), 1e-2, "beta = 20, measured from 0.1 to 10"),
-        (jamlab.ContactDamping(tau=10.0), 0.1, "= 1, measured from"),
-        (FILM, 2e-2, "= 0.14, measured from"),
+        (jamlab.ContactDamping(), 1e-5, "= 1e-05"),
+        (jamlab.ContactDamping(), 500.0, "= 5e+02"),
+        (jamlab.StokesDrag(), 1e-2, "drag = Stokes"),
+        (jamlab.ContactDamping(alpha=0.4), 1e-3, "alpha = 0.4"),
+        (jamlab.ContactDamping(20.0, alpha=0.9), 1e-2, "beta = 20"),
+        (jamlab.ContactDamping(tau=10.0), 0.1, "= 1,"),
+        (FILM, 2e-2, "= 0.14"),
     ],
 )
 def test_steady_flow_outside_the_table_is_refused_by_name(packing, law, rate, named):
-    """Nobody measured how far its average scatters. At the ends of the table it is answered."""
-    with pytest.raises(jamlab.InputError, match=re.escape(named) + ".* run flow_curve"):
+    """Nobody measured how far its average scatters."""
+    with pytest.raises(jamlab.InputError, match=re.escape(named)):
         jamlab.choose_flow(packing, law, rate=rate, tolerance=0.3)
-    for fine, at in (
+
+
+def test_steady_flow_at_the_ends_of_the_table_is_answered(packing):
+    for law, at in (
         (jamlab.ContactDamping(tau=10.0), 1e-3),
         (jamlab.ContactDamping(), 0.1),
         (FILM, 1e-4),
         (FILM, 1e-2),
     ):
-        assert not jamlab.choose_flow(packing, fine, rate=at, tolerance=0.5).outside
+        assert not jamlab.choose_flow(packing, law, rate=at, tolerance=0.5).outside
 
 
 def test_steady_flow(packing):
@@ -150,7 +145,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
         refused = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
         assert refused.way == "flow" and options(refused)["linear flow"] > tolerance >= bound(refused)
         assert refused.strain <= MOST_STRAIN
-    with pytest.raises(jamlab.InputError, match="64 particles sheared by 1000 err by 1"):
+    with pytest.raises(jamlab.InputError, match=r"tolerance = 0\.011"):
         jamlab.choose_flow(packing, rate=1e-2, tolerance=RUN_ERROR * 1.1)
 
 
@@ -162,15 +157,15 @@ def test_steady_flow_runs_as_its_errors_were_measured(packing):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("given", "named"),
     [
-        ({}, "omega = None, rate = None: give one of them"),
-        ({"omega": 1.0, "rate": 1.0}, "give one of them"),
-        ({"omega": 1.0, "damping": FILM}, "depend on amplitude however small"),
-        ({"omega": 1.0, "tolerance": 1e-4}, "tolerance = 0.0001: no error below 0.01"),
-        ({"rate": 0.0}, "rate = 0.0: must be"),
+        ({}, "omega = None, rate = None"),
+        ({"omega": 1.0, "rate": 1.0}, "rate = 1.0"),
+        ({"omega": 1.0, "damping": FILM}, "α = 0.5"),
+        ({"omega": 1.0, "tolerance": 1e-4}, "tolerance = 0.0001"),
+        ({"rate": 0.0}, "rate = 0.0"),
     ],
 )
-def test_refused(packing, given, message):
-    with pytest.raises(jamlab.InputError, match=message):
+def test_refused(packing, given, named):
+    with pytest.raises(jamlab.InputError, match=named):
         jamlab.choose_flow(packing, **given)

@@ -62,8 +62,10 @@ def test_creep(backbone, damping):
     late = found.time[1:] > 1.0
     assert np.max(np.abs(found.compliance[1:] / wanted - 1)[late]) < 3e-4
     assert found.stress == pytest.approx(found.residual + 1e-7, abs=1e-12)
-    assert found.time[-1] == 100.0 and found.state in ("rests", "creeps") and repr(found).count("CREEPS") == (
-        found.state == "creeps"
+    assert (
+        found.time[-1] == 100.0
+        and found.state in ("rests", "creeps")
+        and repr(found).count("CREEPS") == (found.state == "creeps")
     )
 
 
