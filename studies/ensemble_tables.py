@@ -221,6 +221,8 @@ STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
+# what every state has: curves of these are made at once, in the time of one
+_TOGETHER = ("rho", "phi", "z", "d_rho", "d_phi", "d_z", "shape", "overlap", "lost", "excess", "u")
 # of slow shear: critical slopes without rotations, lengths of correlation in other lanes and at zero stress
 OWN = (
     *("storage_slope", "loss_slope", "length", "length_half_lane", "length_quarter_lane", "length_imaginary"),
@@ -340,7 +342,7 @@ class EnsembleTables:
         self.facts = facts or {}
         self.made = made or {}
         self.measured: dict[Any, Any] = {}  # by function that measures, see `studies.papers.statements.measure`
-        self._curves: dict[tuple[str | int | bool, ...], list[Any]] = {}
+        self._curves: dict[tuple[Any, ...], list[Any]] = {}
 
     states = _prepared("states", lambda table: add_confluence(add_distances(of_papers(table))))
     stabilized_disks = _shipped("stabilized_disks", stabilized_disks, "states")
@@ -359,12 +361,14 @@ class EnsembleTables:
         """Interpolate each packing of one model and size at the same places, of a column of states over another; G, a
         column g, of one of the `PACKINGS`."""
         onset, along_x = bool(np.asarray(places)[0] <= 0), packings == PACKINGS[1]
-        if (key := (model, n, x, y, onset, packings)) not in self._curves:
-            table = self.stabilized_disks if packings == STABILIZED else self.states
+        table = self.stabilized_disks if packings == STABILIZED else self.states
+        column = "g_x" if along_x and y == "g" else y
+        together = tuple(name for name in _TOGETHER if name in table) if column in _TOGETHER else (column,)
+        if (key := (model, n, x, together, onset, packings)) not in self._curves:
             rows = table[(table["n"] == n) & (table["model"] == model)]
             rows = rows[rows["g_x"].notna()] if along_x else rows
-            self._curves[key] = interpolators(rows, x, "g_x" if along_x and y == "g" else y, onset)
-        found = at_places(self._curves[key], places)
+            self._curves[key] = interpolators(rows, x, together, onset)
+        found = at_places(self._curves[key], places, together.index(column))
         return Ensemble(found.x, np.where(found.y > 0, found.y, np.nan)) if along_x and y == "g" else found
 
     def at_onset(self, model: str, n: int) -> pd.DataFrame:

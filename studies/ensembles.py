@@ -103,13 +103,26 @@ def side_by_side(found: Iterable[Interval]) -> Interval:
     return Interval(*np.array([[float(f.value), float(f.low), float(f.high)] for f in found]).T)
 
 
-def line_in_inverse(n: Sequence[float], groups: Sequence[Array]) -> tuple[float, float]:
-    """Fit a line to means over 1/n, each weighted by its standard error; its value at 1/n = 0 and its slope."""
-    errors = np.array([values.std(ddof=1) / len(values) ** 0.5 for values in groups])
+class SizeLaw(NamedTuple):
+    """y(N) = limit + amplitude N^-exponent."""
+
+    limit: float
+    amplitude: float
+    exponent: float
+
+    def __call__(self, n: ArrayLike) -> Array:
+        """y at sizes n."""
+        return np.asarray(self.limit + self.amplitude * np.asarray(n, dtype=np.float64) ** -self.exponent)
+
+
+def size_law(n: Sequence[float], groups: Sequence[Array], exponent: float = 1.0) -> SizeLaw:
+    """Fit means over packings of several sizes by such a law, each weighted by its standard error; nan without."""
+    means, errors = np.array([[v.mean(), v.std(ddof=1) / len(v) ** 0.5] for v in groups]).T
     if not (errors > 0).all():
-        return float("nan"), float("nan")
-    slope, limit = np.polyfit(1 / np.array(n), [values.mean() for values in groups], 1, w=1 / errors)
-    return float(limit), float(slope)
+        return SizeLaw(np.nan, np.nan, exponent)
+    columns = np.column_stack([np.ones(len(means)), np.array(n, dtype=np.float64) ** -exponent]) / errors[:, None]
+    limit, amplitude = np.linalg.lstsq(columns, means / errors, rcond=None)[0]
+    return SizeLaw(float(limit), float(amplitude), exponent)
 
 
 # numbers of resampled packings ----------------------------------------------------------------------------------------
@@ -197,27 +210,29 @@ class Ensemble:
         return Sample([self.curves], lambda drawn: (average(drawn[0][..., 0]), middle(drawn[0][..., 1])))
 
 
-def interpolators(rows: pd.DataFrame, x: str, y: str, onset: bool) -> list[PchipInterpolator]:
-    """Interpolate y of each packing, monotonically in the root of x, of which laws near onset are smooth functions.
+def interpolators(rows: pd.DataFrame, x: str, columns: Sequence[str], onset: bool) -> list[PchipInterpolator]:
+    """Interpolate columns of each packing, monotonically in the root of x, of which laws near onset are smooth
+    functions. Where one column is not known a state is left out of all.
 
     The state at onset itself, x = 0, counts with `onset` only: it is no neighbour of places that are all beyond it, as
     nothing is known on the way to the first state of a sweep. Packings with one state have no curve."""
-    seed, across, value = (rows[name].to_numpy(dtype=np.float64) for name in ("seed", x, y))
-    kept = np.isfinite(value) & (across >= 0 if onset else across > 0)
+    seed, across = (rows[name].to_numpy(dtype=np.float64) for name in ("seed", x))
+    values = rows[list(columns)].to_numpy(dtype=np.float64)
+    kept = np.isfinite(values).all(axis=1) & (across >= 0 if onset else across > 0)
     order = np.flatnonzero(kept)[np.lexsort((across[kept], seed[kept]))]
     found = []
     for part in np.split(order, np.flatnonzero(np.diff(seed[order])) + 1):
         part = part[np.diff(across[part], prepend=-1.0) > 0]  # the first of several at one place
         if len(part) > 1:
-            found.append(PchipInterpolator(np.sqrt(across[part]), value[part], extrapolate=False))
+            found.append(PchipInterpolator(np.sqrt(across[part]), values[part], extrapolate=False))
     return found
 
 
-def at_places(curves: Sequence[PchipInterpolator], places: ArrayLike) -> Ensemble:
-    """Evaluate curves at places (places,), ascending, each within its first and last state; places that few packings
-    reach are left out. A bin would average states at different x, and miss a place between two states."""
+def at_places(curves: Sequence[PchipInterpolator], places: ArrayLike, column: int = 0) -> Ensemble:
+    """Evaluate a column of curves at places (places,), ascending, each within its first and last state; places that few
+    packings reach are left out. A bin would average states at different x, and miss a place between two states."""
     at = np.asarray(places, dtype=np.float64)
-    found = np.array([curve(np.sqrt(at)) for curve in curves]).reshape(-1, len(at))
+    found = np.array([curve(np.sqrt(at))[:, column] for curve in curves]).reshape(-1, len(at))
     found = found[np.isfinite(found).any(axis=1)]
     if not len(found):
         return Ensemble(np.full((1, 1), np.nan), np.full((1, 1), np.nan))
@@ -229,4 +244,4 @@ def at_places(curves: Sequence[PchipInterpolator], places: ArrayLike) -> Ensembl
 def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
     """Interpolate each packing of one model and size at the same places, of a column x >= 0 of states."""
     rows = states[(states["n"] == n) & (states["model"] == model)]
-    return at_places(interpolators(rows, x, y, np.asarray(places)[0] <= 0), places)
+    return at_places(interpolators(rows, x, [y], np.asarray(places)[0] <= 0), places)

@@ -9,8 +9,15 @@ from typing import Any
 from jamlab.checks import check_choice
 from jamlab.figures.explorer.write_page import explorer_assets
 from studies import droplet_calibration, micrograph_errors
-from studies.beyond import droplet_modes, droplet_sizes, droplet_structure, foams, jamming, polydispersity
-from studies.beyond import stiffening_disks as stiffening
+from studies.beyond import (
+    droplet_modes,
+    droplet_sizes,
+    droplet_structure,
+    foams,
+    jamming,
+    polydispersity,
+    stiffening_disks,
+)
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
@@ -60,27 +67,12 @@ PAPERS = _figures(
         "baumgarten-6": spectra.figure_6,
         "baumgarten-7": correlation.figure_7,
         "baumgarten-8": motion.figure_8,
-        "dynamics-flow-curves": flow_curves.flow_curves,
-        "dynamics-collapse": collapse.flow_collapse,
-        "dynamics-yield": flow_curves.yield_stress,
-        "dynamics-amplitudes": flow_curves.amplitude_sweeps,
-        "dynamics-power-law": collapse.power_law_collapse,
-        "dynamics-equivalent-damping": flow_curves.equivalent_damping,
-        "dynamics-droplets": flow_curves.droplets_beside_disks,
+        **flow_curves.FIGURES,
+        **collapse.FIGURES,
     }
 )
 BEYOND = (
-    *_figures(
-        {
-            "beyond-droplet-spectra": droplet_modes.droplet_spectra,
-            "beyond-droplet-modes": droplet_modes.droplet_modes,
-            "beyond-droplet-contacts": droplet_structure.droplet_contacts,
-            "beyond-droplet-sizes": droplet_sizes.droplet_sizes,
-            "beyond-droplet-vertices": droplet_sizes.droplet_vertices,
-            "beyond-droplet-voids": droplet_structure.droplet_voids,
-            "beyond-stiffening-disks": stiffening.stiffening_disks,
-        }
-    ),
+    *_figures(droplet_modes.FIGURES | droplet_structure.FIGURES | droplet_sizes.FIGURES | stiffening_disks.FIGURES),
     *jamming.STUDIES,
     *foams.STUDIES,
     *polydispersity.STUDIES,

@@ -203,3 +203,6 @@ def _keep_rates(out: Drawing, table: pd.DataFrame) -> None:
 def _slope(tensions: list[float], groups: list[Array]) -> float:
     means = [g[:, 0].sum() / g[:, 1].sum() for g in groups]
     return float(np.polyfit(np.log(tensions), means, 1)[0])
+
+
+FIGURES = {"beyond-droplet-spectra": droplet_spectra, "beyond-droplet-modes": droplet_modes}

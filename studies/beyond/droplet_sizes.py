@@ -16,10 +16,10 @@ from studies.ensembles import (
     bootstrap,
     ensemble,
     groups_by,
-    line_in_inverse,
     mean_curve,
     mean_over_packings,
     select,
+    size_law,
     sizes,
 )
 from studies.panels import FIT, Drawing, drawing, label, scale, size_style, style
@@ -93,7 +93,7 @@ def _draw_limits(out: Drawing, axes: Any, states: pd.DataFrame, column: str) -> 
         if len(kept) < 2:
             continue
         held, values = [m for m, _ in kept], [g for _, g in kept]
-        limit = bootstrap(values, partial(line_in_inverse, held))
+        limit = bootstrap(values, partial(size_law, held))
         x, look, name = 1 / np.array(held), style(k), rf"$\Delta\rho$ = {d:g}"
         out.curve(axes, name, x, mean_over_packings(values), band=False, linestyle="none", **look)
         ends, thin = np.array([0.0, x.max()]), {"label": None, "color": look["color"], "linewidth": 0.9}
@@ -222,7 +222,7 @@ def _draw_limit(out: Drawing, axes: Any, vertices: list[float], groups: list[Arr
     """Draw means at one distance over the inverse number of vertices, with a line to zero, and keep its end."""
     x = 1 / np.array(vertices)
     mean = mean_over_packings(groups)
-    limit = bootstrap(groups, partial(line_in_inverse, vertices))
+    limit = bootstrap(groups, partial(size_law, vertices))
     for k, nv in enumerate(vertices):
         out.curve(axes, _name(nv), x[k], mean[k], band=False, label=None, linestyle="none", **style(k))
     ends = np.array([0.0, x.max()])
@@ -231,3 +231,6 @@ def _draw_limit(out: Drawing, axes: Any, vertices: list[float], groups: list[Arr
     out.keep(f"{BY_VERTICES[column]}, limit", limit[0])
     change = bootstrap([groups[0], groups[-1]], lambda g: g[1].mean() - g[0].mean())
     out.keep(f"{BY_VERTICES[column]}, {vertices[-1]:.0f} less {vertices[0]:.0f} vertices", change)
+
+
+FIGURES = {"beyond-droplet-sizes": droplet_sizes, "beyond-droplet-vertices": droplet_vertices}

@@ -164,3 +164,6 @@ def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
     area = np.sqrt(3) / 4 * r**2 - 3 * arc / 8 - 0.75 * r * np.sin(half)
     cell = np.sqrt(3) / 2 * r**2
     return np.pi / 4 / cell - (1 - 2 * area / cell), (1.5 * arc) ** 2 / (4 * np.pi * area)
+
+
+FIGURES = {"beyond-droplet-contacts": droplet_contacts, "beyond-droplet-voids": droplet_voids}

@@ -78,3 +78,6 @@ def _draw_power(out: Drawing, axes: object, name: str, x: Array, y: Array, power
     ends = np.array(DECADE)
     level = np.exp(np.mean(np.log(y[kept]) - power * np.log(x[kept])))
     out.curve(axes, f"{name}, expected", ends, level * ends**power, label=None, **FIT)
+
+
+FIGURES = {"beyond-stiffening-disks": stiffening_disks}

@@ -227,3 +227,6 @@ def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float) -> s
     axes.set_xticks(range(len(names)), names)
     axes.set_xlim(-0.5, len(names) - 0.5)
     return ", ".join(said)
+
+
+FIGURES = {"dynamics-collapse": flow_collapse, "dynamics-power-law": power_law_collapse}

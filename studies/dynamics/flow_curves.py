@@ -366,3 +366,12 @@ def _draw_map(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
         at = (row["omega"], row["alpha"])
         axes.annotate(f"{round(row['size_error']):+d}", at, ha="center", va="center", fontsize=7.5, color=colour)
     axes.margins(0.1, 0.15)
+
+
+FIGURES = {
+    "dynamics-flow-curves": flow_curves,
+    "dynamics-yield": yield_stress,
+    "dynamics-amplitudes": amplitude_sweeps,
+    "dynamics-equivalent-damping": equivalent_damping,
+    "dynamics-droplets": droplets_beside_disks,
+}

@@ -11,7 +11,7 @@ from jamlab.errors import InputError
 from studies import pages
 from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
-from studies.ensembles import ensemble, log_places
+from studies.ensembles import ensemble, log_places, size_law
 from studies.papers.baumgarten.correlation import correlations
 from studies.papers.baumgarten.spectral_groups import Group, same_packings
 
@@ -57,6 +57,20 @@ def test_every_packing_is_interpolated_at_the_same_places(law):
     assert found.x[0] == pytest.approx(places[1:4])  # nothing is known before the first state, nor beyond the last
     for seed, y in zip((1, 2), found.y, strict=True):
         assert y == pytest.approx(seed * law(places[1:4]), rel=2e-3)
+
+
+def test_the_limit_of_large_systems_is_recovered_by_sizes_that_count_by_their_errors():
+    """By the normal equations of weighted least squares; without scatter nothing is known of errors."""
+    n, rng = np.array([8.0, 16, 32, 64]), np.random.default_rng(1)
+    groups = [
+        0.842 - 0.2 * m**-0.7 + s * rng.standard_normal(9) for m, s in zip(n, (0.1, 1e-3, 0.1, 3e-3), strict=True)
+    ]
+    w = np.diag([len(g) / g.var(ddof=1) for g in groups])
+    columns = np.column_stack([np.ones(4), n**-0.7])
+    wanted = np.linalg.solve(columns.T @ w @ columns, columns.T @ w @ [g.mean() for g in groups])
+    found = size_law(n, groups, 0.7)
+    assert found[:2] == pytest.approx(wanted, rel=1e-9) and found(1e9) == pytest.approx(found.limit, abs=1e-6)
+    assert np.isnan(size_law(n, [np.ones(3)] * 4).limit)
 
 
 def test_packings_of_two_laws_are_paired_by_seed():

@@ -7,7 +7,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, groups_by, line_in_inverse, log_places, scaled
+from studies.ensembles import Sample, groups_by, log_places, scaled, size_law
 from studies.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 from studies.papers.boromand.conventions import COMPRESSED, FRACTIONS, LARGEST, curve, curves, halves, power
 from studies.papers.statements import caption, paper, statistic
@@ -106,7 +106,7 @@ def left_at_confluence(tables: EnsembleTables) -> Sample:
 def limit_of_confluence(groups: list[Array], without: int = -1) -> float:
     """Extend 1 - rho* linearly in 1/N to large packings."""
     kept = [k for k in range(len(groups)) if k != without]
-    return line_in_inverse([COMPRESSED["dp"][k] for k in kept], [groups[k] for k in kept])[0]
+    return size_law([COMPRESSED["dp"][k] for k in kept], [groups[k] for k in kept])[0]
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:

@@ -10,8 +10,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, power_law
 from studies.ensemble_tables import PACKINGS, EnsembleTables
-from studies.ensembles import Sample, average, log_places
-from studies.finite_size import FiniteSize, finite_size
+from studies.ensembles import Sample, SizeLaw, average, log_places, size_law
 from studies.papers.statements import paper
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
@@ -134,7 +133,6 @@ def table_fit(series: str, column: str) -> Callable[[ArrayLike], Array]:
     return lambda d: np.asarray(c_0 * np.asarray(d) ** 0.5 + c_1 * np.asarray(d))
 
 
-def onset_law(n: Sequence[int], groups: Sequence[Array], correction: float = ONSET_CORRECTION) -> FiniteSize:
+def onset_law(n: Sequence[int], groups: Sequence[Array], correction: float = ONSET_CORRECTION) -> SizeLaw:
     """Fit the mean onset against N, each size weighted by its standard error."""
-    means, errors = [v.mean() for v in groups], [v.std(ddof=1) / len(v) ** 0.5 for v in groups]
-    return finite_size(n, means, errors, exponent=correction)
+    return size_law(n, groups, correction)
