@@ -44,39 +44,39 @@ def relax_disks_and_box(
         pressure or to rounding, and that shear costs energy where the box may shear; from `fire_only_disks` on, that a
         pressure alone is met to 1e-7. Of a packing that has come loose it speaks of forces alone.
     """
-    numbers, newton_steps = settings.box_relaxation, 0
+    numbers = settings.box_relaxation
     if near:
-        newton_steps = descend_with_box(session, border, tolerance, steps=numbers.near, settings=settings)
+        descend_with_box(session, border, tolerance, steps=numbers.near, settings=settings)
     state = session.evaluate()
     may_shear = any(not np.trace(m) for m in border.strains)
     ended = near and _ends(session.packing(), state, border, tolerance, settings)
     if ended and not (may_shear and _leave_saddle(session, state, numbers.leave)):
-        return _judge(session.packing(), state, border, tolerance, newton_steps, settings)
+        return _judge(session.packing(), state, border, tolerance, settings)
     floor = max(least_pressure, tolerance / numbers.jammed)
     state = quench(session, numbers.jammed, floor=floor, settings=settings.relaxation)
     if state.pressure < least_pressure or contacts(session.packing()).loose:
-        return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
+        return Relaxed(state, tolerance, state.max_force <= tolerance)
     for noise in numbers.noise * numbers.finer ** np.arange(numbers.rounds):
         floor = max(least_pressure, tolerance / noise)
         state = quench(session, noise, floor=floor, border=border, fire=lively_fire(), settings=settings.relaxation)
         if state.pressure < least_pressure:
-            return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
+            return Relaxed(state, tolerance, state.max_force <= tolerance)
         borne = load(session.packing(), state)
         if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
         met = border.excess(state.stress) <= numbers.met * borne
         if not may_shear and met and state.max_force <= tolerance:
-            return Relaxed(state, tolerance, True, newton_steps)
+            return Relaxed(state, tolerance, True)
         if not may_shear and session.size >= numbers.fire_only_disks:
             continue
-        newton_steps += descend_with_box(session, border, tolerance, settings=settings)
+        descend_with_box(session, border, tolerance, settings=settings)
         state = session.evaluate()
         ended = _ends(session.packing(), state, border, tolerance, settings)
         if ended and not (may_shear and _leave_saddle(session, state, numbers.leave)):
             break
     else:
         state = session.evaluate()
-    return _judge(session.packing(), state, border, tolerance, newton_steps, settings)
+    return _judge(session.packing(), state, border, tolerance, settings)
 
 
 def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:
@@ -102,11 +102,9 @@ def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float,
     return state.max_force <= tolerance and (balanced or contacts(packing).loose)
 
 
-def _judge(
-    packing: Packing, state: Evaluation, border: Border, tolerance: float, newton_steps: int, settings: SolverSettings
-) -> Relaxed:
+def _judge(packing: Packing, state: Evaluation, border: Border, tolerance: float, settings: SolverSettings) -> Relaxed:
     minimum = _ends(packing, state, border, tolerance, settings) and _is_minimum(packing, state, border)
-    return Relaxed(state, tolerance, minimum, newton_steps)
+    return Relaxed(state, tolerance, minimum)
 
 
 def _is_minimum(packing: Packing, state: Evaluation, border: Border) -> bool:

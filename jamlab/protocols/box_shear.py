@@ -144,7 +144,7 @@ def _shear_droplets(
         else:
             session.load(packing)
             radius = numbers.refused * min(radius, length)
-    return Relaxed(session.evaluate(), found.tolerance, False, found.newton_steps)
+    return Relaxed(session.evaluate(), found.tolerance, False)
 
 
 def _settled(state: Evaluation, packing: Packing, last: float, stress_tolerance: float) -> bool:

@@ -7,7 +7,7 @@ algorithm 4.1.
 import numpy as np
 from scipy import sparse
 
-from jamlab.engine.session import Session
+from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import hessian
@@ -16,7 +16,7 @@ from jamlab.protocols.solver_settings import SOLVERS, NewtonSettings
 
 def descend_by_newton(
     session: Session, tolerance: float, steps: int | None = None, *, settings: NewtonSettings = SOLVERS.newton
-) -> int:
+) -> Evaluation:
     """Take Levenberg-Marquardt steps until the tolerance is met.
 
     A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
@@ -31,13 +31,13 @@ def descend_by_newton(
         settings: numbers of the method.
 
     Returns:
-        The number of steps accepted.
+        The state reached.
     """
     packing = session.packing()
     _, forces = session.forces_at(packing.positions)
     shift = settings.first_shift
     matrix: sparse.csc_array | None = None
-    solver, taken = PositiveSolver(), 0
+    solver = PositiveSolver()
     for _ in range(settings.steps if steps is None else steps):
         if np.hypot(*forces.T).max() <= tolerance or shift > settings.last_shift:
             break
@@ -59,13 +59,12 @@ def descend_by_newton(
                 gained = -1.0
             else:
                 forces, matrix = trial, None
-                taken += 1
         if gained > settings.good:
             shift = max(settings.shrink * shift, settings.least_shift)
         elif gained < settings.poor:
             shift *= settings.grow
     session.set_positions(packing.positions)
-    return taken
+    return session.evaluate()
 
 
 def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver, definite: float) -> float:

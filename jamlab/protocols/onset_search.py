@@ -81,7 +81,7 @@ class OnsetSearch(Approach[SearchState]):
 
     def by_bisection(self, packing: Packing, step: float) -> SearchState:
         """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
-        low = SearchState(packing, Relaxed(self.session.evaluate(), self.tolerance, False, 0), 0.0)
+        low = SearchState(packing, Relaxed(self.session.evaluate(), self.tolerance, False), 0.0)
         for falls in range(self.settings.onset.most_falls + 1):
             self.work.attempt = falls + 1
             low, jammed = self.bracket(low, step)
@@ -129,7 +129,7 @@ class OnsetSearch(Approach[SearchState]):
                 power_law(start.packing).force_at(self.settings.onset.loose_energy * self.protocol["u_contact"]),
             )
         found = settle(self.session, tolerance, loose=self.protocol["u_jammed"], settings=self.settings)
-        return self.measure(Relaxed(found, tolerance, found.max_force <= tolerance, 0))
+        return self.measure(Relaxed(found, tolerance, found.max_force <= tolerance))
 
     def follow(self, start: SearchState, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
@@ -137,7 +137,7 @@ class OnsetSearch(Approach[SearchState]):
         if self.session.kind.deforms and not self.relax_state.may_shear:
             found = settle(self.session, self.settings.onset.loose_tolerance, settings=self.settings)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
-                return self.measure(Relaxed(found, self.settings.onset.loose_tolerance, False, 0))
+                return self.measure(Relaxed(found, self.settings.onset.loose_tolerance, False))
         return self.measure(self._relax(near=True))
 
     def _relax(self, near: bool = False) -> Relaxed:

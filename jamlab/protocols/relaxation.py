@@ -42,7 +42,6 @@ class Relaxed:
     evaluation: Evaluation  # LAMMPS energies, forces and stress there
     tolerance: float  # asked for, on the largest force
     converged: bool  # whether the largest force is below the tolerance
-    newton_steps: int  # accepted Newton steps
     off_saddles: bool = False  # whether it is known to be no saddle, or to be held by what its Hessian leaves out
 
 
@@ -80,19 +79,18 @@ def relax(
     numbers of the solvers. Returns the state reached; `converged` is False if no round met the tolerance."""
     if tolerance is None:
         tolerance = force_tolerance(session.kind.name)
-    newton_steps, descent = 0, descent_of(session)
+    descent = descent_of(session)
     if near:
-        state, newton_steps = descent.end(session, tolerance, settings)
+        state = descent.end(session, tolerance, settings)
         if state.max_force <= tolerance:
-            return Relaxed(state, tolerance, True, newton_steps)
+            return Relaxed(state, tolerance, True)
     for round_ in range(settings.relaxation.rounds):
         state = descent.descend(session, tolerance, round_, settings)
         if state.max_force > tolerance:
-            newton_steps += descend_by_newton(session, tolerance, settings=settings.newton)
-            state = session.evaluate()
+            state = descend_by_newton(session, tolerance, settings=settings.newton)
         if state.max_force <= tolerance:
             break
-    return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session), newton_steps)
+    return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session))
 
 
 def descend_by_fire(session: Session, tolerance: float, settings: RelaxationSettings = SOLVERS.relaxation) -> None:
@@ -116,13 +114,12 @@ def _entangled(session: Session) -> bool:
 
 
 class Descent(Protocol):
-    """Steps of a kind of particles: first-order ones, which bring a packing near its minimum, and to its end from
-    there, with the number of Newton steps among them."""
+    """Steps of a kind of particles: first-order ones, which bring a packing near its minimum, and those to its end."""
 
     def name(self, session: Session, settings: RelaxationSettings) -> str: ...  # of the method
     def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation: ...
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation: ...
-    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> tuple[Evaluation, int]: ...
+    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation: ...
 
 
 class DescentOfDisks:
@@ -143,9 +140,8 @@ class DescentOfDisks:
             return quench(session, noise, floor=tolerance / noise, settings=numbers)
         return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=numbers.cg_steps)
 
-    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> tuple[Evaluation, int]:
-        steps = descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
-        return session.evaluate(), steps
+    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation:
+        return descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
 
 
 class DescentOfDroplets:
@@ -159,8 +155,7 @@ class DescentOfDroplets:
         brief = replace(settings.lbfgs, steps=numbers.settle_steps)
         state = descend_droplets(session, tolerance, brief, settings, loose=least)
         if state.max_force > tolerance and not _loose(session, state.max_force, least, numbers):
-            descend_by_newton(session, tolerance, settings=settings.newton)
-            state = session.evaluate()
+            state = descend_by_newton(session, tolerance, settings=settings.newton)
         return state
 
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
@@ -168,8 +163,8 @@ class DescentOfDroplets:
             descend_by_fire(session, tolerance, settings.relaxation)
         return descend_droplets(session, tolerance, settings.lbfgs, settings)
 
-    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> tuple[Evaluation, int]:
-        return descend_droplets(session, tolerance, settings.near, settings), 0
+    def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation:
+        return descend_droplets(session, tolerance, settings.near, settings)
 
 
 _DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.descent`

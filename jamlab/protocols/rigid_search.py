@@ -259,7 +259,7 @@ class RigidSearch(Approach[RigidDroplets]):
                 state = finer
             else:
                 session.load(reached)
-        return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance, 0))
+        return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance))
 
 
 def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:
