@@ -1,6 +1,6 @@
 """Draw all numbers of both papers in one picture: ours less the paper's, over the scale of such numbers."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
@@ -20,11 +20,11 @@ TITLE = "Every number of both papers: ours less the paper's"
 SPAN = 0.62  # of the axis to either side; what lies beyond is an arrow with its number
 BAND, TICK = "#DCE9F5", "#555555"  # colours of what agrees and of the paper's error, as in forest.html
 TWO_SIDED = 1.96  # standard errors to either side
-_COLUMNS: tuple[tuple[str, Callable[[str], bool]], ...] = (  # of the picture, by the figure
-    ("[B], figs 4 to 7", lambda name: name in {f"boromand-{k}" for k in range(4, 8)}),
-    ("[B], figs 8 to 11, tables 1 and 2", lambda name: name.startswith(("boromand-", "tables"))),
-    ("[T]", lambda name: True),
-)
+COLUMNS = {  # of the picture: heading -> beginnings of the names of figures
+    "[B], figs 4 to 7": tuple(f"boromand-{k}" for k in range(4, 8)),
+    "[B], figs 8 to 11, tables 1 and 2": ("boromand-", "tables"),
+    "[T]": ("baumgarten-",),
+}
 
 
 @dataclass(frozen=True)
@@ -82,12 +82,14 @@ def by_figure(given: Sequence[Bar]) -> Iterator[tuple[str, list[Bar]]]:
 # picture --------------------------------------------------------------------------------------------------------------
 
 
-def forest(comparisons: Sequence[Comparison]) -> Drawing:
-    """Draw a row for each number, in three columns by paper and figure."""
-    out, columns = drawing(NAME, 1, len(_COLUMNS), 9.0, 12.5)
+def forest(
+    comparisons: Sequence[Comparison], name: str = NAME, parts: Mapping[str, tuple[str, ...]] = COLUMNS
+) -> Drawing:
+    """Draw a row for each number, by paper and figure, in columns."""
     rest = bars(comparisons)
-    for axes, (title, belongs) in zip(columns, _COLUMNS, strict=True):
-        part = [bar for bar in rest if belongs(bar.comparison.statement.figure)]
+    out, columns = drawing(name, 1, len(parts), 9.0, 2.0 + 0.53 * len(rest) / len(parts) ** 1.8)
+    for axes, (title, belong) in zip(columns, parts.items(), strict=True):
+        part = [bar for bar in rest if bar.comparison.statement.figure.startswith(belong)]
         rest = [bar for bar in rest if bar not in part]
         _draw_column(out, axes, part)
         axes.set_title(title, fontsize=13, loc="left")
@@ -108,8 +110,8 @@ def forest(comparisons: Sequence[Comparison]) -> Drawing:
         Line2D([], [], color=TICK, linewidth=1.5, label="the paper's standard error"),
         Patch(facecolor=BAND, label="agrees: a tenth of the scale, or half the last digit"),
     ]
-    out.figure.legend(handles=handles, loc="outside lower center", ncols=6, fontsize=11, frameon=False)
-    out.caption = caption(NAME)
+    out.figure.legend(handles=handles, loc="outside lower center", ncols=2 * len(parts), fontsize=11, frameon=False)
+    out.caption = caption(name)
     return out
 
 

@@ -33,7 +33,8 @@ MODULES = (  # that register functions
 )
 Keywords = Mapping[str, Any]
 Function = TypeVar("Function", bound=Callable[..., Any])
-NOT_COUNTED = ("identity", "duplicate")  # it follows from counting or the equations; another row measures the same
+# not measured: it follows from counting or the equations; another row measures the same
+NOT_COUNTED = ("identity", "duplicate")
 
 
 @dataclass(frozen=True)
@@ -234,5 +235,5 @@ def measure(statement: str, tables: "EnsembleTables") -> Measured:
 
 
 def names(figure: str) -> list[str]:
-    """List the ids of the numbers of a figure."""
-    return [name for name, statement in statements().items() if statement.figure == figure]
+    """List the ids of the numbers of a figure that are measured."""
+    return [name for name, s in statements().items() if s.figure == figure and s.status not in NOT_COUNTED]

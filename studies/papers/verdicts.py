@@ -203,21 +203,6 @@ class Comparison:
         known = f"; pull {j.pull:+.1f}, known to {j.resolution:.2g}" if self.measured.known else ""
         return f"{s.figure}: {s.quantity} | {self.text} for {s.text}{known} | {self.said}"
 
-    @property
-    def record(self) -> str:
-        """Write all that decides the verdict: the paper's words, definition, errors, every analysis."""
-        s, m, j = self.statement, self.measured, self.judged
-        every = ", ".join(f"{name}: {float(v.value):.4g}" for name, v in m.variants.items())
-        lines = (
-            self.line,
-            f"  paper     {s.sentence} ({s.where}), {s.stated}: ± {j.paper:.2g}" if s.sentence else "",
-            f"  ours      {m.how}" if m.how else "",
-            f"  analyses  {every}" if every else "",
-            f"  because   {self.explanation}" if self.explanation else "",
-            f"  note      {s.note}" if s.note else "",
-        )
-        return "\n".join(filter(None, lines))
-
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""
         s, m, j = self.statement, self.measured, self.judged

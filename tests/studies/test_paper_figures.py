@@ -30,7 +30,7 @@ def test_every_figure_keeps_what_it_draws(name):
     assert list(table.columns) == ["panel", "series", "x", "y", "low", "high"]
     assert np.isfinite(table[["x", "y"]].to_numpy()).all() and len(table) > 10
     beside = name.startswith(("dynamics-", "beyond-")) and name not in PUBLISHED
-    pictures = name in (*PICTURES, "micrograph-errors") or beside
+    pictures = name in (*PICTURES, "micrograph-errors", "baumgarten-1") or beside
     assert drawing.caption and bool(drawing.claims) is not pictures  # of which no paper has numbers
     panels = artists(drawing.figure, Axes)  # insets too
     for (panel, series), points in table.groupby(["panel", "series"]):
@@ -98,8 +98,7 @@ def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):
     assert all({*fields, "kind", "where", "verdict"} <= set(row) for row in rows)
     assert all(row["family"] or row["below"] == row["above"] == 0 for row in rows)
     assert [row["verdict"] for row in rows] == [c.verdict for name in names for c in drawn(name).claims]
-    assert [row["kind"] for row in rows[:3]] == ["identity", "duplicate", "measured"]
-    assert rows[0]["where"] == "[T] Imbalanced contact damping, eq 18"
+    assert {row["kind"] for row in rows} == {"measured"} and rows[0]["where"].startswith("[T] ")
     assert content["captions"] == {name: drawn(name).caption for name in names}
     assert pd.read_csv(tmp_path / "out" / pages.VERDICTS)["verdict"].tolist() == [row["verdict"] for row in rows]
     claims = [c for name in names for c in drawn(name).claims if c.measured.known and c.statement.counted]

@@ -77,9 +77,9 @@ def of_pressures(tables: EnsembleTables, law: str, n: int = MANY, **wanted: Any)
 # numbers --------------------------------------------------------------------------------------------------------------
 
 
-def lengths(tables: EnsembleTables, law: str, n: int = MANY, slowest: bool = False) -> Sample:
-    """Take C over boxes of one size at each pressure."""
-    return Sample(of_pressures(tables, law, n, **({"omega": SLOWEST} if slowest else {}))[1])
+def lengths(tables: EnsembleTables, n: int = MANY) -> Sample:
+    """Take C under Stokes drag over boxes of one size at each pressure, at the lowest frequency."""
+    return Sample(of_pressures(tables, "stokes", n, omega=SLOWEST)[1])
 
 
 def mean_length(drawn: list[Array]) -> float:
@@ -87,8 +87,7 @@ def mean_length(drawn: list[Array]) -> float:
     return float(np.nanmean([np.nanmean(first_zeros(whole)) for whole in drawn]))
 
 
-statistic("T7-length-contact", sample=lengths, law="contact", variants=({"n": 512}, {"n": SIZE}))(mean_length)
-statistic("T7-length-stokes", sample=lengths, law="stokes", slowest=True, variants=({"n": SIZE},))(mean_length)
+statistic("T7-length-stokes", sample=lengths, variants=({"n": SIZE},))(mean_length)
 
 
 def ratio_over(x: Array, cubes: list[Array], values: Callable[[Sequence[Array]], Array]) -> Measured:

@@ -16,7 +16,6 @@ from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, Sample, groups_by, mean_over_packings, scaled, select, vary_bootstrap
 from studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 from studies.papers.baumgarten.spectral_groups import (
-    SCANNED,
     SIZE,
     Group,
     format_power,
@@ -32,7 +31,6 @@ MODULUS = r"[$k$]"
 SHOWN = 1e-4  # pressure of fig 1
 LOWEST = 3.16e-6  # pressure of which the critical regime is widest, among those with five stable packings
 RESAMPLES = 60  # of a collapse: each is a fit, seconds for a figure
-POWER = 2 / 3  # alpha of Bretherton's law, [T] eq 9
 
 
 # slopes of G* in windows of frequency ---------------------------------------------------------------------------------
@@ -54,40 +52,30 @@ def spectrum(tables: EnsembleTables, law: str, pressure: float, part: str) -> Sa
     return Sample([part_of(group, part)], lambda drawn: (group.omega, drawn[0]))
 
 
-def slope(omega: Array, values: Array, low: float, high: float, factor: float = 1.0) -> float:
+def slope(omega: Array, values: Array, low: float, high: float) -> float:
     """Fit the slope of the mean in a window of frequency."""
-    return factor * float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
+    return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
 
 
-def _register_slope(
-    statement: str, law: str, pressure: float, part: str, low: float, high: float, factor: float = 1.0
-) -> None:
-    """Register a slope, in both halves of its window, and of the whole part, as neither need be a power."""
-    where: dict[str, Any] = {"law": law, "pressure": pressure, "part": part, "low": low, "high": high, "factor": factor}
-    windows: tuple[dict[str, Any], ...] = halves(low, high)
-    whole = part.split(" - ")[0]
-    others = [{"part": whole} | window for window in ({}, *windows)] if whole != part else []
-    statistic(statement, sample=spectrum, variants=(*windows, *others), **where)(slope)
-
-
-for _name, _part, _low, _high in (
-    ("loss-slow", "G''", 1e-8, 0.01 * SHOWN),
-    ("storage-critical", "G' - G_0", CRITICAL * SHOWN, HIGHEST),
-    ("loss-critical", "G''", CRITICAL * SHOWN, HIGHEST),
-    ("loss-fast", "G''", 10.0, 1e3),
-    ("storage-slow", "G'", 1e-8, 0.01 * SHOWN),
-    ("storage-fast", "G'", 10.0, 1e3),
-):
-    _register_slope(f"T1-{_name}", "contact", SHOWN, _part, _low, _high)
-    if _name in ("loss-slow", "storage-critical", "loss-critical"):  # G* at omega tau_alpha, eqs 27 to 29
-        _register_slope(f"T1-{_name}-power", "contact", SHOWN, _part, _low, _high, factor=POWER)
 for _name, _law, _part in (
     ("T3-Delta-storage", "contact", "G' - G_0"),
     ("T3-Delta-loss", "contact", "G''"),
     ("T6-Delta-storage", "stokes", "G' - G_0"),
     ("T6-Delta-loss", "stokes", "G'' - eta_F omega"),
 ):
-    _register_slope(_name, _law, LOWEST, _part, CRITICAL * LOWEST, HIGHEST)
+    _low, _windows = CRITICAL * LOWEST, halves(CRITICAL * LOWEST, HIGHEST)
+    _whole = {"part": _part.split(" - ")[0]}  # of which neither need be a power
+    _others = [_whole | window for window in ({}, *_windows)] if _whole["part"] != _part else []
+    statistic(
+        _name,
+        sample=spectrum,
+        law=_law,
+        pressure=LOWEST,
+        part=_part,
+        low=_low,
+        high=HIGHEST,
+        variants=(*_windows, *_others),
+    )(slope)
 
 
 # exponents in pressure ------------------------------------------------------------------------------------------------
@@ -134,13 +122,10 @@ def collapsed(tables: EnsembleTables, law: str) -> list[Measured]:
     ]
 
 
-@measures("T4-eta0", column="eta0", prestress=False)
-@measures("T4-slow-time", column="both", prestress=True)
-def undamped(tables: EnsembleTables, column: str, prestress: bool) -> Measured:
-    """Fit the exponent in p of eta_0, or of G_0/eta_0, without damping of sliding."""
-    groups = sampled(spectra(tables, "undamped", prestress))
-    if column == "eta0":
-        return power_in_pressure({p: g.eta0 for p, g in groups.items()}, lambda d: [v.mean() for v in d])
+@measures("T4-slow-time")
+def undamped(tables: EnsembleTables) -> Measured:
+    """Fit the exponent in p of G_0/eta_0 without damping of sliding."""
+    groups = sampled(spectra(tables, "undamped"))
     return power_in_pressure({p: np.column_stack([g.g0, g.eta0]) for p, g in groups.items()}, _ratios)
 
 
@@ -212,47 +197,6 @@ for _part in ("storage", "loss"):
         pressure=1e-4,
         variants=({"pressure": 3.16e-4},),
     )(mean)
-
-
-def losses(tables: EnsembleTables) -> Sample:
-    """Take G''/(omega G_0) - 1 without damping of sliding and pre-stress, at every pressure."""
-    groups = sampled(spectra(tables, "undamped", prestress=False), large=False)
-    return Sample([g.loss / (g.omega * g.g0[:, None]) - 1 for g in groups.values()])
-
-
-@statistic("T4-eq18", sample=losses)
-def largest(drawn: list[Array]) -> float:
-    """Find the largest deviation from eq 18, at all frequencies."""
-    return max(float(np.abs(each).max()) for each in drawn)
-
-
-def scanned_viscosity(tables: EnsembleTables, law: str, parameter: str, values: tuple[float, ...] = ()) -> Sample:
-    """Take eta_0 of the same packings at values of a parameter of damping."""
-    groups = scan(tables, law, parameter)
-    kept = {v: groups[v] for v in values or sorted(groups)}
-    eta = same_packings(list(kept.values()))
-    return Sample([eta], lambda drawn: (np.array(list(kept)), drawn[0]))
-
-
-@statistic("T4-eq22", sample=scanned_viscosity, law="contact", parameter="beta")
-def power_in_beta(beta: Array, eta: Array) -> float:
-    """Fit the exponent of eta_0(beta) - eta_0(0) in beta."""
-    return float(power_law(beta[1:], eta[:, 1:].mean(0) - eta[:, 0].mean()).exponents[0])
-
-
-@statistic("T6-eta-F", sample=scanned_viscosity, law="stokes", parameter="eta_f")
-def added_viscosity(eta_f: Array, eta: Array) -> float:
-    """Divide the rise of eta_0 by that of eta_F, from the least to the largest."""
-    return float((eta[:, -1] - eta[:, 0]).mean() / (eta_f[-1] - eta_f[0]))
-
-
-def thick_fluid(tables: EnsembleTables) -> Sample:
-    """Take G'' at the largest viscosity of the fluid."""
-    group = max(scan(tables, "stokes", "eta_f").items())[1]
-    return Sample([group.loss], lambda drawn: (group.omega, drawn[0]))
-
-
-statistic("T6-loss-of-fluid", sample=thick_fluid, low=CRITICAL * SCANNED["target_pressure"], high=HIGHEST)(slope)
 
 
 # drawings -------------------------------------------------------------------------------------------------------------

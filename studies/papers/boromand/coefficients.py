@@ -8,7 +8,7 @@ import numpy as np
 from jamlab.arrays import Array
 from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import Ensemble, Sample, average, groups_by, median, select
-from studies.panels import FIT, Drawing, drawing, label
+from studies.panels import Drawing
 from studies.papers.boromand.conventions import (
     HIGHEST,
     LARGEST,
@@ -19,8 +19,9 @@ from studies.papers.boromand.conventions import (
     at,
     even_places,
 )
-from studies.papers.statements import caption, statistic
-from studies.papers.verdicts import LOOKS, compare
+from studies.papers.forest import forest
+from studies.papers.statements import statistic
+from studies.papers.verdicts import compare
 
 # onset ----------------------------------------------------------------------------------------------------------------
 
@@ -35,14 +36,14 @@ def mean(groups: list[Array]) -> float:
     return float(np.mean([values.mean() for values in groups]))
 
 
-for _ids, _model, _column in (
-    (("BT-zJ-sp-phi", "BT-zJ-sp-rho"), "sp", "z_J"),
-    (("BT-phiJ-sp", "BT-rhoJ-sp"), "sp", "phi_J"),  # of disks both are one
-    (("BT-zJ-dp",), "dp", "z_J"),
-    (("BT-rhoJ-dp",), "dp", "rho_J"),
+for _id, _model, _column in (
+    ("BT-zJ-sp-phi", "sp", "z_J"),
+    ("BT-phiJ-sp", "sp", "phi_J"),
+    ("BT-zJ-dp", "dp", "z_J"),
+    ("BT-rhoJ-dp", "dp", "rho_J"),
 ):
     _sizes = ({"n": SIZES},) if _column == "z_J" else ()  # table 1 names no N, and fig 6 has one z_J for all
-    statistic(*_ids, sample=onsets, model=_model, column=_column, n=(LARGEST[_model],), variants=_sizes)(mean)
+    statistic(_id, sample=onsets, model=_model, column=_column, n=(LARGEST[_model],), variants=_sizes)(mean)
 
 
 # fits of eqs 13 and 14 ------------------------------------------------------------------------------------------------
@@ -110,30 +111,6 @@ def ratio(droplets: tuple[Array, Array], disks: tuple[Array, Array]) -> float:
     return float(d_1 / d_0 / (s_1 / s_0))
 
 
-# drawing --------------------------------------------------------------------------------------------------------------
-
-
 def tables_1_2(tables: EnsembleTables) -> Drawing:
-    """Coefficients of tables 1 and 2 from our packings, over the paper's."""
-    out, (axes,) = drawing("tables", 1, 1, 8.6, 6.6)
-    rows = [c for c in compare("tables", tables)[::-1] if c.statement.relation == "="]
-    used = set()
-    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8, "va": "center"}
-    for row, c in enumerate(rows):
-        s, m = c.statement, c.measured
-        ratios = np.array([m.value, m.low, m.high]) / s.value
-        axes.barh(row, 2 * s.margin / abs(s.value), left=1 - s.margin / abs(s.value), color="#CCCCCC", height=0.7)
-        colour, marker = LOOKS[c.verdict]
-        look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none"}
-        out.curve(axes, s.quantity, [ratios[0]], [row], label=None if c.verdict in used else str(c.verdict), **look)
-        used.add(c.verdict)
-        axes.plot(ratios[1:], [row, row], color=colour, linewidth=1.6)
-        axes.text(1.02, row, f"{m.value:.4g}", **beside)
-        axes.text(1.16, row, s.text, **beside)
-    axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
-    axes.set_yticks(range(len(rows)), [c.statement.latex for c in rows])
-    for place, text in ((1.02, "measured"), (1.16, "paper")):
-        axes.text(place, len(rows), text, weight="bold", **beside)
-    label(axes, "measured / paper", "", loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5)
-    out.caption = caption(out.name)
-    return out
+    """Coefficients of tables 1 and 2 from our packings beside the paper's."""
+    return forest(compare("tables", tables), "tables", {"[B], tables 1 and 2": ("tables",)})

@@ -36,12 +36,6 @@ def size_exponent(n: tuple[int, ...], drawn: list[tuple[Array, Array]], scaled_d
     return float(np.polyfit(np.log(n), np.log(values), 1)[0])
 
 
-@statistic("B7-last-contact", sample=curve, model="sp", n=32, places=PLACES, **BELOW)
-def last_contact(x: Array, y: Array) -> float:
-    """Compute (z_conf - z) N nearest to rho*, where one contact is missing."""
-    return float(y[np.nanargmin(x)] * 32)
-
-
 statistic(
     "B7-exponent-dp",
     sample=curve,

@@ -272,7 +272,6 @@ _GAINED = ({"contacts": 1.0}, {"contacts": 4.0})
 _TENTHS = log_places(1e-6, 0.1, 10)
 
 
-@statistic("B6-crossover-sp", sample=of_sizes, model="sp", by="d_rho", places=_TENTHS, variants=_GAINED)
 @statistic(
     "B6-crossover-dp", sample=of_sizes, model="dp", by="d_rho", places=_TENTHS, variants=(*_GAINED, *WITHOUT_STOPS)
 )

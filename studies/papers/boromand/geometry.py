@@ -46,7 +46,7 @@ DROPLETS: dict[str, Any] = {"sample": curve, "model": "dp", "n": N}
     variants=({"high": 0.003}, {"high": 0.03}),
 )
 @statistic(
-    *("B4-C", "B4-C-appendix"),
+    "B4-C",
     places=DISTANCES,
     x="d_phi",
     y="d_rho",

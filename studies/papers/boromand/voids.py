@@ -60,9 +60,9 @@ def triangle_shape(total: Array) -> float:
 # numbers --------------------------------------------------------------------------------------------------------------
 
 
-def of_model(tables: EnsembleTables, model: str, onset: bool = False) -> Sample:
+def of_model(tables: EnsembleTables, model: str) -> Sample:
     """Take bins of rho and the sums over voids of one model."""
-    rho, cube = void_sums(tables, model, onset)
+    rho, cube = void_sums(tables, model, onset=False)
     return Sample([cube], lambda drawn: (rho, drawn[0]))
 
 
@@ -98,7 +98,6 @@ statistic(
     low=TRIANGLES_FROM,
     variants=[{"low": low} for low in (0.85, 0.9, 0.98)],
 )(beyond)
-statistic("B8-A3-onset-sp", sample=of_model, model="sp", onset=True, of=triangle_shape, low=-1.0)(beyond)
 
 
 def of_both(tables: EnsembleTables, rho: float = np.nan) -> Sample:
