@@ -1,5 +1,8 @@
 """Numbers of the papers from tables in which the papers' laws hold, and the table of statements."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import paper_tables
@@ -9,10 +12,24 @@ from paper_tables import SIZES, onset, quasistatic, spectra, states
 
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent
-from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, bootstrap
+from studies.ensemble_tables import EnsembleTables, counts_at_onset
+from studies.ensembles import Sample, bootstrap, log_places, select
 from studies.papers.baumgarten.spectra import regime_ends
-from studies.papers.boromand.conventions import eq_11, even_places, halves, table_fit
+from studies.papers.boromand.coefficients import coefficients
+from studies.papers.boromand.confluence import CONFLUENT
+from studies.papers.boromand.conventions import (
+    SERIES,
+    SUBTRACTED,
+    at,
+    eq_11,
+    even_places,
+    exponent,
+    halves,
+    power,
+    table_fit,
+)
+from studies.papers.boromand.geometry import late_onset
+from studies.papers.boromand.voids import beyond, shares_near, triangle_shape, void_sums
 from studies.papers.statements import (
     MEASURES,
     NOT_COUNTED,
@@ -24,6 +41,11 @@ from studies.papers.statements import (
     statements,
     statistic,
 )
+from studies.papers.verdicts import SUMMARY
+from studies.reference_data import reference_tables
+from studies.tables import DATA
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
@@ -216,6 +238,74 @@ def test_explanations_name_the_papers_own_numbers():
     text = explanations()
     assert "1.33" in text["BT-z-sp-rho"] and "0.958" in text["BT-z0-dp"]
     assert "0.66" in text["B6-z-single-dp"] and "0.92" in text["B6-g-single-dp"]
+
+
+def explained(given):
+    """Numbers of the explanations, computed from tables, by one of the rows that they explain."""
+    sizes, all_sizes = (32, 64, 128, 256), (32, 64, 128, 256, 1024)
+    number = lambda name, variant="": float(  # noqa: E731
+        measure(name, given).variants[variant].value if variant else measure(name, given).value
+    )
+
+    def of_sizes(series, column, terms, n, packings="all"):
+        model, by = SERIES[series]
+        x, y = given.curve(model, n, by, column, even_places(model, by), packings).mean
+        return coefficients(x, y - SUBTRACTED * (column == "z"), terms)[0]
+
+    def slope(n, packings="all"):
+        e = given.curve("sp", n, "d_phi", "g", even_places("sp", "d_phi"), packings).between(1e-2, np.inf)
+        return exponent(*e.mean)
+
+    def missing(model, n):
+        x, y = given.curve(model, n, "to_confluence", "missing", log_places(1e-6, 0.13, 4)).mean
+        return power(x, y, *CONFLUENT)
+
+    x, y = given.curve("sp", 32, "d_phi", "d_rho", np.arange(0.0, 0.43, 0.01)).mean
+    rho, cube = void_sums(given, "dp", False)
+    shapes = [beyond(rho, cube, triangle_shape, at - 0.004, at + 0.004) for at in (0.855, 0.895, 0.935)]
+    disks = void_sums(given, "sp", False)
+    full = given.states[(given.states["model"] == "dp") & (given.states["z"] >= 6)]
+    stars = 1 - full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
+    onset = select(counts_at_onset(given.onset), n=128)
+    stable = [of_sizes("SP(φ)", "g", 1, n, "shear-stabilized") for n in sizes]
+    return {
+        "B4-C": [f"{y[x < 0.415][-1] / eq_11(x[x < 0.415][-1]):.2f}"],
+        "B4-A-099-dp": [f"{number('B4-A-099-dp', 'place = 0.985'):.3f}"],
+        "B6-beta0": [f"{slope(n):.2f}" for n in all_sizes] + [f"{slope(n, 'G_x > 0'):.2f}" for n in (32, 256)],
+        "B6-g-nearest-dp": [f"{v.value:.2f}" for v in measure("B6-g-nearest-dp", given).variants.values()],
+        "B7-collapse-sp": [f"{missing(m, n):.2f}" for m, last in (("sp", 4), ("dp", 3)) for n in sizes[:last]],
+        "B8-P6-sp": [f"{shares_near(*disks, at)[3]:.3f}" for at in (0.835, 0.845, 0.855)],
+        "B8-A3-dense-dp": [f"{triangle_shape(void_sums(given, 'dp', True)[1].sum(axis=(0, 1))):.2f}"]
+        + [f"{shape:.2f}" for shape in shapes],
+        "B9-limit-dp": [f"{stars[n]:.4f}" for n in sizes[:3]],
+        "BT-zJ-sp-phi": [f"{select(given.onset, model='sp', n=n)['z_J'].mean():.3f}" for n in sizes],
+        "BT-zJ-dp": [f"{onset['beyond'].mean():.1f}", f"{onset['free'].mean():.2f}", f"{onset['more'].mean() + 1:.2f}"],
+        "BT-z0-sp-phi": [f"{of_sizes('SP(φ)', 'z', 1, n):.2f}" for n in all_sizes],
+        "BT-z-sp-rho": [
+            f"{at(*given.curve('sp', n, 'd_rho', 'z', [0.099, 0.1, 0.101]).mean, 0.1) - SUBTRACTED:.2f}" for n in sizes
+        ],
+        "BT-G0-sp-phi": [f"{of_sizes('SP(φ)', 'g', 1, n):.2f}" for n in all_sizes]
+        + [f"{of_sizes('SP(φ)', 'g', 1, n, 'G_x > 0'):.2f}" for n in (32, 256)]
+        + [f"{value:.2f}" for value in stable],
+        "T5-approach": [f"{number('T5-rms-approach'):.3f}", f"{number('T5-rms-sliding'):.3f}"],
+        "T5-mean-approach": [f"{number('T5-approach'):.2f}"],
+        "T7-length-stokes": [f"{number('T7-length-stokes', v):.3f}" for v in ("", "n = 32768")],
+    }
+
+
+@pytest.mark.slow
+def test_explanations_say_what_the_data_hold():
+    """In their order, each as often as it is computed, between the words of its explanation."""
+    given, texts = reference_tables(), explanations()
+    for name, numbers in explained(given).items():
+        said = re.findall(r"-?\d+\.\d+", texts[name].replace("−", "-"))
+        rest = iter(said)
+        assert all(number in rest for number in numbers), (name, numbers)
+    page = (ROOT / "docs" / "explanation" / "against_the_papers.md").read_text(encoding="utf-8")
+    late = [row[1:] for row in late_onset(given).rows]
+    for column in zip(*late, strict=True):
+        assert f"| {' | '.join(column)} |" in page
+    assert (DATA / SUMMARY).read_text(encoding="utf-8").splitlines()[0] in " ".join(page.split()).replace("> ", "")
 
 
 def test_the_made_up_tables_hold_all_sizes_that_figures_show():

@@ -7,22 +7,24 @@ from pathlib import Path
 
 import pytest
 
+from studies.papers.forest import forest
+from studies.papers.verdicts import compare
 from studies.reference_data import reference_tables
-from studies.registry import CHARTS, MAPS
+from studies.registry import CHARTS, MAPS, PAPERS
 from studies.speed_accuracy.chart import curve_figure
 from studies.stability.map import failure_figure
 
 ROOT = Path(__file__).parents[2]
 
 
-def readme_picture(name):
+def readme_picture(name, dpi=96):
     """Tolerance: fonts move by a pixel between versions of matplotlib; a curve that moves is ten times more."""
     return pytest.mark.mpl_image_compare(
         baseline_dir=str(ROOT / ".github"),
         filename=name,
         style="default",
         tolerance=4,
-        savefig_kwargs={"dpi": 96},
+        savefig_kwargs={"dpi": dpi},
         deterministic=True,
     )
 
@@ -37,3 +39,9 @@ def test_cost_against_error():
 @readme_picture("where_methods_fail.png")
 def test_where_methods_fail():
     return failure_figure(MAPS["droplet-timestep"], reference_tables().read("droplet-timestep"))
+
+
+@pytest.mark.slow
+@readme_picture("papers_forest.png", dpi=60)
+def test_all_numbers_of_both_papers():
+    return forest([claim for study in PAPERS for claim in compare(study.name, reference_tables())]).figure

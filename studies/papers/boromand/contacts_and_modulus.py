@@ -37,6 +37,7 @@ from studies.papers.statements import caption, paper, statistic
 
 SHOWN = {"sp": (32, 256), "dp": (32, 128)}  # N of fig 5; few packings of larger droplets are compressed
 G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
+SMALL: dict[str, Any] = {"fontsize": 7}  # letters of a legend of many lines
 AVERAGED = "points: mean over all packings, box of fixed shape"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 NEAREST = (1e-4, 1e-3)  # distance from onset between the steps of [B] sec 2.3 and the end of regime 1, sec 3
@@ -272,9 +273,7 @@ _GAINED = ({"contacts": 1.0}, {"contacts": 4.0})
 _TENTHS = log_places(1e-6, 0.1, 10)
 
 
-@statistic(
-    "B6-crossover-dp", sample=of_sizes, model="dp", by="d_rho", places=_TENTHS, variants=(*_GAINED, *WITHOUT_STOPS)
-)
+@statistic("B6-crossover-dp", sample=of_sizes, model="dp", by="d_rho", places=_TENTHS, y="d_z_strong", variants=_GAINED)
 def crossover(n: tuple[int, ...], drawn: list[Curve], contacts: float = 2.0) -> float:
     """Fit how the distance at which packings have gained two contacts goes with N."""
     places = []
@@ -399,8 +398,8 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
             out.curve(axes, f"N = {n}, {packings}", average(e.x), found, **look | {"marker": ""})
     g_0 = paper("BT-G0-sp-phi")
     out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
-    axes.set_ylim(0, 0.8)
-    label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", loc="upper right", ncols=2)
+    axes.set_ylim(0, 1.4)
+    label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", loc="upper right", ncols=2, **SMALL)
 
 
 def _draw_both_counts(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
