@@ -121,8 +121,11 @@ def analyze(
 
 def _kind(source: Path) -> str:
     ending = source.suffix.lower()
-    if source.is_dir() or ending == ".csv" or (ending in STACKS and _pages(source) > 1):
+    if source.is_dir() or (ending in STACKS and _pages(source) > 1):
         return "several pictures"
+    if ending == ".csv" and source.is_file():  # tracks, or disks with their places
+        with source.open(encoding="utf-8", errors="replace") as table:
+            return "several pictures" if "particle" in table.readline(1000) else "a file of packings"
     return "a picture" if ending in PICTURES else "a file of packings"
 
 

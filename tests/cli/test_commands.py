@@ -248,9 +248,10 @@ def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
     assert "does not say whether" in call(tmp_path, "analyze", "mixed.h5").stdout
 
 
-@pytest.mark.parametrize("name", ["nothere.png", "x.toml"])
-def test_a_file_that_is_not_there_and_one_of_no_kind_are_named(tmp_path, name):
+@pytest.mark.parametrize("name", ["nothere.png", "x.toml", "disks.csv"])
+def test_a_file_that_is_not_there_one_of_no_kind_and_disks_without_a_box_are_named(tmp_path, name):
     (tmp_path / "x.toml").write_text("a = 1")
+    (tmp_path / "disks.csv").write_text("x,y,radius\n0.5,0.5,0.5\n1.4,0.5,0.5\n")
     done = call(tmp_path, "analyze", name)
     assert done.exit_code == 1 and name in done.stderr and "Errno" not in done.stderr
 
