@@ -32,6 +32,7 @@ const std::vector<DiskPair> &DiskDrag::near() const
 void DiskDrag::update_contacts(int local, int ghost, double /*ahead*/)
 {
   make_room(local, ghost);
+  rows_are_own = pair.owns_all();
   for (auto &each : blocks) each.resize(local + ghost);
   rest.assign(local + ghost, Vec3());
   background.assign(local, settings.background);
@@ -88,6 +89,7 @@ void DiskDrag::displace(const Field &moved, double strain)
     const DiskPair &p = near()[pair_of[k]];
     const double y = p.y + moved[p.j].y - moved[p.i].y, x = p.x + moved[p.j].x - moved[p.i].x + strain * y;
     contact_of(p, x, y, rows[k], contacts[k]);
+    if (rows_are_own) rows[k].j = pair.owner(p.j);
   }
   for (std::size_t e = 0; e < marginal.size(); e++)
     for (const int k : rows_of[e]) {
@@ -156,6 +158,7 @@ void DiskDrag::find_preconditioner(bool free_rate)
   for (auto &each : blocks) exchange.add_from_ghosts(each);
   invert_blocks();
   MPI_Allreduce(MPI_IN_PLACE, flow, 2, MPI_DOUBLE, MPI_SUM, world);
+  affine_drag = flow[0];
   flow[0] += settings.fluid;
   inverse_flow = free_rate && flow[0] > 0.0 ? 1.0 / flow[0] : 0.0;
   flow_relaxation = free_rate && flow[1] > 0.0 ? flow[0] / flow[1] : HUGE_VAL;
@@ -185,14 +188,13 @@ void DiskDrag::choose_factors()
   MPI_Allreduce(MPI_IN_PLACE, &anew, 1, MPI_INT, MPI_MAX, world);
   if (anew) {
     factored = moved_between_ranks = false;
-    rounding_gain = 1.0;
     factors.forget_order();
   }
   if (!factored) {
     if (last_iterations > SLOW) factorise();
     return;
   }
-  if (law.alpha != 1.0) return factorise();    // factors of other velocities judge a step of Newton's by a wrong norm
+  if (law.alpha != 1.0) return factorise();    // those of other velocities judge a step of Newton's by a wrong norm
   if (++age == 1) fresh_iterations = last_iterations;
   if (last_iterations > std::max(FEW, GROWN * fresh_iterations)) factorise();
 }
@@ -220,37 +222,15 @@ void DiskDrag::factorise()
   MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, world);
   factored = all;
   age = 0;
-  rounding_gain = factored ? find_rounding_gain() : 1.0;
 }
 
-double DiskDrag::find_rounding_gain()
-{
-  std::vector<double> noise(3 * nlocal);
-  for (int i = 0; i < nlocal; i++) {
-    const double part[3] = {blocks[0][i].x, blocks[0][i].spin, blocks[1][i].spin};
-    for (int a = 0; a < 3; a++) {
-      const unsigned digit = (1664525u * static_cast<unsigned>(3 * atom->tag[i] + a) + 1013904223u) >> 16 & 1;
-      noise[3 * i + a] = (digit ? 1.0 : -1.0) * sqrt(std::max(part[a], 0.0));
-    }
-  }
-  std::vector<double> solved(noise);
-  factors.solve(solved);
-  double sums[2] = {0.0, 0.0};
-  for (std::size_t n = 0; n < noise.size(); n++) {
-    sums[0] += noise[n] * solved[n];
-    sums[1] += noise[n] != 0.0 ? 1.0 : 0.0;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
-  return sums[1] > 0.0 ? std::max(1.0, sums[0] / sums[1]) : 1.0;
-}
-
-/* squared norm that rounding of the contact forces leaves in any residual */
+/* energy of the error that rounding of the contact forces leaves, F B^-1 F at most */
 double DiskDrag::rounding() const
 {
   double total = 0.0;
   for (std::size_t k = 0; k < contacts.size(); k++)
     total += contacts[k].share * contacts[k].force * contacts[k].force / (weights[k] + settings.background);
-  return ROUNDING * ROUNDING * rounding_gain * sum(total);
+  return ROUNDING * ROUNDING * sum(total);
 }
 
 /* A disk with too few contacts to hold it keeps no velocity from the last step: nothing would ever

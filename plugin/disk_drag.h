@@ -111,7 +111,6 @@ class DiskDrag : public DragSystem<DiskRow> {
   int age = 0;                   // solutions with these factors
   int fresh_iterations = 0;      // of the first one
   int answer_iterations = 100;   // of the last answer to forces on a pair that was found without factors
-  double rounding_gain = 1.0;    // by the factors: the norm of rounding, compared with that of each disk's own block
   std::vector<Field> answers;    // of all velocities to a unit force along the slip of a rubbing pair
   std::vector<double> rate_answers;
 
@@ -121,9 +120,9 @@ class DiskDrag : public DragSystem<DiskRow> {
   void find_contacts();
   void find_weights(const Field &u, double rate) override;
   bool find_slopes(const Field &u, double rate) override;
-  void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow) override
+  void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow, double *also) override
   {
-    apply(p, rate, 0.0, !bends.empty(), out, power, flow);
+    apply(p, rate, 0.0, !bends.empty(), out, power, flow, also);
   }
   double rounding() const override;
   void find_preconditioner(bool free_rate) override;
@@ -131,7 +130,6 @@ class DiskDrag : public DragSystem<DiskRow> {
   void choose_factors();
   void factorise_for_answers();
   void factorise();
-  double find_rounding_gain();
 
   void find_pairs();
   void set_state(MarginalContact &, int state);

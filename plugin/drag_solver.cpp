@@ -3,8 +3,11 @@
 
 #include "drag_solver.h"
 
+#include "wide_vectors.h"
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 using namespace LAMMPS_NS;
 
@@ -12,10 +15,25 @@ using namespace LAMMPS_NS;
 static constexpr double SLOWEST = 1e-5;
 static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
 static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
+static constexpr std::size_t FEWEST = 2, FEWEST_FACTORED = 1;    // iterations whose gain tells what is left
+static constexpr int PATIENCE = 10;            // rounds from which on errors are compared with the power of affine flow,
+                                              // of which rigid motions of contacts may leave little
 static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients keep to
-static constexpr double FORCING = 1e-4;       // part of the squared residual that a step of Newton's may leave
+static constexpr double FORCING = 1e-8;       // part of the energy of the error that a step of Newton's may leave
 static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
+
+JAMLAB_WIDE_VECTORS static void take_numbers(int n, double keep, double step, const double *__restrict z,
+                                             const double *__restrict w, double *__restrict p, double *__restrict s,
+                                             double *__restrict u, double *__restrict r)
+{
+  for (int k = 0; k < n; k++) {
+    p[k] = z[k] + keep * p[k];
+    s[k] = w[k] + keep * s[k];
+    u[k] += step * p[k];
+    r[k] -= step * s[k];
+  }
+}
 
 double DragSolver::sum(double value) const
 {
@@ -27,7 +45,7 @@ void DragSolver::make_room(int local, int ghost)
 {
   nlocal = local;
   nghost = ghost;
-  for (Field *each : {&residual, &direction, &product, &start, &descent}) each->resize(local + ghost);
+  for (Field *each : {&residual, &direction, &product, &product_of_direction, &start, &descent}) each->resize(local + ghost);
   inverse.resize(local);
 }
 
@@ -39,8 +57,7 @@ double DragSolver::speed_floor(double squares, double count) const
   return SLOWEST * SLOWEST * (sums[1] > 0.0 ? sums[0] / sums[1] : 0.0) + STANDSTILL * STANDSTILL;
 }
 
-/* descent = M^-1 residual; residual descent over all ranks */
-double DragSolver::precondition(double r_flow, double &z_flow)
+double DragSolver::precondition()
 {
   double product = 0.0;
   for (int i = 0; i < nlocal; i++) {
@@ -52,74 +69,92 @@ double DragSolver::precondition(double r_flow, double &z_flow)
     z.spin = m.xs * v.x + m.ys * v.y + m.ss * v.spin;
     product += v.x * z.x + v.y * z.y + v.spin * z.spin;
   }
-  z_flow = inverse_flow * r_flow;
-  return sum(product) + r_flow * z_flow;
+  return product;
 }
 
-/* squared norm of what drives the flow: forces, and the drag of the affine flow alone */
-double DragSolver::rhs_norm(const Field &force, const Load &load)
+/* residual = F - ahead K (u - start) - B u - b rate */
+DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
 {
-  double power, flow, z_flow;
-  std::fill(direction.begin(), direction.end(), Vec3());
-  multiply(direction, load.free_rate ? 0.0 : load.rate, product, power, flow);
-  std::copy_n(force.begin(), nlocal, residual.begin());
-  field_add(residual, -1.0, product, nlocal);
-  return precondition(load.free_rate ? load.moment : 0.0, z_flow);
-}
-
-/* residual = F - ahead K (u - start) - B u - b rate; returns that of the rate, where it is free */
-double DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
-{
-  double power, flow, ahead = 0.0, without = 0.0;
+  double power, flow, unused, ahead = 0.0, without = 0.0;
   multiply(u, load.rate, product, power, flow);
   std::copy_n(force.begin(), nlocal, residual.begin());
   field_add(residual, -1.0, product, nlocal);
   if (moved && looks_ahead()) {
     for (int i = 0; i < nlocal; i++)
       direction[i] = {u[i].x - start[i].x, u[i].y - start[i].y, u[i].spin - start[i].spin};
-    multiply_ahead(direction, load.rate - start_rate, product, power, ahead);
+    multiply_ahead(direction, load.rate - start_rate, product, unused, ahead);
     field_add(residual, -1.0, product, nlocal);
-    multiply(direction, load.rate - start_rate, product, power, without);
+    multiply(direction, load.rate - start_rate, product, unused, without);
     field_add(residual, 1.0, product, nlocal);
   }
-  return load.free_rate ? load.moment - flow - settings.fluid * load.rate - ahead + without : 0.0;
+  const double fluid = settings.fluid * load.rate;
+  return {load.free_rate ? load.moment - flow - fluid - ahead + without : 0.0, power + fluid * load.rate};
 }
 
-/* conjugate gradients from the residual on; returns its squared norm */
-double DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, double enough, Result &result)
+/* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput. Appl. Math. 25,
+   153 (1989)): the product of a direction follows from those of the preconditioned residuals */
+DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, double r_flow, const Goal &goal,
+                                                     Result &result)
 {
-  double z_flow;
-  double rho = precondition(r_flow, z_flow);
-  std::copy_n(descent.begin(), nlocal, direction.begin());
-  double p_flow = z_flow;
+  Energies found = {0.0, 0.0, goal.dissipation, false};
+  std::vector<double> gains;
+  const std::size_t fewest = factored ? FEWEST_FACTORED : FEWEST;
+  double rho_first = 0.0, rho_before = 0.0, step = 0.0, p_flow = 0.0, product_flow = 0.0;
+  for (Field *each : {&direction, &product_of_direction}) std::fill_n(each->begin(), nlocal, Vec3());
   needs_flow = load.free_rate;
-  while (rho > INNER * INNER * enough && result.iterations < settings.iterations) {
-    result.iterations++;
-    double power, flow;
-    multiply_ahead(direction, p_flow, product, power, flow);
-    flow += settings.fluid * p_flow;
-    power += settings.fluid * p_flow * p_flow;
+  while (!found.reached && result.iterations < settings.iterations) {
+    const double z_flow = inverse_flow * r_flow;
+    double rho = precondition(), power, flow;
+    multiply_ahead(descent, z_flow, product, power, flow, &rho);
+    rho += r_flow * z_flow;
+    if (!(rho > 0.0)) {    // no residual, but for rounding
+      found.left = std::isnan(rho) ? rho : 0.0;
+      found.reached = !std::isnan(rho);
+      break;
+    }
+    if (gains.empty()) rho_first = rho;
+    found.left = gains.size() < fewest ? HUGE_VAL : std::max(rho * found.gained / rho_first, rho * gains.back() / rho_before);
+    const double accurate = goal.accuracy * goal.accuracy * found.whole;
+    found.reached = found.left <= std::max({accurate, goal.part * found.gained, goal.least});
+    if (found.reached) break;
+    flow += settings.fluid * z_flow;
+    power += settings.fluid * z_flow * z_flow;
     result.positive = power > 0.0;
     if (!result.positive) break;
-    const double step = rho / power;
-    field_add(u, step, direction, nlocal);
-    field_add(residual, -step, product, nlocal);
+    double keep = gains.empty() ? 0.0 : rho / rho_before;
+    if (keep * rho < step * power)
+      power -= gains.empty() ? 0.0 : keep * rho / step;
+    else
+      keep = 0.0;    // rounding leaves no conjugate direction: on from the steepest one
+    result.iterations++;
+    rho_before = rho;
+    step = rho / power;
+    take_step(keep, step, u);
+    p_flow = z_flow + keep * p_flow;
+    product_flow = flow + keep * product_flow;
     if (load.free_rate) {
       load.rate += step * p_flow;
-      r_flow -= step * flow;
+      r_flow -= step * product_flow;
     }
-    const double before = rho;
-    rho = precondition(r_flow, z_flow);
-    const double keep = rho / before;
-    for (int i = 0; i < nlocal; i++) {
-      direction[i].x = descent[i].x + keep * direction[i].x;
-      direction[i].y = descent[i].y + keep * direction[i].y;
-      direction[i].spin = descent[i].spin + keep * direction[i].spin;
-    }
-    p_flow = z_flow + keep * p_flow;
+    gains.push_back(step * rho);
+    found.gained += gains.back();
+    found.whole += gains.back();
   }
   needs_flow = true;
-  return rho;
+  return found;
+}
+
+/* direction and its product from those of the last iteration, and a step along it */
+void DragSolver::take_step(double keep, double step, Field &u)
+{
+  take_numbers(3 * nlocal, keep, step, &descent[0].x, &product[0].x, &direction[0].x, &product_of_direction[0].x, &u[0].x,
+               &residual[0].x);
+}
+
+/* squared norm of the residual by the preconditioner: of two residuals it tells the smaller one */
+double DragSolver::norm(double r_flow)
+{
+  return sum(precondition()) + inverse_flow * r_flow * r_flow;
 }
 
 void DragSolver::keep(State &state, const Field &force, const Field &u, const Load &load) const
@@ -152,8 +187,7 @@ void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
     set_multipliers(part_held);
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
-    double z_flow;
-    return precondition(find_residual(force, u, load, false), z_flow);
+    return norm(find_residual(force, u, load, false).flow);
   };
   double best = 1.0, last = 1.0, least = left(1.0);
   for (double part = 0.5; part > SHORTEST && !(least <= LESS * rho); part *= 0.5) {
@@ -178,34 +212,26 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
     find_weights(u, load.rate);
     newton = law.alpha != 1.0 && find_slopes(u, load.rate);
     if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
-    if (newton) last_iterations = 0;    // each step has a matrix of its own
-    const double driven = rhs_norm(force, load);
-    const double enough = std::max(settings.tolerance * settings.tolerance * driven, rounding());
-
-    double z_flow;
-    const double r_flow = find_residual(force, u, load, round > 0);
-    double rho = precondition(r_flow, z_flow);
-    result.residual = driven > 0.0 ? sqrt(std::max(rho, 0.0) / driven) : 0.0;
-    result.converged = rho <= enough;
-    if (result.converged || !std::isfinite(rho)) {
-      if (!result.converged || !enforce_constraints(force, u, load, result)) break;
-      continue;
-    }
-
+    const Residual rest = find_residual(force, u, load, round > 0);
+    const double rho = newton ? norm(rest.flow) : 0.0;
     if (newton) keep(before, force, u, load);
-    const double rho_before = rho;
     const int earlier = result.iterations;
-    rho = conjugate_gradients(u, load, r_flow, newton ? std::max(enough, FORCING * rho) : enough, result);
+    const double least = rounding();
+    const Goal goal = {INNER * settings.tolerance, newton ? FORCING : 0.0, least, rest.dissipation};
+    const Energies found = conjugate_gradients(u, load, rest.flow, goal, result);
     if (!result.positive) break;
     if (newton) last_iterations = result.iterations - earlier;
+    // of a power law, what this round took away is what the last one left
+    const double left = law.alpha == 1.0 ? found.left : found.gained;
+    const double affine = round < PATIENCE ? 0.0 : affine_drag * load.rate * load.rate;
+    const double whole = std::max(found.whole, affine);
+    result.residual = left > 0.0 ? sqrt(left / whole) : left;
+    result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * whole, least);
     const bool holds = enforce_constraints(force, u, load, result);
-    if (newton) line_search(rho_before, force, u, load);
-    if (law.alpha == 1.0 && !holds) {
-      result.residual = driven > 0.0 ? sqrt(std::max(rho, 0.0) / driven) : 0.0;
-      result.converged = rho <= enough;
-      break;
-    }
-    if (result.iterations >= settings.iterations) break;
+    if (!holds && (result.converged || law.alpha == 1.0)) break;
+    if (newton) line_search(rho, force, u, load);
+    result.converged = false;
+    if (result.iterations >= settings.iterations || !std::isfinite(left)) break;
   }
   if (!newton) last_iterations = result.iterations;
   exchange.send_to_ghosts(u);

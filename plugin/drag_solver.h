@@ -40,12 +40,16 @@ struct FlowSums {
    where R - F u is least, which is convex: steps of disks are Newton's, as short as it takes to lessen the residual;
    of droplets, drag coefficients are found again between rounds of conjugate gradients.
 
+   An error e of the velocities is judged by its energy e B e over the dissipated power, whatever the
+   preconditioner: each iteration takes a known part of that energy away, and what the last quarter of all took
+   estimates what they leave (Strakos & Tichy, ETNA 13, 56 (2002)).
+
    Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
 class DragSolver {
  public:
   struct Settings {
-    double tolerance = 1e-6;    // residual over the driving force, both in the norm of the preconditioner
+    double tolerance = 1e-6;    // root of the energy of the error over the dissipated power
     double background = 0.0;    // drag of every particle against the affine flow, a force per velocity
     double fluid = 0.0;         // viscosity of the fluid times the area of the box: adds to c
     int iterations = 10000;     // at most, of one solution
@@ -57,7 +61,7 @@ class DragSolver {
   struct Result {
     int iterations;
     bool converged;
-    double residual;    // relative
+    double residual;    // relative, as the tolerance
     bool positive;      // the matrix, as far as was seen
   };
 
@@ -89,6 +93,8 @@ class DragSolver {
   };
   std::vector<Block> inverse;
   double inverse_flow = 0.0;    // of c
+  double affine_drag = 0.0;     // c, of disks
+  bool factored = false;    // the preconditioner is by factors of the matrix
   Field residual, descent;    // of conjugate gradients; descent = M^-1 residual
   int last_iterations = 0;
   Field start;                // velocities that the last solution started from
@@ -98,23 +104,30 @@ class DragSolver {
   void make_room(int nlocal, int nghost);
   double sum(double) const;
   double speed_floor(double squares, double count) const;
-  virtual double precondition(double r_flow, double &z_flow);    // residual descent over all ranks
-  double conjugate_gradients(Field &u, Load &, double r_flow, double enough, Result &);
-  double rhs_norm(const Field &force, const Load &);
-  double find_residual(const Field &force, Field &u, const Load &, bool moved);
+  virtual double precondition();    // descent = M^-1 residual; returns residual descent, of this rank
+  struct Residual {
+    double flow, dissipation;    // of the rate, where it is free; power at these velocities
+  };
+  Residual find_residual(const Field &force, Field &u, const Load &, bool moved);
+  struct Goal {    // energy of the error: accuracy^2 of the whole, part of what is gained, or least
+    double accuracy, part, least, dissipation;
+  };
+  struct Energies {    // taken from the error, and what is left of it; dissipation + gained
+    double gained, left, whole;
+    bool reached;    // the goal
+  };
+  Energies conjugate_gradients(Field &u, Load &, double r_flow, const Goal &, Result &);
 
  private:
-  Field direction, product;
+  Field direction, product, product_of_direction;
 
   virtual void find_weights(const Field &u, double rate) = 0;
   virtual void find_preconditioner(bool free_rate) = 0;    // the blocks `inverse`
-  // out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks
+  // out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks, as the sum of `also`
   virtual void multiply(Field &p, double rate, Field &out, double &power, double &flow) = 0;
   // the same of B + ahead K
-  virtual void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow)
-  {
-    multiply(p, rate, out, power, flow);
-  }
+  virtual void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow,
+                              double *also = nullptr) = 0;
   virtual bool looks_ahead() const { return false; }
   // from here on multiply_ahead is by the slope of the drag of a power law at these velocities; false: it is not known
   virtual bool find_slopes(const Field &, double /*rate*/) { return false; }
@@ -122,7 +135,7 @@ class DragSolver {
   virtual bool enforce_constraints(Field &, Field &, Load &, Result &) { return false; }
   virtual std::vector<double> multipliers() const { return {}; }    // forces on each of those pairs
   virtual void set_multipliers(const std::vector<double> &) {}
-  virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
+  virtual double rounding() const = 0;    // energy that rounding of the forces leaves in any error
 
   struct State {    // of owned atoms; kept from step to step, since ghosts of a few disks are many
     Field force, u;
@@ -131,7 +144,9 @@ class DragSolver {
   };
   State before, after;    // a step of Newton's
   void keep(State &, const Field &force, const Field &u, const Load &) const;
+  void take_step(double keep, double step, Field &u);
   void line_search(double rho, Field &force, Field &u, Load &);
+  double norm(double r_flow);
 };
 
 }    // namespace LAMMPS_NS

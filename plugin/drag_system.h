@@ -39,7 +39,7 @@ template <class Row> class DragSystem : public DragSolver {
   std::vector<double> background;    // drag of each owned atom on the affine flow
   std::vector<Slip> bends;    // of a power law: the slope of the drag is that of the weights less bend bend^T
   BlockCholesky<D> factors;
-  bool factored = false;
+  bool rows_are_own = false;    // no row has a ghost, on any rank
 
   using DragSolver::DragSolver;
 
@@ -54,28 +54,29 @@ template <class Row> class DragSystem : public DragSolver {
 
   // B, or with ahead > 0 also ahead K; bent: the slope of the drag instead of the drag
   void apply(Field &p, double rate, double ahead, bool bent, Field &out, double &power, double &flow,
-             FlowSums *drag = nullptr)
+             double *also = nullptr, FlowSums *drag = nullptr)
   {
-    exchange.send_to_ghosts(p);
+    if (!rows_are_own) exchange.send_to_ghosts(p);
     find_spins(p, rate);
-    std::fill(out.begin(), out.end(), Vec3());
+    std::fill_n(out.begin(), rows_are_own ? nlocal : nlocal + nghost, Vec3());
     if (drag) add_row_sums(p, rate, *drag);
-    double sums[2] = {0.0, 0.0};
+    double sums[3] = {0.0, 0.0, also ? *also : 0.0};
     if (needs_flow || rate != 0.0)
       sums[1] = bent ? add_rows<true, true>(p, rate, out) : add_rows<false, true>(p, rate, out);
     else
       bent ? add_rows<true, false>(p, rate, out) : add_rows<false, false>(p, rate, out);
     sums[1] += add_forces_ahead(p, rate, ahead, out);
-    exchange.add_from_ghosts(out);
+    if (!rows_are_own) exchange.add_from_ghosts(out);
     sums[1] += turn_back(out, drag);
     for (int i = 0; i < nlocal && settings.background > 0.0; i++) {
       out[i].x += background[i] * p[i].x;
       out[i].y += background[i] * p[i].y;
     }
     sums[0] += field_dot(out, p, nlocal);
-    MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
+    MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
     flow = sums[1];
     power = sums[0] + rate * flow;
+    if (also) *also = sums[2];
   }
 
   void multiply(Field &p, double rate, Field &out, double &power, double &flow) override
@@ -191,9 +192,9 @@ template <class Row> class DragSystem : public DragSolver {
     }
   }
 
-  double precondition(double r_flow, double &z_flow) override
+  double precondition() override
   {
-    if (!factored) return DragSolver::precondition(r_flow, z_flow);
+    if (!factored) return DragSolver::precondition();
     project(residual);
     column.resize(D * nlocal);
     for (int i = 0; i < nlocal; i++) {
@@ -205,8 +206,7 @@ template <class Row> class DragSystem : public DragSolver {
     for (int i = 0; i < nlocal; i++)
       descent[i] = {column[D * i], column[D * i + 1], D == 3 ? column[D * i + D - 1] : 0.0};
     project(descent);
-    z_flow = inverse_flow * r_flow;
-    return sum(field_dot(residual, descent, nlocal)) + r_flow * z_flow;
+    return field_dot(residual, descent, nlocal);
   }
 
  private:

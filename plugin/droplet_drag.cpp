@@ -150,7 +150,7 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   Field &followed = still;
   for (int i = 0; i < nlocal; i++) followed[i] = {u[i].x - start[i].x, u[i].y - start[i].y, 0.0};
   const double extra = rate - start_rate;
-  multiply_ahead(followed, extra, out, power_all, all);
+  multiply_ahead(followed, extra, out, power_all, all, nullptr);
   multiply(followed, extra, out, power_drag, drag);
   double given = 0.0;
   const auto f = lmp->atom->f;
@@ -160,7 +160,7 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   FlowSums sums;
   double viscous;
   std::copy_n(u.begin(), nlocal + nghost, followed.begin());
-  apply(followed, rate, 0.0, false, out, power, viscous, &sums);
+  apply(followed, rate, 0.0, false, out, power, viscous, nullptr, &sums);
   add_background_sums(u, sums);
   sums.energy = given;
   MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(FlowSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
@@ -185,7 +185,7 @@ void DropletDrag::find_preconditioner(bool free_rate)
   double power, flow;
   std::fill(still.begin(), still.end(), Vec3());
   Field out(still.size());
-  multiply_ahead(still, 1.0, out, power, flow);
+  multiply_ahead(still, 1.0, out, power, flow, nullptr);
   flow += settings.fluid;
   inverse_flow = flow > 0.0 ? 1.0 / flow : 0.0;
 }

@@ -50,9 +50,9 @@ class DropletDrag : public DragSystem<DropletRow> {
   void read_outlines();
   void factorise();
   void find_preconditioner(bool free_rate) override;
-  void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow) override
+  void multiply_ahead(Field &p, double rate, Field &out, double &power, double &flow, double *also) override
   {
-    apply(p, rate, ahead, false, out, power, flow);
+    apply(p, rate, ahead, false, out, power, flow, also);
   }
   bool looks_ahead() const override { return ahead > 0.0; }
   double rounding() const override;

@@ -342,7 +342,8 @@ double FixOverdamped::longest_step() const
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
-  if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
+  const double flow = typical_rate() > 0.0 ? STRAIN / typical_rate() : HUGE_VAL;
+  if (std::isfinite(stable) && least < STUCK * std::min(stable, flow) && (longest == 0.0 || least < longest))
     error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
                "the flow, and steps of {:.2g} lead nowhere: {}, or lower the rate", WHO, FLOW_STUCK, state.time,
                state.strain, state.rate, fastest, least, more_background());

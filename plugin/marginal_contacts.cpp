@@ -321,10 +321,8 @@ double DiskDrag::answer_to(std::size_t e, double back, double rub, double accura
   Load unit = {0.0, moment, load.free_rate};
   answer.assign(nlocal + nghost, Vec3());
   std::copy_n(force.begin(), nlocal, residual.begin());
-  double z_flow;
-  const double driven = precondition(moment, z_flow);
   const int before = result.iterations;
-  conjugate_gradients(answer, unit, moment, accuracy * accuracy * driven, result);
+  conjugate_gradients(answer, unit, moment, {accuracy, 0.0, 0.0, 0.0}, result);
   if (!factored) answer_iterations = result.iterations - before;
   rate = unit.rate;
   exchange.send_to_ghosts(answer);
@@ -381,8 +379,8 @@ bool DiskDrag::relax_marginal_pairs(std::vector<double> parts, const Field &u, c
   find_weights(base, load.rate);
   find_preconditioner(load.free_rate);
   factorise_for_answers();
-  const double enough = std::max(EXACT * EXACT * rhs_norm(force, load), rounding());
-  conjugate_gradients(base, load, find_residual(force, base, load, false), enough, result);
+  const Residual rest = find_residual(force, base, load, false);
+  conjugate_gradients(base, load, rest.flow, {EXACT, 0.0, rounding(), rest.dissipation}, result);
   exchange.send_to_ghosts(base);
   MarginalContactSolver pairs = {m, BASE, std::vector<double>(n), std::vector<double>(n * n), std::vector<double>(n),
                                  std::vector<double>(m)};

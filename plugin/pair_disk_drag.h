@@ -6,6 +6,9 @@
 
 #include "disk_contact.h"
 #include "drag_law.h"
+#include "atom.h"
+#include "comm.h"
+#include "force.h"
 #include "pair.h"
 
 #include <string>
@@ -42,6 +45,9 @@ class PairDiskDrag : public Pair {
   double memory_usage() override;
 
   const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
+  // one rank alone counts a pair once, and then knows the owner of each ghost
+  bool owns_all() const { return comm->nprocs == 1 && force->newton_pair; }
+  int owner(int ghost) const { return ghost < atom->nlocal ? ghost : atom->map(atom->tag[ghost]); }
   const DragLaw &drag() const { return law; }
   double mean_diameter();
   Repulsion repulsion(double strength, double overlap) const { return {strength, overlap, exponent}; }

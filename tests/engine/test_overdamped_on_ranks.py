@@ -57,9 +57,8 @@ def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, n
     alone = flow(tmp_path, packing, 1, "on", steps, more=more)
     found = flow(tmp_path, packing, ranks, newton, steps, more=more)
     assert steps < 80 or found["strain"] > 0.1
-    within = 5e-6 if more else 1e-6  # factors leave more to rounding
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
-        assert found[name] == pytest.approx(alone[name], rel=within), name
+        assert found[name] == pytest.approx(alone[name], rel=1e-6), name
 
 
 @pytest.fixture(scope="module")
