@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_BLOCK_ASSEMBLY_H
-#define JAMLAB_BLOCK_ASSEMBLY_H
+#pragma once
 
 #include "atom.h"
 #include "block_cholesky.h"
@@ -61,5 +59,3 @@ template <int D> class BlockAssembly {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

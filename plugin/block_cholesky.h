@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_BLOCK_CHOLESKY_H
-#define JAMLAB_BLOCK_CHOLESKY_H
+#pragma once
 
 #include <array>
 #include <utility>
@@ -61,5 +59,3 @@ template <int D> class BlockCholesky {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_BOND_LINE_TENSION_H
-#define JAMLAB_BOND_LINE_TENSION_H
+#pragma once
 
 #include "bond.h"
 
@@ -34,5 +32,3 @@ class BondLineTension : public Bond {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_CITATION_H
-#define JAMLAB_CITATION_H
+#pragma once
 
 #include "citeme.h"
 #include "lammps.h"
@@ -48,5 +46,3 @@ inline void cite_contact_drag(LAMMPS *lmp)
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

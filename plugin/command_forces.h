@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_COMMAND_FORCES_H
-#define JAMLAB_COMMAND_FORCES_H
+#pragma once
 
 #include "command.h"
 
@@ -24,5 +22,3 @@ class CommandForces : public Command {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_COMPUTE_POLYGON_H
-#define JAMLAB_COMPUTE_POLYGON_H
+#pragma once
 
 #include "compute.h"
 #include "polygon_rings.h"
@@ -38,5 +36,3 @@ class ComputePolygon : public Compute {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_COMPUTE_POLYGON_CONTACT_H
-#define JAMLAB_COMPUTE_POLYGON_CONTACT_H
+#pragma once
 
 #include "compute.h"
 
@@ -36,5 +34,3 @@ class ComputePolygonContact : public Compute {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_COMPUTE_POLYGON_GROUP_H
-#define JAMLAB_COMPUTE_POLYGON_GROUP_H
+#pragma once
 
 #include "compute.h"
 
@@ -28,5 +26,3 @@ class ComputePolygonGroup : public Compute {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

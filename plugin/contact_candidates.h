@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_CONTACT_CANDIDATES_H
-#define JAMLAB_CONTACT_CANDIDATES_H
+#pragma once
 
 #include "contact_law.h"
 #include "edge_geometry.h"
@@ -101,5 +99,3 @@ class ContactCandidates : protected Pointers {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

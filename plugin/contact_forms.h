@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_CONTACT_FORMS_H
-#define JAMLAB_CONTACT_FORMS_H
+#pragma once
 
 #include "edge_geometry.h"
 #include "contact_candidates.h"
@@ -119,5 +117,3 @@ inline std::size_t find_contacts(ContactForm form, const ContactCandidates &cand
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_CONTACT_LAW_H
-#define JAMLAB_CONTACT_LAW_H
+#pragma once
 
 #include <cmath>
 #include <string>
@@ -82,5 +80,3 @@ class PairLaws {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

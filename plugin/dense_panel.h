@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DENSE_PANEL_H
-#define JAMLAB_DENSE_PANEL_H
+#pragma once
 
 namespace LAMMPS_NS {
 
@@ -24,5 +22,3 @@ void solve_down(int block, const double *panel, int width, int rows, int stride,
 void solve_up(int block, const double *panel, int width, int rows, int stride, double *own, const double *below);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DENSE_SOLVER_H
-#define JAMLAB_DENSE_SOLVER_H
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -55,5 +53,3 @@ inline double solve_dense(std::vector<double> &matrix, std::size_t m, std::size_
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

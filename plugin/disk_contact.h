@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DISK_CONTACT_H
-#define JAMLAB_DISK_CONTACT_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -46,5 +44,3 @@ struct DiskContact {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DISK_DRAG_H
-#define JAMLAB_DISK_DRAG_H
+#pragma once
 
 #include "disk_contact.h"
 #include "drag_system.h"
@@ -179,5 +177,3 @@ void DiskDrag::find_changes(const Field &u, double rate, double time, const Move
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DRAG_LAW_H
-#define JAMLAB_DRAG_LAW_H
+#pragma once
 
 #include <cmath>
 
@@ -33,5 +31,3 @@ inline constexpr double LEAST_ALPHA = 0.4;
 inline constexpr double LARGEST_BETA = 1e5;
 
 }    // namespace LAMMPS_NS
-
-#endif

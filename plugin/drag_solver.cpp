@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 #include "drag_solver.h"
 
@@ -7,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 using namespace LAMMPS_NS;
 
@@ -15,10 +13,7 @@ using namespace LAMMPS_NS;
 static constexpr double SLOWEST = 1e-5;
 static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
 static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
-static constexpr std::size_t FEWEST = 2, FEWEST_FACTORED = 1;    // iterations whose gain tells what is left
-static constexpr int PATIENCE = 10;            // rounds from which on errors are compared with the power of affine flow,
-                                              // of which rigid motions of contacts may leave little
-static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients keep to
+static constexpr int FEWEST = 2, FEWEST_FACTORED = 1;    // iterations whose gain tells what is left
 static constexpr double FORCING = 1e-8;       // part of the energy of the error that a step of Newton's may leave
 static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
@@ -88,7 +83,8 @@ DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, con
     field_add(residual, 1.0, product, nlocal);
   }
   const double fluid = settings.fluid * load.rate;
-  return {load.free_rate ? load.moment - flow - fluid - ahead + without : 0.0, power + fluid * load.rate};
+  const double dissipation = std::max(power, affine_drag * load.rate * load.rate) + fluid * load.rate;
+  return {load.free_rate ? load.moment - flow - fluid - ahead + without : 0.0, dissipation};
 }
 
 /* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput. Appl. Math. 25,
@@ -97,9 +93,8 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
                                                      Result &result)
 {
   Energies found = {0.0, 0.0, goal.dissipation, false};
-  std::vector<double> gains;
-  const std::size_t fewest = factored ? FEWEST_FACTORED : FEWEST;
-  double rho_first = 0.0, rho_before = 0.0, step = 0.0, p_flow = 0.0, product_flow = 0.0;
+  const int first = result.iterations, fewest = factored ? FEWEST_FACTORED : FEWEST;
+  double rho_first = 0.0, rho_before = 0.0, gain = 0.0, step = 0.0, p_flow = 0.0, product_flow = 0.0;
   for (Field *each : {&direction, &product_of_direction}) std::fill_n(each->begin(), nlocal, Vec3());
   needs_flow = load.free_rate;
   while (!found.reached && result.iterations < settings.iterations) {
@@ -112,20 +107,22 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
       found.reached = !std::isnan(rho);
       break;
     }
-    if (gains.empty()) rho_first = rho;
-    found.left = gains.size() < fewest ? HUGE_VAL : std::max(rho * found.gained / rho_first, rho * gains.back() / rho_before);
-    const double accurate = goal.accuracy * goal.accuracy * found.whole;
-    found.reached = found.left <= std::max({accurate, goal.part * found.gained, goal.least});
-    if (found.reached) break;
+    if (result.iterations == first) rho_first = rho;
+    if (result.iterations >= first + fewest) {
+      found.left = rho * std::max(found.gained / rho_first, gain / rho_before);
+      const double accurate = goal.accuracy * goal.accuracy * found.whole;
+      found.reached = found.left <= std::max({accurate, goal.part * found.gained, goal.least});
+      if (found.reached) break;
+    }
     flow += settings.fluid * z_flow;
     power += settings.fluid * z_flow * z_flow;
     result.positive = power > 0.0;
     if (!result.positive) break;
-    double keep = gains.empty() ? 0.0 : rho / rho_before;
+    double keep = result.iterations > first ? rho / rho_before : 0.0;
     if (keep * rho < step * power)
-      power -= gains.empty() ? 0.0 : keep * rho / step;
+      power -= keep * rho / step;
     else
-      keep = 0.0;    // rounding leaves no conjugate direction: on from the steepest one
+      keep = 0.0;    // the first direction; and where rounding leaves no conjugate one, the steepest again
     result.iterations++;
     rho_before = rho;
     step = rho / power;
@@ -136,9 +133,9 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
       load.rate += step * p_flow;
       r_flow -= step * product_flow;
     }
-    gains.push_back(step * rho);
-    found.gained += gains.back();
-    found.whole += gains.back();
+    gain = step * rho;
+    found.gained += gain;
+    found.whole += gain;
   }
   needs_flow = true;
   return found;
@@ -147,8 +144,9 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
 /* direction and its product from those of the last iteration, and a step along it */
 void DragSolver::take_step(double keep, double step, Field &u)
 {
-  take_numbers(3 * nlocal, keep, step, &descent[0].x, &product[0].x, &direction[0].x, &product_of_direction[0].x, &u[0].x,
-               &residual[0].x);
+  if (nlocal == 0) return;
+  take_numbers(3 * nlocal, keep, step, &descent[0].x, &product[0].x, &direction[0].x, &product_of_direction[0].x,
+               &u[0].x, &residual[0].x);
 }
 
 /* squared norm of the residual by the preconditioner: of two residuals it tells the smaller one */
@@ -217,16 +215,14 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
     if (newton) keep(before, force, u, load);
     const int earlier = result.iterations;
     const double least = rounding();
-    const Goal goal = {INNER * settings.tolerance, newton ? FORCING : 0.0, least, rest.dissipation};
+    const Goal goal = {settings.tolerance, newton ? FORCING : 0.0, least, rest.dissipation};
     const Energies found = conjugate_gradients(u, load, rest.flow, goal, result);
     if (!result.positive) break;
     if (newton) last_iterations = result.iterations - earlier;
     // of a power law, what this round took away is what the last one left
     const double left = law.alpha == 1.0 ? found.left : found.gained;
-    const double affine = round < PATIENCE ? 0.0 : affine_drag * load.rate * load.rate;
-    const double whole = std::max(found.whole, affine);
-    result.residual = left > 0.0 ? sqrt(left / whole) : left;
-    result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * whole, least);
+    result.residual = left > 0.0 ? sqrt(left / found.whole) : left;
+    result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * found.whole, least);
     const bool holds = enforce_constraints(force, u, load, result);
     if (!holds && (result.converged || law.alpha == 1.0)) break;
     if (newton) line_search(rho, force, u, load);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DRAG_SOLVER_H
-#define JAMLAB_DRAG_SOLVER_H
+#pragma once
 
 #include "drag_law.h"
 #include "slip_row.h"
@@ -40,9 +38,9 @@ struct FlowSums {
    where R - F u is least, which is convex: steps of disks are Newton's, as short as it takes to lessen the residual;
    of droplets, drag coefficients are found again between rounds of conjugate gradients.
 
-   An error e of the velocities is judged by its energy e B e over the dissipated power, whatever the
-   preconditioner: each iteration takes a known part of that energy away, and what the last quarter of all took
-   estimates what they leave (Strakos & Tichy, ETNA 13, 56 (2002)).
+   An error e of the velocities is judged by its energy e B e over the dissipated power, or that of affine flow if that
+   is larger: neither depends on the preconditioner. Each iteration takes a known part of this energy away. What is
+   left is to what was taken as the squared norm of the residual by the preconditioner is to that of the first one.
 
    Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
@@ -106,7 +104,7 @@ class DragSolver {
   double speed_floor(double squares, double count) const;
   virtual double precondition();    // descent = M^-1 residual; returns residual descent, of this rank
   struct Residual {
-    double flow, dissipation;    // of the rate, where it is free; power at these velocities
+    double flow, dissipation;    // of the rate, where it is free; power of these velocities, or of affine flow
   };
   Residual find_residual(const Field &force, Field &u, const Load &, bool moved);
   struct Goal {    // energy of the error: accuracy^2 of the whole, part of what is gained, or least
@@ -150,5 +148,3 @@ class DragSolver {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DRAG_SYSTEM_H
-#define JAMLAB_DRAG_SYSTEM_H
+#pragma once
 
 #include "block_assembly.h"
 #include "drag_solver.h"
@@ -244,5 +242,3 @@ template <class Row> class DragSystem : public DragSolver {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DROPLET_DRAG_H
-#define JAMLAB_DROPLET_DRAG_H
+#pragma once
 
 #include "drag_system.h"
 #include "droplet_stiffness.h"
@@ -68,5 +66,3 @@ class DropletDrag : public DragSystem<DropletRow> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

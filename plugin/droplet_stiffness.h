@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_DROPLET_STIFFNESS_H
-#define JAMLAB_DROPLET_STIFFNESS_H
+#pragma once
 
 #include "block_assembly.h"
 #include "slip_row.h"
@@ -63,5 +61,3 @@ class DropletStiffness {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_EDGE_GEOMETRY_H
-#define JAMLAB_EDGE_GEOMETRY_H
+#pragma once
 
 #include <algorithm>
 #ifdef __SSE2__
@@ -121,5 +119,3 @@ inline bool edges_cross(const double *a, const double *b, const double *c, const
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

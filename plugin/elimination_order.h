@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_ELIMINATION_ORDER_H
-#define JAMLAB_ELIMINATION_ORDER_H
+#pragma once
 
 #include <vector>
 
@@ -39,5 +37,3 @@ class EliminationOrder {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

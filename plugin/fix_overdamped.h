@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_FIX_OVERDAMPED_H
-#define JAMLAB_FIX_OVERDAMPED_H
+#pragma once
 
 #include "disk_drag.h"
 #include "fix.h"
@@ -173,5 +171,3 @@ class FixOverdamped : public Fix, private GhostExchange {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 /* Steps of disks: Runge and Kutta's of third order, Bogacki & Shampine, Appl. Math. Lett. 2, 321 (1989), with their
    stages at 0, 1/2 and 3/4 of the step, in coordinates that lean with the box. Contacts are held over a

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 /* Steps of droplets: backward differences of second order with steps of any length. With q the positions
    and u their velocities beside the affine flow, r the ratio of this step dt to the last one,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_FIX_POLYGON_AREA_H
-#define JAMLAB_FIX_POLYGON_AREA_H
+#pragma once
 
 #include "fix.h"
 #include "polygon_parameter.h"
@@ -59,5 +57,3 @@ class FixPolygonArea : public Fix {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_FIX_POLYGON_OUTLINE_H
-#define JAMLAB_FIX_POLYGON_OUTLINE_H
+#pragma once
 
 #include "fix.h"
 #include "image_offset.h"
@@ -70,5 +68,3 @@ class FixPolygonOutline : public Fix {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

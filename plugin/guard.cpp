@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 /* Entry point of the plugin. The styles are a library of their own, which is opened only by a LAMMPS
    that they fit: with another one some of its symbols would be missing, and LAMMPS would say no more. */

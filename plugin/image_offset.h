@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_IMAGE_OFFSET_H
-#define JAMLAB_IMAGE_OFFSET_H
+#pragma once
 
 #include "lmptype.h"
 
@@ -29,5 +27,3 @@ struct ImageOffset {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 /* Registers the styles with LAMMPS, once guard.cpp has found that they fit it. */
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_MARGINAL_CONTACT_SOLVER_H
-#define JAMLAB_MARGINAL_CONTACT_SOLVER_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -32,5 +30,3 @@ struct MarginalContactSolver {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

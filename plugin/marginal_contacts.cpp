@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
 /* Pairs of disks with a gap of zero: whether they part, meet or rub. See disk_drag.h. */
 

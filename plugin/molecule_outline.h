@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_MOLECULE_OUTLINE_H
-#define JAMLAB_MOLECULE_OUTLINE_H
+#pragma once
 
 #include "lmptype.h"
 
@@ -48,5 +46,3 @@ std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms, co
 int edge_crossings(const std::vector<double> &r);
 
 }    // namespace LAMMPS_NS
-
-#endif

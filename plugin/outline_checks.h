@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_OUTLINE_CHECKS_H
-#define JAMLAB_OUTLINE_CHECKS_H
+#pragma once
 
 #include "contact_law.h"
 
@@ -19,5 +17,3 @@ void check_outlines(class LAMMPS *, const class FixPolygonOutline &, const class
 void check_special_bonds(class LAMMPS *, const ContactLaws &);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_PAIR_CIRCULOLINE_H
-#define JAMLAB_PAIR_CIRCULOLINE_H
+#pragma once
 
 #include "atom.h"
 #include "contact_forms.h"
@@ -100,5 +98,3 @@ class PairCirculoline : public Pair {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_PAIR_DISK_DRAG_H
-#define JAMLAB_PAIR_DISK_DRAG_H
+#pragma once
 
 #include "disk_contact.h"
 #include "drag_law.h"
@@ -77,5 +75,3 @@ class PairDiskDrag : public Pair {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_POLYGON_PARAMETER_H
-#define JAMLAB_POLYGON_PARAMETER_H
+#pragma once
 
 #include "pointers.h"
 #include "polygon_rings.h"
@@ -37,5 +35,3 @@ class PolygonParameter : protected Pointers {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_POLYGON_RINGS_H
-#define JAMLAB_POLYGON_RINGS_H
+#pragma once
 
 #include "image_offset.h"
 #include "lmptype.h"
@@ -105,5 +103,3 @@ class PolygonRings : protected Pointers {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_RANK_EXCHANGE_H
-#define JAMLAB_RANK_EXCHANGE_H
+#pragma once
 
 #include <mpi.h>
 
@@ -42,5 +40,3 @@ std::vector<std::vector<Record>> exchange_records(const std::vector<std::vector<
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

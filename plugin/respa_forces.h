@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_RESPA_FORCES_H
-#define JAMLAB_RESPA_FORCES_H
+#pragma once
 
 #include "lammps.h"
 #include "update.h"
@@ -36,5 +34,3 @@ inline void put_respa_forces(LAMMPS *lmp, int level)
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

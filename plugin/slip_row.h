@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_SLIP_ROW_H
-#define JAMLAB_SLIP_ROW_H
+#pragma once
 
 #include <array>
 #include <vector>
@@ -95,5 +93,3 @@ template <class Row> inline void add_forces(const Row &row, double push, double 
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

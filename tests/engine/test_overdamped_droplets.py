@@ -106,7 +106,7 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
     fix = "rate 0.1 solver 1e-10 " + CONTACT
     with DropletFlow(tmp_path, packing, fix, "") as flow:
         whole = flow.run(60)
-    assert whole["iterations"] < 8 * 60  # factors of the matrix are its preconditioner
+    assert whole["iterations"] < 9 * 60  # factors of the matrix are its preconditioner
     with DropletFlow(tmp_path, packing, fix, "") as flow:
         flow.run(43)
         flow.lmp.command(f"write_restart {tmp_path}/half.restart")

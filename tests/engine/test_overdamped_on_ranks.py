@@ -18,12 +18,13 @@ FIX = {
 PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
 
 
-def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more="", drive="rate 1"):
+def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more="", drive="rate 1", tiles=()):
     """Numbers of the fix at the end of a run, by name."""
     jamlab.write_data(folder / "flow.data", packing)
     start = commands if packing.model == "sp" else droplet_commands
     lines = [
         *start(packing, "flow.data", newton=newton, grid=grid),
+        *tiles,
         f"fix flow all overdamped {drive} {FIX[packing.model]} {more}",
     ]
     (folder / "in.flow").write_text("\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n")
@@ -57,6 +58,15 @@ def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, n
     alone = flow(tmp_path, packing, 1, "on", steps, more=more)
     found = flow(tmp_path, packing, ranks, newton, steps, more=more)
     assert steps < 80 or found["strain"] > 0.1
+    for name in set(COLUMNS) - {"iterations", "last_iterations"}:
+        assert found[name] == pytest.approx(alone[name], rel=1e-6), name
+
+
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_tiles_change_nothing(tmp_path, packing, ranks):
+    """Of recursive bisection, as many along x as there are ranks; the box flips in the first step."""
+    tiles = ["comm_style tiled", "run 0", "balance 1.0 rcb"]
+    alone, found = flow(tmp_path, packing, 1, "on", 3), flow(tmp_path, packing, ranks, "on", 3, "* * 1", tiles=tiles)
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert found[name] == pytest.approx(alone[name], rel=1e-6), name
 

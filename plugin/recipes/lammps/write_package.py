@@ -82,7 +82,9 @@ def source(name: str, helpers: dict[str, str]) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
     text = (SOURCE / name).read_text().partition("\n\n")[2]
     text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup").replace("JAMLAB_", "LMP_")
-    text = text.replace(f"LMP_{Path(name).stem.upper()}_H", f"LMP_{renamed(Path(name).stem).upper()}_H")
+    if name.endswith(".h"):
+        guard = f"LMP_{renamed(Path(name).stem).upper()}_H"
+        text = text.replace("#pragma once\n", f"#ifndef {guard}\n#define {guard}\n", 1) + "\n#endif\n"
     text = re.sub(r"// The wheel.*?#if __has_include.*?#endif\n", '#include "respa.h"\n', text, flags=re.DOTALL)
     text = re.sub(r'#include "(\w+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
     for old, new in helpers.items():
