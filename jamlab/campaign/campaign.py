@@ -62,13 +62,20 @@ class CampaignRun:
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign file and the folder of its tasks; made by `open_campaign`.
+    r"""A campaign file and the folder of its tasks; made by `open_campaign`.
 
     Attributes:
         file: the campaign file.
         text: of that file when it was opened.
         content: the same, key by key.
         folder: holds the files of the tasks.
+
+    Example:
+        >>> from pathlib import Path
+        >>> sweep = '[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 4\npressures = [1e-2, 1e-3]\n'
+        >>> _ = Path("small.toml").write_text(f'name = "small"\n{sweep}')
+        >>> [(line.sweep, line.n, line.tasks) for line in jamlab.open_campaign("small.toml").plan()]
+        [('disks', 16, 4)]
     """
 
     file: Path
