@@ -193,7 +193,7 @@ def _energy(packing: Packing) -> dict[str, float]:
 
 @_observes("shortest_edge", "longest_edge", "contact_length")
 def _edges(packing: Packing) -> dict[str, float]:
-    if packing.offsets is None:
+    if not packing.kind.deforms:
         return dict.fromkeys(("shortest_edge", "longest_edge", "contact_length"), float("nan"))
     edges, length = edge_lengths(packing), contact_lengths(packing).length
     mean = float(length.mean()) if len(length) else float("nan")

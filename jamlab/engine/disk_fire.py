@@ -16,7 +16,6 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
-from jamlab.models.disks import diameters
 from jamlab.packing.packing import Packing
 
 
@@ -111,7 +110,7 @@ def fire_disks(
     box = packing.box[[0, 1, 1], [0, 0, 1]]
     strains = np.zeros((0, 2, 2)) if border is None else border.strains
     taken = _fire_disks(
-        *(packing.n, positions, diameters(packing), box, *law),
+        *(packing.n, positions, packing.disk_diameters, box, *law),
         *(force, steps, threads, SKIN),
         *(np.array(astuple(fire or fire_settings())), DELAY, MOST_UPHILL, len(strains)),
         *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),

@@ -24,9 +24,7 @@ SHAPE_DEFINITION = 1  # version, see jamlab.campaign.versions
 
 def disk_radii(packing: Packing) -> Array:
     """(n,) radii of the disks of an SP packing."""
-    if packing.diameters is None:
-        raise InputError(f"only disks (model sp) have radii; this packing has model {packing.model}")
-    return 0.5 * packing.diameters
+    return 0.5 * packing.disk_diameters
 
 
 @checked

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
@@ -48,13 +47,11 @@ class EdgeRings:
 
 def edge_rings(packing: Packing) -> EdgeRings:
     """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
-    if packing.offsets is None:
-        raise InputError("only deformable polygons (model dp) have outlines and rims; this packing has model sp")
     size = len(packing.positions)
     (particle, before, after), (length, turn) = np.empty((3, size), dtype=np.int64), np.empty((2, size))
     tail, along, normal = np.empty((3, size, 2))
     rings: tuple[Any, ...] = (particle, tail, length, along, normal, before, after, turn)
-    m = _edge_rings(packing.n, packing.offsets, packing.positions, SHORTEST, *rings)
+    m = _edge_rings(packing.n, packing.polygon_offsets, packing.positions, SHORTEST, *rings)
     return EdgeRings(*[*(values[:m] for values in rings), 0.5 * packing.params["delta"]])
 
 

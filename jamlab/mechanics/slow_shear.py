@@ -13,7 +13,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
@@ -105,11 +105,9 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
         >>> len(s.normal) == jamlab.contacts(p).count, bool(s.median_tangential > s.median_normal)
         (True, True)
     """
-    if packing.diameters is None:
-        raise InputError("slow_shear splits the motion of disks in contact: use a packing of model sp, not dp")
     network = force_network(packing)
+    touching = touching_disks(network.packing)  # refuses droplets
     u = elastic_tensor(packing, prestress=prestress).displacements[network.held, :, 0, 1]
-    touching = packing.kind.pairs(network.packing)
     i, j, r = touching.i, touching.j, touching.r
     relative = u[j] - u[i]
     normal = r / np.hypot(*r.T)[:, None]

@@ -69,21 +69,21 @@ class Disks:
         return PowerLaw.of(packing.params)
 
     def sizes(self, packing: Packing) -> Array:
-        return diameters(packing)
+        return packing.disk_diameters
 
     def type_sizes(self, packing: Packing) -> Array:
-        return diameters(packing)
+        return packing.disk_diameters
 
     def rest_areas(self, packing: Packing) -> Array:
-        return np.asarray(0.25 * np.pi * diameters(packing) ** 2)
+        return np.asarray(0.25 * np.pi * packing.disk_diameters ** 2)
 
     def free_area(self, packing: Packing) -> float:
-        return float(np.pi / 4 * np.sum(diameters(packing) ** 2))
+        return float(np.pi / 4 * np.sum(packing.disk_diameters ** 2))
 
     def grown(self, packing: Packing, growth: float) -> Packing | None:
-        if -growth >= diameters(packing).min():
+        if -growth >= packing.disk_diameters.min():
             return None
-        return packing.with_state(diameters=diameters(packing) + growth)
+        return packing.with_state(diameters=packing.disk_diameters + growth)
 
     def rotations(self, packing: Packing) -> int:
         return packing.n
@@ -156,12 +156,12 @@ class Disks:
         return disk_cells(packing).area
 
     def power_points(self, packing: Packing, spacing: float) -> tuple[Indices, Array, Array]:
-        return np.arange(packing.n), packing.positions, 0.5 * diameters(packing)
+        return np.arange(packing.n), packing.positions, 0.5 * packing.disk_diameters
 
     def rings(self, packing: Packing) -> tuple[list[Array], list[Array]]:
         from jamlab.plotting.periodic_cell import circles  # with matplotlib, which packings alone do not load
 
-        drawn = circles(packing.positions, diameters(packing))
+        drawn = circles(packing.positions, packing.disk_diameters)
         return drawn, drawn
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
@@ -176,29 +176,23 @@ class Disks:
         return packing.law.lammps_variables()
 
     def dump_columns(self, packing: Packing) -> dict[str, Array]:
-        return {"radius": 0.5 * diameters(packing)}
+        return {"radius": 0.5 * packing.disk_diameters}
 
     def longest_edge(self, packing: Packing) -> float:
         return 0.0
-
-
-def diameters(packing: Packing) -> Array:
-    """(n,) diameters of disks."""
-    assert packing.diameters is not None
-    return packing.diameters
 
 
 def _touching(packing: Packing) -> tuple[Indices, Array, Array, Array]:
     """Pairs (m, 2) of disks that touch, vectors between them, their lengths, and the distances s of contact."""
     near = touching_disks(packing)
     pairs = np.column_stack([near.i, near.j])
-    return pairs, near.r, np.hypot(*near.r.T), np.asarray(0.5 * diameters(packing)[pairs].sum(axis=1))
+    return pairs, near.r, np.hypot(*near.r.T), np.asarray(0.5 * packing.disk_diameters[pairs].sum(axis=1))
 
 
 def levers(packing: Packing, arms: str) -> Array:
     """(m, 2) lever arms of two disks that touch."""
     pairs, _, distance, _ = _touching(packing)
-    radii = 0.5 * diameters(packing)[pairs]
+    radii = 0.5 * packing.disk_diameters[pairs]
     if arms == "contact":  # in the middle of the overlap
         radii = radii - 0.5 * (radii.sum(axis=1) - distance)[:, None]
     return np.asarray(radii)

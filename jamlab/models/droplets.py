@@ -262,8 +262,7 @@ def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
 
 def vertex_counts(packing: Packing) -> Indices:
     """(n,) vertices of each droplet."""
-    assert packing.offsets is not None
-    return np.diff(packing.offsets)
+    return np.diff(packing.polygon_offsets)
 
 
 # a free droplet -------------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ Line tension and area elasticity of droplets are no contacts: their energies sta
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -88,6 +88,10 @@ class PowerLaw(PairLaw):
     def force_at(self, energy: float) -> float:
         """Typical contact force at a contact energy per disk, lengths in the unit of length."""
         return float(self.strength * (self.exponent * energy / self.strength) ** (1 - 1 / self.exponent))
+
+    def beside_springs(self, energy: float) -> float:
+        """Typical contact force over that of springs of the strength, at a contact energy per disk."""
+        return self.force_at(energy) / replace(self, exponent=2.0).force_at(energy)
 
     def root_energy(self, energy: float) -> float:
         """Contact energy, to the power that makes it grow as phi - phi_J above onset."""

@@ -117,6 +117,10 @@ class PairLaw(ABC):
         """Typical stiffness of contacts over the strength at a pressure, lengths in the unit of length."""
         return 1.0
 
+    def beside_springs(self, energy: float) -> float:
+        """Typical contact force over that of springs of the strength, at a contact energy per disk."""
+        return 1.0
+
     def lammps_variables(self) -> dict[str, object]:
         """Variables by which a deck knows the law."""
         return {}

@@ -304,7 +304,7 @@ class Packing:
     @per_packing
     def successor(self) -> NDArray[np.int64]:
         """DP (n_vertices,): index of the next vertex counter-clockwise on the same polygon."""
-        offsets = self._polygon_offsets
+        offsets = self.polygon_offsets
         following = np.arange(1, offsets[-1] + 1)
         following[offsets[1:] - 1] = offsets[:-1]
         return following
@@ -319,13 +319,13 @@ class Packing:
     @per_packing
     def polygon_areas(self) -> Array:
         """DP (n,): area of each polygon without its rim, positive if counter-clockwise."""
-        return polygon_areas(self.positions, self._polygon_offsets)
+        return polygon_areas(self.positions, self.polygon_offsets)
 
     @property
     @per_packing
     def perimeters(self) -> Array:
         """DP (n,): perimeter of each polygon without its rim."""
-        return np.add.reduceat(np.hypot(*self.edges.T), self._polygon_offsets[:-1])
+        return np.add.reduceat(np.hypot(*self.edges.T), self.polygon_offsets[:-1])
 
     @property
     @per_packing
@@ -356,7 +356,7 @@ class Packing:
 
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
-        return outlines(self.positions, self._polygon_offsets)
+        return outlines(self.positions, self.polygon_offsets)
 
     @checked
     def with_state(self, *, provenance: Mapping[str, Any] | None = None, **changes: Any) -> Packing:
@@ -443,9 +443,17 @@ class Packing:
         add_size_bar(axes, self)
 
     @property
-    def _polygon_offsets(self) -> NDArray[np.int64]:
+    def disk_diameters(self) -> Array:
+        """SP (n,): diameters, for what is of disks alone."""
+        if self.diameters is None:
+            raise InputError("a packing of droplets (model dp) has no diameters: use one of disks")
+        return self.diameters
+
+    @property
+    def polygon_offsets(self) -> NDArray[np.int64]:
+        """DP (n + 1,): offsets, for what is of polygons alone."""
         if self.offsets is None:
-            raise InputError("a packing of disks (model sp) has no polygons")
+            raise InputError("a packing of disks (model sp) has no polygons: use one of droplets")
         return self.offsets
 
 

@@ -70,8 +70,6 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
         >>> abs(jamlab.packing_fraction(droplets) - jamlab.packing_fraction(disks)) < 1e-5
         True
     """
-    if packing.model != "sp":
-        raise InputError(f"to_polygons takes disks (model sp), got model {packing.model}")
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     began = time.perf_counter()
@@ -106,12 +104,12 @@ def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[
 
 def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     """Inscribe polygons in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
-    assert packing.diameters is not None
-    nv, params = droplet_params(packing.n, 0.5, packing.diameters, **parameters)
-    area = np.pi / 4 * packing.diameters**2
+    diameters = packing.disk_diameters
+    nv, params = droplet_params(packing.n, 0.5, diameters, **parameters)
+    area = np.pi / 4 * diameters**2
     scale = _scale(nv, area, params)
     params["a0"] = _rest_area(nv, scale**2 * area, params)
-    positions, box, radius = scale * packing.positions, scale * packing.box, 0.5 * scale * packing.diameters
+    positions, box, radius = scale * packing.positions, scale * packing.box, 0.5 * scale * diameters
     half = 0.5 * float(params["delta"])
     near = touching_disks(packing.with_state(positions=positions, box=box, diameters=2 * radius))
     i, j, r = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i]), np.concatenate([near.r, -near.r])

@@ -9,7 +9,6 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 
 import time
 from collections.abc import Mapping
-from dataclasses import replace
 from inspect import signature
 from typing import Any
 
@@ -18,7 +17,6 @@ from jamlab.engine.deck_defaults import defaults, numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
-from jamlab.models.pair_laws import PowerLaw
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
@@ -27,7 +25,7 @@ from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.compression import MOST_STATES
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
-from jamlab.protocols.random_start import disk_params, place_loose
+from jamlab.protocols.random_start import place_loose
 from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
 from jamlab.protocols.size_distributions import Sizes, sizes_record
@@ -153,9 +151,10 @@ def _onset_above(
     """The onset that a loose packing is compressed to."""
     protocol = numbers("onset")
     loose = _without_last_digits(placed)
-    force = _force_at_onset(loose, protocol) if tolerance is None else tolerance
-    if loose.model == "dp":
-        check_stiffness(loose.params, force)
+    # of disks as small beside their contact forces as that of springs
+    usual = force_tolerance(loose.model) * loose.law.beside_springs(protocol["u_contact"])
+    force = usual if tolerance is None else tolerance
+    check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, work, settings)
         rigid = not by_paper and may_be_rigid(loose, settings)
@@ -190,17 +189,6 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
             f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large; or sizes, such "
             f"as 'bidisperse:{ratio:g},0.5'"
         )
-    if model == "sp":
-        disk_params("eps", **parameters)
-
-
-def _force_at_onset(packing: Packing, protocol: Mapping[str, float]) -> float:
-    """Largest force at onset by default: of disks as small beside their contact forces as that of springs."""
-    force = force_tolerance(packing.model)
-    law, energy = packing.law, protocol["u_contact"]
-    if not isinstance(law, PowerLaw):
-        return force
-    return force * law.force_at(energy) / replace(law, exponent=2.0).force_at(energy)
 
 
 def _without_last_digits(packing: Packing) -> Packing:
@@ -212,7 +200,7 @@ def _without_last_digits(packing: Packing) -> Packing:
 def check_stiffness(law: dict[str, Any], tolerance: float | None) -> None:
     """Refuse droplets so stiff beside their contacts that rounding of their own forces exceeds those of contacts."""
     force = force_tolerance("dp") if tolerance is None else tolerance
-    if (left := _ROUNDING * law["ka"] / law["eps"]) > force:
+    if (left := _ROUNDING * law.get("ka", 0.0) / law["eps"]) > force:
         raise InputError(
             f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the tolerance on forces, "
             f"{force:g}: give ka up to {force / _ROUNDING:.1g} eps"

@@ -47,7 +47,8 @@ def packing_of_picture(
         raise InputError(f"{len(areas)} droplets are whole: a periodic patch needs {FEWEST}")
     if not 0 < rho <= 1:
         raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
-    if parameters and model == "sp":
+    handed_over = MODELS[model].deforms
+    if parameters and not handed_over:
         raise InputError(f"disks of a picture have no parameter {min(parameters)!r}")
     began = time.perf_counter()
     diameters = 2 * np.sqrt(areas / np.pi)
@@ -57,11 +58,11 @@ def packing_of_picture(
     low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
     box = np.diag(size / unit)
     start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
-    first = rho if model == "sp" else min(rho, HAND_OVER)
+    first = min(rho, HAND_OVER) if handed_over else rho
     disks = relax_at_rho(at_phi(start, first), first, RHO_TOLERANCE, relax)
     entries = {"protocol": "from a picture", "wall_time": time.perf_counter() - began}
     done = disks.with_state(provenance=entries | versions())
-    if model == "sp":
+    if not handed_over:
         return done
     droplets = to_polygons(done, seed=seed, **parameters)
     if rho > HAND_OVER:

@@ -265,7 +265,7 @@ class RigidSearch(Approach[RigidDroplets]):
 def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:
     """Whether the search over rigid bodies finds onsets of such particles: droplets whose outlines touch, of a tension
     that does not weaken along short edges, and not far softer than their rims."""
-    if packing.model == "sp" or packing.params["contact"] != "outline" or packing.params["eta"]:
+    if packing.params.get("contact") != "outline" or packing.params["eta"]:
         return False
     return stiffness_of_droplets(packing, settings) >= settings.rigid.softest
 

@@ -180,9 +180,8 @@ def decompress(
         >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
         (True, 'decompress', 0.01)
     """
-    if packing.model != "sp":
-        raise InputError("decompress is for disks: take droplets down by `compress`, to a lower rho or phi")
-    check_ranks(ranks)
+    check_ranks(ranks, packing.kind.deforms)
+    power_law(packing)  # refuses droplets, which `compress` takes down to a lower rho or phi
     began, force = time.perf_counter(), _check_force(pressure, tolerance, natural_scales(packing).stress)
     found, reached, start = _decompressed(packing, pressure, force, ranks, settings, progress)
     entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}

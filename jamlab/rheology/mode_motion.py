@@ -97,9 +97,7 @@ def mode_motion(packing: Packing, damping: Damping | None = None) -> ModeMotion:
         >>> slow < 0.2 < 0.6 < fast  # what relaxes fast are shapes
         True
     """
-    if packing.model != "dp":
-        raise InputError("mode_motion is for droplets: disks only translate and rotate")
-    damping = damping or ContactDamping()
+    damping, _ = damping or ContactDamping(), packing.polygon_offsets  # disks only translate and rotate
     network = force_network(packing)
     network.check_at_rest()
     motion = equation_of_motion(network, damping)
@@ -127,9 +125,8 @@ def _displacements(packing: Packing, motion: EquationOfMotion, vectors: Array) -
 
 def _mean_over_vertices(packing: Packing, values: Array) -> Array:
     """(n, ...) mean of (sites, ...) over the vertices of each droplet."""
-    assert packing.offsets is not None
-    count = np.diff(packing.offsets).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray(np.add.reduceat(values, packing.offsets[:-1], axis=0) / count)
+    count = np.diff(packing.polygon_offsets).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(np.add.reduceat(values, packing.polygon_offsets[:-1], axis=0) / count)
 
 
 def motion_shares(packing: Packing, u: Array) -> tuple[Array, Array, Array, Array]:

@@ -106,7 +106,6 @@ RING = [[0, 0], [1, 0], [2, 0]]  # without area
         lambda p: jamlab.from_outlines([RING], [9.0, 9.0]),
         lambda p: jamlab.from_outlines([np.eye(3, 2)], [9.0, 9.0], weight=1.0),
         lambda p: jamlab.pack(n=64, pressure=1e-3, sizes="gaussian:0.5"),  # one disk would have no diameter
-        lambda p: jamlab.estimate("z", rho=0.9, error=0.1, sizes="lognormal:0.3"),
         *(
             lambda p, text=t: SizeDistribution.of(text)
             for t in ("monodisperse:1", "monodisperse,foo", "uniform:1e-17", "gaussian:0")
