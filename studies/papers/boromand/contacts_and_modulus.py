@@ -37,7 +37,7 @@ from studies.papers.statements import caption, paper, statistic
 
 SHOWN = {"sp": (32, 256), "dp": (32, 128)}  # N of fig 5; few packings of larger droplets are compressed
 G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
-SMALL: dict[str, Any] = {"fontsize": 7}  # letters of a legend of many lines
+SMALL: dict[str, Any] = {"loc": "upper right", "ncols": 2, "fontsize": 7}  # letters of a legend of many lines
 AVERAGED = "points: mean over all packings, box of fixed shape"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 NEAREST = (1e-4, 1e-3)  # distance from onset between the steps of [B] sec 2.3 and the end of regime 1, sec 3
@@ -399,7 +399,7 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     g_0 = paper("BT-G0-sp-phi")
     out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
     axes.set_ylim(0, 1.4)
-    label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", loc="upper right", ncols=2, **SMALL)
+    label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", **SMALL)
 
 
 def _draw_both_counts(out: Drawing, axes: Any, tables: EnsembleTables) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +56,11 @@ def curve(
     if not np.isfinite(found.y).any():
         raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
     return (found if within is None else found.between(*within)).sample(middle)
+
+
+def of_curve(model: str, n: int, x: str, y: str, places: ArrayLike, **more: Any) -> dict[str, Any]:
+    """Write the keywords of a statistic of the mean curve of y over x."""
+    return {"sample": curve, "model": model, "n": n, "x": x, "y": y, "places": places, **more}
 
 
 def curves(

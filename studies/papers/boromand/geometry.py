@@ -1,8 +1,10 @@
 """Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4 and 11."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
@@ -19,11 +21,11 @@ from studies.papers.boromand.conventions import (
     NEAR,
     TWO_OVERLAPS,
     at,
-    curve,
     decades,
     eq_11,
     first_above,
     halves,
+    of_curve,
     power,
 )
 from studies.papers.statements import caption, measure, paper, statements, statistic
@@ -31,28 +33,16 @@ from studies.papers.statements import caption, measure, paper, statements, stati
 N = 32  # of figs 4 and 11
 DENSEST = 1.24 - 1e-6  # phi at which rho -> 1, [B] below eq 12
 _SMALL = DISTANCES[:18]  # up to where droplets are confluent
-DISKS: dict[str, Any] = {"sample": curve, "model": "sp", "n": N}
-DROPLETS: dict[str, Any] = {"sample": curve, "model": "dp", "n": N}
+_NEARER = ({"high": 0.003}, {"high": 0.03})
+_OTHER_C = ({"low": 0.1}, {"high": 0.2}, {"high": 0.5}, {"y": "d_printed"}, {"y": "d_printed", "high": 0.5})
 
 
 @statistic(
     "B11-C-onset",
-    places=NEAR,
-    x="d_phi",
-    y="d_rho",
-    low=0.0,
-    high=0.01,
-    **DISKS,
+    **of_curve("sp", N, "d_phi", "d_rho", NEAR, low=0.0, high=0.01),
     variants=({"high": 0.003}, {"high": 0.03}),
 )
-@statistic(
-    "B4-C",
-    places=DISTANCES,
-    x="d_phi",
-    y="d_rho",
-    **DISKS,
-    variants=({"low": 0.1}, {"high": 0.2}, {"high": 0.5}, {"y": "d_printed"}, {"y": "d_printed", "high": 0.5}),
-)
+@statistic("B4-C", **of_curve("sp", N, "d_phi", "d_rho", DISTANCES), variants=_OTHER_C)
 def prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS) -> float:
     """Fit C of eq 11 by least squares, where the paper has it exact: pairs of disks overlap, but no triples."""
     kept = np.isfinite(y) & (x >= low) & (x < high)
@@ -60,101 +50,73 @@ def prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS)
     return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
 
 
-AREAS: dict[str, Any] = {"x": "d_rho", "y": "lost", "places": _SMALL}
-SHAPES: dict[str, Any] = {"x": "d_rho", "y": "shape", "places": DISTANCES}
 SHARES = ({"share": 0.003}, {"share": 0.01})  # by which a curve might be said to begin as well
-statistic("B4-area-loss", share=0.005, **AREAS, **DISKS, variants=SHARES)(first_above)
-statistic(  # two decimals show no less
-    "B4-rho-is-phi",
-    sample=curve,
-    model="sp",
-    n=64,
-    x="phi",
-    y="overlap",
-    places=np.arange(0.84, 0.95, 0.01),
-    share=0.005,
-    variants=SHARES,
-)(first_above)
-statistic("B4-A-unit-phi", x="phi", y="shape", places=[1.0, DENSEST], place=1.0, **DISKS)(at)
-statistic(
-    "B4-A-confluence-sp",
-    place=CONFLUENCE,
-    **SHAPES,
-    **DISKS,
-    variants=({"x": "phi", "places": [1.0, DENSEST], "place": DENSEST},),  # where rho = 1
-)(at)
-statistic("B4-A-confluence-dp", place=CONFLUENCE, **SHAPES | {"places": _SMALL}, **DROPLETS)(at)
-statistic("B4-rho-unit-phi", sample=curve, model="sp", n=64, x="phi", y="rho", places=[1.0], place=1.0)(at)
-statistic("B4-rho-densest", x="phi", y="rho_printed", places=[DENSEST], place=DENSEST, **DISKS)(at)
-statistic("B4-three-overlap", x="phi", y="three", places=[1.19, 1.2], place=1.2, **DISKS)(at)
-for _name, _model, _n, _rho in (("092-sp", "sp", 64, 0.92), ("092-dp", "dp", 64, 0.92), ("099-dp", "dp", 128, 0.9895)):
+_others: Sequence[Mapping[str, Any]]
+_places: ArrayLike
+for _id, _n, _x, _y, _places in (  # two decimals of phi show no less than half a percent
+    ("B4-area-loss", N, "d_rho", "lost", _SMALL),
+    ("B4-rho-is-phi", 64, "phi", "overlap", np.arange(0.84, 0.95, 0.01)),
+):
+    statistic(_id, **of_curve("sp", _n, _x, _y, _places), share=0.005, variants=SHARES)(first_above)
+_AT_RHO_1 = {"x": "phi", "places": [1.0, DENSEST], "place": DENSEST}
+for _id, _model, _n, _x, _y, _places, _place, _others in (
+    ("B4-A-unit-phi", "sp", N, "phi", "shape", [1.0, DENSEST], 1.0, ()),
+    ("B4-A-confluence-sp", "sp", N, "d_rho", "shape", DISTANCES, CONFLUENCE, (_AT_RHO_1,)),
+    ("B4-A-confluence-dp", "dp", N, "d_rho", "shape", _SMALL, CONFLUENCE, ()),
+    ("B4-rho-unit-phi", "sp", 64, "phi", "rho", [1.0], 1.0, ()),
+    ("B4-rho-densest", "sp", N, "phi", "rho_printed", [DENSEST], DENSEST, ()),
+    ("B4-three-overlap", "sp", N, "phi", "three", [1.19, 1.2], 1.2, ()),
+):
+    statistic(_id, **of_curve(_model, _n, _x, _y, _places), place=_place, variants=_others)(at)
+for _id, _model, _n, _rho in (("092-sp", "sp", 64, 0.92), ("092-dp", "dp", 64, 0.92), ("099-dp", "dp", 128, 0.9895)):
     _ends = (round(_rho, 2) - 0.005, round(_rho, 2) + 0.005)  # rho is printed with two digits
-    statistic(
-        f"B4-A-{_name}",
-        sample=curve,
-        model=_model,
-        n=_n,
-        x="rho",
-        y="shape",
-        places=[_ends[0], _rho, _ends[1]],
-        place=_rho,
-        variants=[{"place": end} for end in _ends],
-    )(at)
+    _near = of_curve(_model, _n, "rho", "shape", [_ends[0], _rho, _ends[1]])
+    statistic(f"B4-A-{_id}", **_near, place=_rho, variants=[{"place": end} for end in _ends])(at)
 
 
-@statistic("B4-area-dp", place=0.13, **AREAS, **DROPLETS)
+@statistic("B4-area-dp", place=0.13, **of_curve("dp", N, "d_rho", "lost", _SMALL))
 def area_left(x: Array, lost: Array, place: float) -> float:
     """Interpolate the mean area over that at onset."""
     return 1 - at(x, lost, place)
 
 
-def _register_law(
-    statement: str,
-    which: dict[str, Any],
-    x: str,
-    y: str,
-    places: Array,
-    low: float,
-    high: float,
-    *more: dict[str, float],
-    inverse: bool = False,
-    split: bool = True,
-) -> None:
-    """Register the exponent of y in x, or of x in y, in a window; and, unless told not to, in both its halves."""
-    variants = [*(halves(low, high) if split else ()), *more]
-    statistic(statement, x=x, y=y, places=places, low=low, high=high, inverse=inverse, variants=variants, **which)(
-        power
-    )
-
-
-_register_law("B4-lambda", DISKS, "d_phi", "excess", FROM_ONSET, 1e-2, 0.4, {"high": 0.04}, inverse=True)
-_register_law("B4-omega", DISKS, "d_rho", "excess", FROM_ONSET, 7e-3, 0.05, inverse=True)  # A - 1 from 1e-3 to 1e-2
-OF_PHI = log_places(1e-4, 1e-1, 5)
-_register_law("B11-overlap", DISKS, "d_phi", "overlap", OF_PHI, 1e-4, 1e-1, *decades(1e-4, 1e-1), split=False)
-_register_law("B11-energy", DISKS, "d_phi", "u", OF_PHI, 1e-4, 1e-1, *decades(1e-4, 1e-1), inverse=True, split=False)
-
-# fig 11: windows in which each mean lies within 10 % of the law, on one side of the paper's change of slope
-ENERGIES = log_places(1e-14, 0.1, 4)
+# exponents of y in x, or of x in y, in a window, and in parts of it. Fig 11: windows in which each mean lies within
+# 10 % of the law, on one side of the paper's change of slope
+ENERGIES, OF_PHI = log_places(1e-14, 0.1, 4), log_places(1e-4, 1e-1, 5)
 PRINTED = {"B11-omega-small-sp": "0.66 to 0.67"}  # in text and caption
 WINDOWS = {
+    "B4-lambda": (1e-2, 0.4),
+    "B4-omega": (7e-3, 0.05),  # A - 1 from 1e-3 to 1e-2
+    "B11-overlap": (1e-4, 1e-1),
+    "B11-energy": (1e-4, 1e-1),
     "B11-kappa": (10**-13.25, 1e-5),
     "B11-zeta-small": (1e-6, 0.03),
     "B11-omega-small-sp": (10**-5.8, 0.02),
     "B11-omega-small-dp": (10**-4.6, 0.01),
 }
-_FURTHER = ({"high": 0.03}, {"high": 0.05})
-_register_law("B11-kappa", DISKS, "u", "overlap", ENERGIES, *WINDOWS["B11-kappa"])
-_register_law("B11-zeta-small", DISKS, "d_rho", "lost", FROM_ONSET, *WINDOWS["B11-zeta-small"], *decades(1e-4, 1e-2))
-for _name, _which in (("B11-omega-small-sp", DISKS), ("B11-omega-small-dp", DROPLETS)):
-    _register_law(_name, _which, "d_rho", "excess", FROM_ONSET, *WINDOWS[_name], *_FURTHER, inverse=True)
+_FURTHER, _DECADES = ({"high": 0.03}, {"high": 0.05}), decades(1e-4, 1e-1)
+for _id, _model, _x, _y, _places, _inverse, _others in (
+    ("B4-lambda", "sp", "d_phi", "excess", FROM_ONSET, True, ({"high": 0.04},)),
+    ("B4-omega", "sp", "d_rho", "excess", FROM_ONSET, True, ()),
+    ("B11-overlap", "sp", "d_phi", "overlap", OF_PHI, False, _DECADES),
+    ("B11-energy", "sp", "d_phi", "u", OF_PHI, True, _DECADES),
+    ("B11-kappa", "sp", "u", "overlap", ENERGIES, False, ()),
+    ("B11-zeta-small", "sp", "d_rho", "lost", FROM_ONSET, False, decades(1e-4, 1e-2)),
+    ("B11-omega-small-sp", "sp", "d_rho", "excess", FROM_ONSET, True, _FURTHER),
+    ("B11-omega-small-dp", "dp", "d_rho", "excess", FROM_ONSET, True, _FURTHER),
+):
+    _low, _high = WINDOWS[_id]
+    _parts = () if _others is _DECADES else halves(_low, _high)
+    _law = of_curve(_model, N, _x, _y, _places, low=_low, high=_high, inverse=_inverse)
+    statistic(_id, **_law, variants=[*_parts, *_others])(power)
 
 SHAPE_PLACES = log_places(1e-4, 0.16, 20)
 _LAST = ({"low": 0.5}, {"low": 0.45}, *halves(0.1, 1.0))
 
 
-@statistic("B11-zeta-large", x="d_rho", y="lost", places=FROM_ONSET, **DISKS, variants=_LAST)
-@statistic("B11-omega-large-sp", x="excess", y="d_rho", places=SHAPE_PLACES, **DISKS, variants=_LAST)
-@statistic("B11-omega-large-dp", x="excess", y="d_rho", places=SHAPE_PLACES, **DROPLETS, variants=_LAST)
+@statistic("B11-zeta-large", **of_curve("sp", N, "d_rho", "lost", FROM_ONSET), variants=_LAST)
+@statistic("B11-omega-large-sp", **of_curve("sp", N, "excess", "d_rho", SHAPE_PLACES), variants=_LAST)
+@statistic("B11-omega-large-dp", **of_curve("dp", N, "excess", "d_rho", SHAPE_PLACES), variants=_LAST)
 def last_decade(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> float:
     """Fit the exponent over the last decade of the abscissa, that half of the packings reach; in units of its end."""
     last = float(np.nanmax(x))
