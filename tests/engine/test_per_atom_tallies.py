@@ -1,7 +1,5 @@
 """Energy and virial of single atoms: they add up to those of the whole, and each is the one of plain numpy."""
 
-from dataclasses import replace
-
 import numpy as np
 import outlines
 import pytest
@@ -138,17 +136,3 @@ def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
     outlines.start(lmp, tmp_path, state.shifted(np.array(shift)), TALLIES + "run 0\n")
     close(per_atom(lmp, "of_fix"), -area_parts(state)[:, 1:])
     close(per_atom(lmp, "of_pair"), -contact_parts(state)[:, 1:])
-
-
-def test_energies_of_atoms_at_a_step_without_virial(lmp, tmp_path):
-    """Asked by a dump between two lines of thermo, which asks for the virial."""
-    state = outlines.scene(4)
-    shown = "compute e all pe/atom\nfix move all nve\ntimestep 0.002\nthermo 1000\nthermo_style custom step pe\n"
-    dump = f"dump d all custom 1 {tmp_path}/steps id x y c_e\ndump_modify d sort id format float %.17g\nrun 3\n"
-    outlines.start(lmp, tmp_path, state, shown + dump)
-    frames = (tmp_path / "steps").read_text().split("ITEM: TIMESTEP\n")[1:]
-    rows = np.loadtxt(frames[2].splitlines()[8:])
-    x = rows[:, 1:3] - np.round((rows[:, 1:3] - state.points) / state.box) * state.box
-    points = np.split(x, state.starts[1:-1])
-    now = replace(state, outlines=[replace(o, points=p) for o, p in zip(state.outlines, points, strict=True)])
-    assert rows[:, 3].sum() == pytest.approx(outlines.energy(now), rel=1e-11)
