@@ -16,8 +16,8 @@ import numpy as np
 
 import jamlab
 from jamlab.engine.deck_defaults import defaults
+from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
-from jamlab.protocols.relaxation import relax
 from jamlab.protocols.solver_settings import SOLVERS
 from jamlab.protocols.work_done import OnsetWork
 
@@ -101,7 +101,7 @@ def land(n, seed):
     loose = jamlab.Packing("sp", side * TORUS, start, {"eps": 1.0}, diameters=np.ones(n))
     with jamlab.Session(loose) as session:
         protocol = {name: float(value) for name, value in defaults("onset").items()}
-        search = OnsetSearch(session, protocol, relax, 1e-12, OnsetWork("sp", None), SOLVERS)
+        search = OnsetSearch(session, protocol, minimizer("fixed-box"), 1e-12, OnsetWork("sp", None), SOLVERS)
         return search.by_bisection(loose, protocol["step"]).packing
 
 
