@@ -356,9 +356,7 @@ class Session:
 
     def self_crossings(self) -> NDArray[np.int64]:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
-        if self._packing.offsets is None:
-            return np.empty(0, dtype=np.int64)
-        return self_crossings(self.positions(), self._packing.offsets)
+        return self_crossings(self.positions(), self._packing.polygon_offsets)
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""

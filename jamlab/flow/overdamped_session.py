@@ -113,8 +113,7 @@ class OverdampedSession:
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
         settings |= {"background": background, "fluid": 0.0}
         settings |= damping.lammps_variables()
-        self._outlines = damping.outline_words() if packing.model == "dp" else ""
-        self._scales = unit_scales(packing)
+        self._scales, self._outlines = unit_scales(packing), ""
         natural = self._scales.to_natural(packing)
         self._session = Session(natural)
         try:
@@ -123,6 +122,7 @@ class OverdampedSession:
                 self._take_disk_style()
                 self._session.load(natural, anew=True)  # by the other pair style
             else:  # an edge that has shrunk to a point would turn round in each step, and all of its tension with it
+                self._outlines = damping.outline_words()
                 faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
                 eta = max(float(packing.params["eta"]), faded) / self._scales.length
                 self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
