@@ -23,9 +23,9 @@ from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
 from jamlab.protocols.onset import jam
-from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import QUENCH_PROTOCOL, relax
+from jamlab.protocols.saddles import record
 from jamlab.protocols.target_pressure import decompress, pack
 from jamlab.storage.verified_file import versions
 

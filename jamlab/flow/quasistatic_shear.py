@@ -30,8 +30,8 @@ from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
-from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
+from jamlab.protocols.saddles import record
 
 LIMIT = 0.02  # imbalance from which on a result is doubtful
 EVENTS = ("event_strain", "event_drop", "event_released", "event_width")  # fields of `QuasistaticShear`

@@ -27,9 +27,8 @@ from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.provenance import record
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, first_order_method, force_tolerance
-from jamlab.protocols.saddles import leave_saddles, relax_off_saddles
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, descent_of, force_tolerance
+from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
@@ -245,7 +244,7 @@ def _sweep(
                 by=by,
                 compression_version=COMPRESSION_PROTOCOL[packing.kind.descent],
                 target=float(target),
-                minimizer=first_order_method(session, settings.relaxation),
+                minimizer=descent_of(session).name(session, settings.relaxation),
                 wall_time=time.perf_counter() - began,
                 **entries,
             ).with_state(on_target=bool(abs(reached - target) <= tolerance))

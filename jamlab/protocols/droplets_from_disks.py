@@ -29,10 +29,9 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE
-from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import Relaxed, check_tolerance
-from jamlab.protocols.saddles import relax_off_saddles
+from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.storage.verified_file import versions
 
 _RHO_TOLERANCE = 1e-6  # as the last state of a sweep

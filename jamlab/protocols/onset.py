@@ -24,10 +24,10 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.compression import MOST_STATES
 from jamlab.protocols.onset_search import OnsetSearch
-from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import place_loose
-from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
+from jamlab.protocols.relaxation import check_tolerance, descent_of, force_tolerance
 from jamlab.protocols.rigid_search import RigidSearch, may_be_rigid
+from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -164,7 +164,7 @@ def _onset_above(
             onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
         else:
             onset = searched.by_bisection(loose, first_step)
-        method = "rigid" if rigid else first_order_method(session, settings.relaxation)
+        method = "rigid" if rigid else descent_of(session).name(session, settings.relaxation)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble, on_rattlers=onset.on_rattlers)
     return record(packing, onset.found, minimizer=method)
 

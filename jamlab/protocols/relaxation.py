@@ -175,11 +175,6 @@ def descent_of(session: Session) -> Descent:
     return _DESCENTS[session.kind.descent]
 
 
-def first_order_method(session: Session, settings: RelaxationSettings = SOLVERS.relaxation) -> str:
-    """What brings the packing in a session near its minimum: "cg" or "fire" for disks, "lbfgs" for droplets."""
-    return descent_of(session).name(session, settings)
-
-
 def load(packing: Packing, state: Evaluation) -> float:
     """Mean contact force over the mean size, which forces that are left are small or large beside. Where contacts only
     push, the pressure stands for it, which a state tells by itself; where they pull as well, it may vanish."""

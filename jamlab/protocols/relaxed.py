@@ -7,9 +7,8 @@ from jamlab.engine.session import Session
 from jamlab.packing.natural_units import in_natural_units
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE
-from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance
-from jamlab.protocols.saddles import relax_off_saddles
+from jamlab.protocols.saddles import record, relax_off_saddles
 
 
 @checked

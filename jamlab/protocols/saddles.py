@@ -7,6 +7,7 @@ the Hessian shows it. Compressed disks stay on saddles by symmetry: of 8 to 16 d
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,19 @@ def leave_saddles(
         state = session.evaluate()
         found = replace(found, evaluation=state) if state.max_force <= found.tolerance else relax_again()
     return replace(found, converged=False)
+
+
+def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
+    """Mark a packing as the minimum found, unless its Hessian has a negative eigenvalue: balanced forces alone may be
+    those of a saddle. `packing`: the state that the minimisation ended in; `found`: what it reached; `entries`: further
+    entries of the provenance. Returns the packing with `max_force`, `converged` and `tolerance` set."""
+    converged = found.converged
+    if converged and not found.off_saddles:
+        unstable = unstable_directions(packing)
+        converged = unstable is None or unstable[1] >= 0
+    return packing.with_state(
+        max_force=found.evaluation.max_force, converged=converged, tolerance=found.tolerance, provenance=entries
+    )
 
 
 def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:

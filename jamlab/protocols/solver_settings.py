@@ -181,8 +181,8 @@ class RigidSettings:
     first_shift: float = 6e-5
     least_shift: float = 6e-12
     last_shift: float = 6.0
-    # searches, slack: lengths tried along a step that leads uphill, and part of its slope that may be left: without,
-    # a step takes four times as many factorisations
+    # searches, slack: lengths tried along a step that leads uphill, and part of its slope that may be left; without, a
+    # search takes four times as many factorisations
     searches: int = 5
     slack: float = 0.5
     rim: float = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other

@@ -24,9 +24,9 @@ from jamlab.packing.quantities import STRESS
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance, load, quench
+from jamlab.protocols.saddles import record
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
