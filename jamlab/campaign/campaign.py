@@ -23,7 +23,6 @@ from jamlab.campaign.folder import COPY, CampaignFolder, damage
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, wanted_batches
-from jamlab.campaign.slurm import job_script
 from jamlab.campaign.states import StoredStates, earlier_tasks
 from jamlab.campaign.tables import aggregate, draw_means, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
@@ -198,19 +197,6 @@ class Campaign:
 
     def _ended(self) -> set[str]:
         return self.folder.finished() | self.folder.failed()
-
-    @checked
-    def job_scripts(self, only: Iterable[str] | None = None) -> dict[int, str]:
-        """Scripts of the jobs that `run(slurm=True)` sends: `ranks` -> script, but for names that a run decides.
-
-        Args:
-            only: names of sweeps; by default all.
-
-        Raises:
-            InputError: the campaign has no sweep of a name in `only`, or its table `slurm` cannot be used.
-        """
-        ranks = sorted({batch.ranks for batch in batches(self.content, only)}, reverse=True)
-        return {number: job_script({"job_name": self.name} | self.content.slurm, number) for number in ranks}
 
     @checked
     def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:

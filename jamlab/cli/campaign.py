@@ -181,10 +181,12 @@ app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --re
 
 def _print_scripts(campaign: "Campaign", only: list[str] | None, jobs: int | None) -> None:
     """Print the script of a job for each number of ranks, and on stderr how many tasks and jobs there would be."""
+    from jamlab.campaign.slurm import job_script
+
     lines = campaign.plan(only)
-    for ranks, script in campaign.job_scripts(only).items():
+    for ranks in sorted({line.ranks for line in lines}, reverse=True):
         left = sum(line.left for line in lines if line.ranks == ranks)
-        print(script)
+        print(job_script({"job_name": campaign.name} | campaign.content.slurm, ranks))
         said = f"{left} tasks left for --slurm, by {min(jobs or 1, left)} jobs of {ranks} cores; nothing was run"
         print_line(said, err_console)
 
