@@ -90,10 +90,10 @@ class QuasistaticShear(ShearRun):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """As of `ShearRun`, the number of events, and that of states that missed the tolerance."""
+        """Direction; as of `ShearRun`; the number of events, and that of states that missed the tolerance."""
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
-        return super().summary | events
+        return {"direction": self.direction} | super().summary | events
 
     @property
     def energy_gap(self) -> Array:
@@ -118,7 +118,8 @@ class QuasistaticShear(ShearRun):
 
         >>> ax = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), 0.01, step=2e-3).plot()
         """
-        plain = {"color": BLUE, "linewidth": 1.2, "label": "minima, quasi-static"}
+        along = self.direction if isinstance(self.direction, str) else f"{np.degrees(self.direction):.4g}°"
+        plain = {"color": BLUE, "linewidth": 1.2, "label": f"minima, {along} shear"}
         axes.plot(self.strain, self.stress, **merged_line(plain, style))
         ends = self._ends()
         if len(ends):

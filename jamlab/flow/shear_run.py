@@ -148,7 +148,8 @@ class ShearRun(FlowRun):
     def summary(self) -> dict[str, Any]:
         """Last strain, overshoot, and mean stress of steady flow with its standard error, of those that there are."""
         peak, mean = self.peak, self._mean
-        found: dict[str, Any] = {"rate": self.shear_rate if self.parts is None else self.parts[:, 0]}
+        found: dict[str, Any] = {"rate": self.parts[:, 0]} if self.parts is not None else {}
+        found |= {"rate": self.shear_rate} if self.shear_rate and not found else {}
         found["strain"] = float(self.path[-1])
         found |= {"peak stress": peak.stress, "at strain": peak.strain} if peak else {}
         return found | ({"stress": (mean.value, mean.error)} if mean else {})
