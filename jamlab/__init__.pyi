@@ -27,8 +27,8 @@ from .figures.explorer.write_page import write_page as write_page
 from .figures.packing_pictures import geometry_figure as geometry_figure
 from .flow.creep import CreepRun as CreepRun
 from .flow.creep import creep as creep
-from .flow.flow_cost import flow_cost as flow_cost
 from .flow.flow_curve import FlowCurve as FlowCurve
+from .flow.flow_curve import flow_cost as flow_cost
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.oscillate import Oscillation as Oscillation
 from .flow.oscillate import oscillate as oscillate

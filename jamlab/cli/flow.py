@@ -85,7 +85,7 @@ class Job:
 
     def say_seconds(self, rates: list[float], strain: float, within: float | None, processes: int = 1) -> None:
         """Say how long flow at some rates will take, unless it is resumed; refuse what takes longer than `within`."""
-        from jamlab.flow.flow_cost import flow_cost, require_time
+        from jamlab.flow.flow_curve import flow_cost, require_time
 
         if self.out.exists():
             return

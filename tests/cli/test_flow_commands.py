@@ -55,7 +55,7 @@ def test_a_flow_is_stopped(folder):
 
 
 def test_refusals(folder, monkeypatch):
-    monkeypatch.setattr("jamlab.flow.flow_cost.TRIAL", 0.0)
+    monkeypatch.setattr("jamlab.flow.flow_curve.TRIAL", 0.0)
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",

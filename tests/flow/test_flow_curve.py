@@ -8,8 +8,7 @@ import pytest
 
 import jamlab
 from jamlab.flow import flow_curve, overdamped_session
-from jamlab.flow.flow_cost import require_time
-from jamlab.flow.flow_curve import steady_point
+from jamlab.flow.flow_curve import require_time, steady_point
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
