@@ -16,7 +16,6 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.bootstrap import Interval
 from studies.html_page import TextTable
-from studies.numbers_in_text import as_interval, write_interval
 
 if TYPE_CHECKING:
     from studies.papers.verdicts import Comparison
@@ -222,3 +221,29 @@ def scale(*axes: Any, x: str = "log", y: str = "log") -> None:
 
 def _row(values: ArrayLike) -> Array:
     return np.atleast_1d(np.asarray(values, dtype=np.float64))
+
+
+# numbers with their intervals, in captions ----------------------------------------------------------------------------
+
+
+def as_interval(found: Any) -> Interval:
+    """Take a number without an interval as one whose ends are not known; None as nan."""
+    if isinstance(found, Interval):
+        return found
+    return Interval(*(np.asarray(np.nan if v is None else v, dtype=np.float64) for v in (found, None, None)))
+
+
+def write_interval(found: Interval, digits: int = 2) -> str:
+    """Write a number with its 95 % interval, such as "0.21 [0.19, 0.23]"."""
+    return f"{_fixed(found.value, digits)} [{_fixed(found.low, digits)}, {_fixed(found.high, digits)}]"
+
+
+def write_list(values: Iterable[Any], form: str = "g") -> str:
+    """Write numbers in one format, with commas between; None and nan are "none"."""
+    numbers = [np.nan if v is None else float(v.value if isinstance(v, Interval) else v) for v in values]
+    return ", ".join(f"{v:{form}}" if np.isfinite(v) else "none" for v in numbers)
+
+
+def _fixed(value: ArrayLike, digits: int) -> str:
+    number = float(np.ravel(value)[0])
+    return f"{number:.{digits}f}" if abs(number) >= 10.0**-digits or number == 0 else f"{number:.2g}"

@@ -12,10 +12,12 @@ from studies.ensemble_tables import EnsembleTables, droplets_with, values_of
 from studies.ensembles import (
     FEWEST,
     Ensemble,
+    at_places,
     average,
     bootstrap,
     ensemble,
     groups_by,
+    interpolators,
     mean_curve,
     mean_over_packings,
     select,
@@ -87,8 +89,9 @@ def _of_more_packings(first: pd.DataFrame, second: pd.DataFrame) -> pd.DataFrame
 def _draw_limits(out: Drawing, axes: Any, states: pd.DataFrame, column: str) -> None:
     scale(axes, x="linear")
     n = sizes(states, "dp")
+    curves = [interpolators(states[states["n"] == m], "d_rho", [column], False) for m in n]
     for k, d in enumerate(DISTANCES[column]):
-        groups = [ensemble(states, "dp", m, "d_rho", column, [d]).y[:, 0] for m in n]
+        groups = [at_places(each, [d]).y[:, 0] for each in curves]
         kept = [(m, g[np.isfinite(g)]) for m, g in zip(n, groups, strict=True) if np.isfinite(g).sum() >= FEWEST]
         if len(kept) < 2:
             continue

@@ -15,8 +15,7 @@ from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, bootstrap, mean_over_packings, of_packings, scaled, select, side_by_side
-from studies.numbers_in_text import write_interval
-from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style
+from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style, write_interval
 from studies.papers.statements import caption, paper, statistic
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"

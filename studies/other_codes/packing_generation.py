@@ -5,7 +5,6 @@ stands: `--dpm FOLDER` of a program made by `g++ -O3 --std=c++11 -I src
 main/jam/bidisperseSinusoidalParticleJamming.cpp src/*.cpp`.
 """
 
-import argparse
 import json
 import re
 import resource
@@ -14,10 +13,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
+import typer
 
 import jamlab
 from jamlab.protocols.random_start import random_disks
@@ -121,7 +121,7 @@ RUNS: dict[str, Callable[[], Row]] = {
 }
 
 
-def rows(names: list[str], dpm: str | None) -> Iterator[Row]:
+def rows(names: list[str], dpm: str) -> Iterator[Row]:
     """One after the other; dpm has the time of ten onsets of jamlab."""
     for name in names:
         output, ended = _bounded([sys.executable, "-m", "studies.other_codes.packing_generation", "--run", name], LIMIT)
@@ -133,20 +133,19 @@ def rows(names: list[str], dpm: str | None) -> Iterator[Row]:
             yield {"run": "dpm, onset of 64 droplets", **onset_in_dpm(dpm, 10 * float(found["cpu"]))}
 
 
-def main() -> None:
+def main(
+    run: Annotated[str, typer.Option(help="This one alone, in this process.")] = "",
+    only: Annotated[list[str], typer.Option(help="A run; default: all.")] = list(RUNS),  # noqa: B006
+    dpm: Annotated[str, typer.Option(help="Program of dpm.")] = "",
+) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run", help="this one alone, in this process")
-    parser.add_argument("--only", nargs="+", default=list(RUNS), metavar="NAME", help="runs, by default all")
-    parser.add_argument("--dpm", help="program of dpm")
-    asked = parser.parse_args()
-    if asked.run:
+    if run:
         with one_core():
-            print(json.dumps(RUNS[asked.run]()))
+            print(json.dumps(RUNS[run]()))
         return
-    for row in rows(asked.only, asked.dpm):
+    for row in rows(only, dpm):
         print(pd.DataFrame([row]).to_csv(index=False, header=False), end="", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -12,8 +12,7 @@ from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.displacement_correlation import oscillating_displacements
 from studies.ensemble_tables import EnsembleTables
-from studies.numbers_in_text import write_list
-from studies.panels import Drawing, drawing
+from studies.panels import Drawing, drawing, write_list
 from studies.papers.baumgarten.spectral_groups import format_power
 from studies.papers.statements import caption
 from studies.tables import DATA
