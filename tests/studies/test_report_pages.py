@@ -38,8 +38,8 @@ def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_p
     browser.open(figures_page)
     assert len(shown(browser, "section figure img")) == 2
     links = browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))")
-    assert len(links) == 2 + 2
-    for link in links[2:]:
+    assert len(links) == 1 + 2 + 2
+    for link in links[3:]:
         order = browser.run("return [...document.querySelector(values[0]).children].map(e => e.tagName)", link)
         assert order[:3] == ["H2", "FIGURE", "TABLE"]
 
@@ -52,6 +52,8 @@ def test_rows_are_chosen_by_their_verdict(browser, figures_page):
         label.click()
         rows = shown(browser, "tr[data-mark]")
         assert len(rows) == count and all(mark in row for row in rows)
+        lines = "[...document.querySelectorAll('.forest a')].filter(a => a.offsetParent)"
+        assert set(browser.run(f"return {lines}.map(a => a.dataset.mark)")) <= {mark}
         assert 0 < len(shown(browser, "main > section figure img")) <= 2
     browser.element(".filter label").click()
     assert shown(browser, "tr[data-mark]") == everything
