@@ -1,6 +1,5 @@
 """Look over an installation: what is there, what does not fit, and how to mend it."""
 
-import os
 import platform
 import subprocess
 import sys
@@ -15,7 +14,6 @@ from jamlab.engine.installation import (
     TESTED_LAMMPS,
     check_lammps,
     check_release,
-    failing_libraries,
     foreign_folders,
     mpi_library,
     plugin_file,
@@ -91,17 +89,9 @@ def _plugin() -> str:
 
 def _other_plugins() -> str:
     folders, failures = foreign_folders()
-    own = str(installed("plugin"))
-    for folder in os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":"):
-        if folder and folder != own and folder not in folders.values():
-            folders[f"LAMMPS_PLUGIN_PATH {folder}"] = folder
-    for name, folder in folders.items():
-        failure = failing_libraries(folder, mpi_library())
-        if failure:
-            failures[name] = failure
     if failures:
         listed = "; ".join(f"{name}: {failure}" for name, failure in failures.items())
-        raise EngineError(f"{listed}: repair or uninstall what is named before the colon, or unset LAMMPS_PLUGIN_PATH")
+        raise EngineError(f"{listed}: repair or uninstall what is named before the colon")
     return ", ".join(folders) or "none"
 
 

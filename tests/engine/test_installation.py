@@ -58,20 +58,6 @@ def test_a_lammps_that_does_not_import_blames_the_package(other_package, tmp_pat
     assert "the LAMMPS plugin of other-package breaks it" in message and "no GPU here" in message
 
 
-def test_a_library_that_does_not_load_is_named(other_package, tmp_path, monkeypatch):
-    """In the folder of a package, and in one that the user named."""
-    other_package(f"return {str(tmp_path)!r}")
-    (tmp_path / "brokenplugin.so").write_text("not a library")
-    own = tmp_path / "own"
-    own.mkdir()
-    (own / "worseplugin.so").write_text("not a library either")
-    monkeypatch.setenv("LAMMPS_PLUGIN_PATH", str(own))
-    found = finding()
-    assert not found.right
-    assert "other-package: Open of file" in found.detail and "brokenplugin.so failed" in found.detail
-    assert f"LAMMPS_PLUGIN_PATH {own}: Open of file" in found.detail and "worseplugin.so failed" in found.detail
-
-
 FORK = """
 import os, signal, sys
 import jamlab

@@ -26,23 +26,12 @@ def disks(seed=0):
     return Packing("sp", 3 * np.eye(2), positions, {"eps": 1.0}, diameters=np.ones(200))
 
 
-@pytest.mark.parametrize("place", ["absent/run.h5", ".", "/proc/run.h5"])
-def test_places_that_cannot_be_written(tmp_path, place):
-    with pytest.raises(StorageError):
-        write(tmp_path / place, [disks()])
+@pytest.mark.parametrize("place", ["absent/run.h5", ".", "/proc/run.h5", "a" * 300 + ".h5", "a\0b.h5"])
+def test_places_that_cannot_be_written_or_read(tmp_path, place):
+    for act in (lambda: write(tmp_path / place, [disks()]), lambda: read(tmp_path / place)):
+        with pytest.raises(StorageError):
+            act()
     assert os.listdir(tmp_path) == []
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_write_protection_is_kept(tmp_path):
-    write(tmp_path / "run.h5", [disks()])
-    (tmp_path / "run.h5").chmod(0o444)
-    with pytest.raises(StorageError):
-        write(tmp_path / "run.h5", [disks(1)])
-    (tmp_path / "locked").mkdir(mode=0o555)
-    with pytest.raises(StorageError):
-        write(tmp_path / "locked" / "run.h5", [disks()])
-    assert (read(tmp_path / "run.h5").positions == disks().positions).all()
 
 
 def test_a_full_disk_keeps_the_old_file_and_leaves_no_other(tmp_path):
@@ -114,14 +103,6 @@ def test_what_is_no_file_is_neither_replaced_nor_read(no_file, tmp_path):
     assert done.exit_code == 1 and "run.h5" in done.stderr
     assert os.listdir(tmp_path) == ["run.h5"]
     assert (no_file.stat().st_mode, no_file.stat().st_ino) == (before.st_mode, before.st_ino)
-
-
-@pytest.mark.parametrize("name", ["a" * 300 + ".h5", "a\0b.h5"])
-def test_names_that_no_file_system_takes(tmp_path, name):
-    for act in (lambda: write(tmp_path / name, [disks()]), lambda: read(tmp_path / name)):
-        with pytest.raises(StorageError):
-            act()
-    assert os.listdir(tmp_path) == []
 
 
 def test_content_is_flushed_before_it_takes_the_name(tmp_path, monkeypatch):
