@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 from invariant_cases import packings, scaled
 
 import jamlab
-from jamlab.mechanics.stiffness import forces, stress
-from jamlab.models.models import MODELS
 from jamlab.packing.natural_units import Scales, natural_scales
 
 
@@ -43,28 +41,6 @@ def test_packings_of_the_papers_are_left_as_they_are():
     for name in ("sp", "dense", "dp", "square"):
         packing = packings()[name]
         assert natural_scales(packing) == Scales() and Scales().to_natural(packing) is packing
-
-
-LAWS = {("sp", "k"): "sp", ("sp", "eps"): "eps", ("dp", "eps"): "dp"}  # packings of every model and units
-
-
-def test_every_parameter_of_every_law_has_its_dimension():
-    """Each at a value of its own, in metres and newtons: LAMMPS finds in natural units what numpy finds as they
-    stand, and what both find of the packing in numbers of order one. A parameter of a wrong dimension differs."""
-    assert {(kind.name, units) for kind in MODELS.values() for units in kind.unit_names} == LAWS.keys()
-    for name in LAWS.values():
-        p = packings()[name]
-        own = {key: 2.6 for key, each in p.parameters.items() if each.default is not None}
-        own |= {key: 0.03 for key, each in p.parameters.items() if each.may_vanish and each.length == 1}
-        p = p.with_state(params=p.params | own)
-        assert p.params.keys() == p.parameters.keys()
-        metres = scaled(p, 3e-6, 7e3)
-        for what, unit in (("forces", 7e3 * 3e-6), ("stress", 7e3)):
-            plain = {"forces": forces, "stress": stress}[what]
-            one = plain(p)
-            found = [getattr(jamlab.evaluate(each), what) for each in (p, metres)]
-            for other in (found[0], found[1] / unit, plain(metres) / unit):
-                np.testing.assert_allclose(other, one, rtol=0, atol=1e-9 * np.abs(one).max(), err_msg=f"{name} {what}")
 
 
 @cache
