@@ -1,5 +1,7 @@
 """Outlines of polygons as shapely geometries, those that cross themselves, and cross products of vectors."""
 
+from __future__ import annotations  # short types in help
+
 import numpy as np
 from numpy.typing import NDArray
 
