@@ -78,7 +78,10 @@ BEYOND = (
     *polydispersity.STUDIES,
 )
 _FILES = {  # of a folder, in which charts and maps stand
-    "speed_accuracy": ("minimisers", "packings", "packing_fractions", "moduli", "flow"),
+    "speed_accuracy": (
+        *("minimisers", "onset_and_pressure", "droplet_vertices", "ensemble_means", "packing_fractions"),
+        *("moduli", "flow"),
+    ),
     "stability": ("minimisers", "packings", "droplets", "moduli", "flow"),
 }
 

@@ -12,7 +12,7 @@ from studies.other_codes.compare import jolted_minimum
 from studies.other_codes.peers import Lammps
 from studies.reference_data import read_folder, reference_tables
 from studies.registry import CHARTS
-from studies.speed_accuracy import packings
+from studies.speed_accuracy import droplet_vertices, onset_and_pressure
 from studies.speed_accuracy.chart import (
     COLUMNS,
     Point,
@@ -22,7 +22,7 @@ from studies.speed_accuracy.chart import (
     points_of,
     price,
 )
-from studies.speed_accuracy.packings import limit_of_size
+from studies.speed_accuracy.ensemble_means import limit_of_size
 from studies.tables import measure
 
 
@@ -71,7 +71,7 @@ def test_what_the_reference_cannot_tell_is_not_ranked():
 def test_limits_that_references_are_carried_to():
     """Polygons err by 1/count^2, means by a power of N; scatter about that widens the error of their limit."""
     coarse, fine = ({"pressure": 2.0 + 3.0 / n**2, "z": float(n)} for n in (32, 48))
-    limit = packings._limit(coarse, fine, (32, 48))
+    limit = droplet_vertices._limit(coarse, fine, (32, 48))
     assert limit["pressure"] == pytest.approx(2.0, abs=1e-12) and limit["z"] == 48.0
     noise = np.array([-1.0, 1.0] * 50)
     values = {n: 0.84 - 0.2 / n**0.7 + 0.002 * noise for n in (16, 32, 64, 128, 256, 1024)}
@@ -85,7 +85,7 @@ def test_a_mean_is_known_as_its_least_known_difference():
     """Steps that agree in all packings share the error of those that do not: the next packing may differ."""
     off = {"0.1": [1e-2, -3e-2, 5e-2, 0.0], "0.01": [1e-8, 1e-8, 1e-8, 1e-8]}
     rows = [("one", "m", s, 1.0, e, 1e-8, False, "", False) for s, errors in off.items() for e in errors]
-    means = [p for p in packings.points_of_onsets(pd.DataFrame(rows, columns=COLUMNS)) if p.panel != "one"]
+    means = [p for p in onset_and_pressure.points_of_onsets(pd.DataFrame(rows, columns=COLUMNS)) if p.panel != "one"]
     assert [p.floor for p in means] == pytest.approx(2 * [np.std(off["0.1"], ddof=1) / 2])
     assert [p.ranked for p in means] == [True, False] and means[0].error == pytest.approx(
         np.hypot(7.5e-3, means[0].floor)
