@@ -31,7 +31,7 @@ def show(name):
 show("baumgarten-3")
 
 # %%
-# Sliding that is damped less, or not at all; the inset shows viscosities.
+# Sliding that is damped less, or not at all; the last panel shows viscosities.
 
 show("baumgarten-4")
 
