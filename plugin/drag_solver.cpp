@@ -40,7 +40,8 @@ void DragSolver::make_room(int local, int ghost)
 {
   nlocal = local;
   nghost = ghost;
-  for (Field *each : {&residual, &direction, &product, &product_of_direction, &start, &descent}) each->resize(local + ghost);
+  for (Field *each : {&residual, &direction, &product, &product_of_direction, &start, &descent})
+    each->resize(local + ghost);
   inverse.resize(local);
 }
 
