@@ -114,7 +114,8 @@ def test_the_notebook_holds_the_first_script():
     cells = json.loads((ROOT / "docs" / "examples" / "first_script.ipynb").read_text(encoding="utf-8"))["cells"]
     code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code").splitlines()
     more = [line for line in code if line.startswith("%pip install") or line.endswith(".plot();")]
-    assert [line for line in code if line and line not in more] == [line for line in first_script().splitlines() if line]
+    script = [line for line in first_script().splitlines() if line]
+    assert [line for line in code if line and line not in more] == script
 
 
 def test_the_library_knows_its_evidence_by_no_word():
