@@ -14,6 +14,7 @@ static constexpr double SLOWEST = 1e-5;
 static constexpr double STANDSTILL = 1e-30;    // speed over the unit of length and tau, if nothing moves at all
 static constexpr int MOST_ROUNDS = 200;       // of a power law; of droplets the error falls by 1 - alpha in each
 static constexpr int FEWEST = 2, FEWEST_FACTORED = 1;    // iterations whose gain tells what is left
+static constexpr double INNER = 0.3;          // part of the tolerance that conjugate gradients of droplets keep to
 static constexpr double FORCING = 1e-8;       // part of the energy of the error that a step of Newton's may leave
 static constexpr double LESS = 0.5;           // squared residual after such a step, over that before, that will do
 static constexpr double SHORTEST = 0.01;      // part of such a step
@@ -113,8 +114,12 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
       found.left = rho * std::max(found.gained / rho_first, gain / rho_before);
       const double accurate = goal.accuracy * goal.accuracy * found.whole;
       found.reached = found.left <= std::max({accurate, goal.part * found.gained, goal.least});
-      if (found.reached) break;
     }
+    if (looks_ahead()) {
+      found.left = rho;
+      found.reached = rho <= INNER * INNER * goal.least;
+    }
+    if (found.reached) break;
     flow += settings.fluid * z_flow;
     power += settings.fluid * z_flow * z_flow;
     result.positive = power > 0.0;
@@ -148,6 +153,18 @@ void DragSolver::take_step(double keep, double step, Field &u)
   if (nlocal == 0) return;
   take_numbers(3 * nlocal, keep, step, &descent[0].x, &product[0].x, &direction[0].x, &product_of_direction[0].x,
                &u[0].x, &residual[0].x);
+}
+
+/* squared norm, by the preconditioner, of what drives droplets: forces, and the drag of the affine flow alone. Their
+   response to a rate nearly cancels it, so that the energy of an error is far above what iterations take away */
+double DragSolver::driving_norm(const Field &force, const Load &load)
+{
+  double power, flow;
+  std::fill(direction.begin(), direction.end(), Vec3());
+  multiply(direction, load.free_rate ? 0.0 : load.rate, product, power, flow);
+  std::copy_n(force.begin(), nlocal, residual.begin());
+  field_add(residual, -1.0, product, nlocal);
+  return norm(load.free_rate ? load.moment : 0.0);
 }
 
 /* squared norm of the residual by the preconditioner: of two residuals it tells the smaller one */
@@ -211,21 +228,30 @@ DragSolver::Result DragSolver::solve(Field &force, Field &u, Load &load)
     find_weights(u, load.rate);
     newton = law.alpha != 1.0 && find_slopes(u, load.rate);
     if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
+    const double driven = looks_ahead() ? driving_norm(force, load) : 0.0;
+    const double least = std::max(settings.tolerance * settings.tolerance * driven, rounding());
     const Residual rest = find_residual(force, u, load, round > 0);
-    const double rho = newton ? norm(rest.flow) : 0.0;
+    const double rho = newton || looks_ahead() ? norm(rest.flow) : 0.0;
+    if (looks_ahead()) {
+      result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
+      result.converged = rho <= least;
+      if (result.converged || !std::isfinite(rho)) break;
+    }
     if (newton) keep(before, force, u, load);
     const int earlier = result.iterations;
-    const double least = rounding();
     const Goal goal = {settings.tolerance, newton ? FORCING : 0.0, least, rest.dissipation};
     const Energies found = conjugate_gradients(u, load, rest.flow, goal, result);
     if (!result.positive) break;
     if (newton) last_iterations = result.iterations - earlier;
     // of a power law, what this round took away is what the last one left
-    const double left = law.alpha == 1.0 ? found.left : found.gained;
-    result.residual = left > 0.0 ? sqrt(left / found.whole) : left;
-    result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * found.whole, least);
+    const bool linear = law.alpha == 1.0;
+    const double left = linear || looks_ahead() ? found.left : found.gained;
+    const double whole = looks_ahead() ? driven : found.whole;
+    result.residual = left > 0.0 ? sqrt(left / whole) : left;
+    result.converged = found.reached && left <= std::max(settings.tolerance * settings.tolerance * whole, least) &&
+        (linear || !looks_ahead());    // the next round has other drag coefficients, by which droplets are judged
     const bool holds = enforce_constraints(force, u, load, result);
-    if (!holds && (result.converged || law.alpha == 1.0)) break;
+    if (!holds && (result.converged || linear)) break;
     if (newton) line_search(rho, force, u, load);
     result.converged = false;
     if (result.iterations >= settings.iterations || !std::isfinite(left)) break;

@@ -42,6 +42,9 @@ struct FlowSums {
    is larger: neither depends on the preconditioner. Each iteration takes a known part of this energy away. What is
    left is to what was taken as the squared norm of the residual by the preconditioner is to that of the first one.
 
+   Velocities of droplets are judged by the residual over what drives them, both in the norm of the preconditioner,
+   which are factors of nearly the whole matrix.
+
    Droplets look ahead: forces are those of the end of a step, F - ahead K (u - start), since a vertex
    without contact has no drag, and its forces balance at every instant. */
 class DragSolver {
@@ -145,6 +148,7 @@ class DragSolver {
   void take_step(double keep, double step, Field &u);
   void line_search(double rho, Field &force, Field &u, Load &);
   double norm(double r_flow);
+  double driving_norm(const Field &force, const Load &);
 };
 
 }    // namespace LAMMPS_NS
