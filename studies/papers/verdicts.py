@@ -234,7 +234,7 @@ def first_line(comparisons: Sequence[Comparison]) -> str:
     tests = Counter(c.verdict for c in counted if c.statement.tested)
     parts = [f"{tests[verdict]} {words}" for verdict, words in SAID.items() if tests[verdict]]
     known, rest = tests.total() - tests[Verdict.MISSING], len(counted) - tests.total()
-    told = ", ".join(parts) + f"; {tests[Verdict.MISSING]} lack data, {rest} are no test."
+    told = ", ".join(parts) + f"; {tests[Verdict.MISSING]} more lack data, and {rest} more are no test."
     return f"Of {known} numbers of both papers that our packings test, {told}"
 
 
