@@ -128,7 +128,7 @@ def test_another_path_is_seen(run, monkeypatch, off, verdict):
 
 def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
     assert min(MAPS["quasistatic-step"].x.values) > flow._FINEST_STEP
-    run = jamlab.shear(packing, 0.0, 0.01, step=5e-3)
+    run = jamlab.quasistatic_shear(packing, 0.01, 5e-3)
     moved = replace(run, energy=1.00001 * run.energy)
     loose = [replace(run, energy=np.append(run.energy[:-1], left * run.energy[0])) for left in (1e-16, 1e-18)]
     for here, there, verdict in (
