@@ -27,7 +27,7 @@ def decks(
 
     folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
     if name is not None:
-        typer.echo((_folder_of(name) / name).read_text(), nl=False)
+        typer.echo(_path_of(name).read_text(), nl=False)
         return
     found, examples = summaries(folder), summaries(folder / "examples")
     if as_json:
@@ -55,14 +55,14 @@ def deck(
     from jamlab.engine.mpi_ranks import check_ranks, lammps_line
     from jamlab.processes.child import child_environment
 
-    folder = _folder_of(name)
-    known = settings(folder, name)
+    path = _path_of(name)
+    known = settings(path.parent, path.name)
     given = dict(_options(context.args))
     check_ranks(ranks)
     for setting, text in given.items():
         check_setting(name, setting, text, known)
     line = lammps_line(
-        *(folder / name, {**_law_of_data(known | given, given), **given, "table": "/dev/stdout"}, ranks),
+        *(path, {**_law_of_data(known | given, given), **given, "table": "/dev/stdout"}, ranks),
         *("-screen", "none", "-log", "log.lammps"),
     )
     with subprocess.Popen(line, env=child_environment(), stdout=subprocess.PIPE, text=True) as program:
@@ -75,12 +75,13 @@ def deck(
         raise typer.Exit(program.returncode)
 
 
-def _folder_of(name: str) -> Path:
+def _path_of(name: str) -> Path:
+    """A deck of this folder, or else of jamlab."""
     from jamlab.kernels.installed_files import installed
 
     for folder in (Path.cwd(), installed("lammps_inputs")):
-        if Path(name).name == name and (folder / name).is_file():
-            return folder
+        if (folder / name).is_file():
+            return folder / name
     raise InputError(f"{name}: no such deck here or among those that `jamlab decks` lists")
 
 

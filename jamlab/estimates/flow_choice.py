@@ -94,9 +94,7 @@ def choose_flow(
     return _for_oscillation(packing, law, omega, amplitude, tolerance)
 
 
-def _for_oscillation(
-    packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float
-) -> Choice:
+def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float) -> Choice:
     linear, table = law.linear(), shipped_errors()
     spectrum = linear_modulus(packing, [omega], linear)
     warn_of_negative(spectrum.g0, stacklevel=5)

@@ -75,10 +75,10 @@ class Disks:
         return packing.disk_diameters
 
     def rest_areas(self, packing: Packing) -> Array:
-        return np.asarray(0.25 * np.pi * packing.disk_diameters ** 2)
+        return np.asarray(0.25 * np.pi * packing.disk_diameters**2)
 
     def free_area(self, packing: Packing) -> float:
-        return float(np.pi / 4 * np.sum(packing.disk_diameters ** 2))
+        return float(np.pi / 4 * np.sum(packing.disk_diameters**2))
 
     def grown(self, packing: Packing, growth: float) -> Packing | None:
         if -growth >= packing.disk_diameters.min():

@@ -169,9 +169,7 @@ def collapse(
         errors = 0.5 * (drawn.high - drawn.low)
     mu_ci95, lam_ci95, exponent_ci95 = (float(e) for e in errors)
     storage, loss = np.stack(means, axis=1)
-    return Collapse(
-        *best[:3], mu_ci95, lam_ci95, exponent_ci95, best[3], p, x, storage, loss, unit=spectra[0][0].unit
-    )
+    return Collapse(*best[:3], mu_ci95, lam_ci95, exponent_ci95, best[3], p, x, storage, loss, unit=spectra[0][0].unit)
 
 
 def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:

@@ -163,6 +163,8 @@ def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, dec
         ("compress", None, {"to": 0.5, "nearest": 0, "above": 0.05}),  # nothing touches
         ("stabilize", 1e-3, {}),  # no shear of the box keeps this one jammed
         ("bulk", None, {"strain": 0.02, "halvings": 1}),  # contacts change
+        ("bulk", None, {"phi_target": 0.7}),  # nothing touches
+        ("shear", None, {"phi_target": 0.7}),
         ("pressure", None, {"n": 32, "seed": 3, "tries": 2}),
     ],
 )

@@ -1,6 +1,5 @@
 """Energy terms of random disks and random simple polygons: derivatives, symmetries, plain loops beside them."""
 
-
 import numpy as np
 import pytest
 import random_packings

@@ -224,8 +224,6 @@ def test_a_packing_without_free_droplets_can_be_shown():
     assert "phi=undefined" in repr(polygons(law=LAW | {"gamma": 1e6}))
 
 
-
-
 def assert_close(got, wanted, digits=1e-12):
     scale = 1 + np.abs(wanted.positions).max()
     np.testing.assert_allclose(got.box, wanted.box, rtol=0, atol=digits * scale)

@@ -106,8 +106,6 @@ def test_two_shears_of_the_box_make_two_contacts_more(onsets):
     assert stabilized.ensemble == "shear-stabilized" and stabilized.onset == stabilized.phi
 
 
-
-
 def test_droplets_on_corners_shear_loose():
     """Their minimum has no Hessian; secants find the shear all the same, and it takes the contacts of this onset."""
     packing = jamlab.read(STATES / "droplets_on_corners.h5")
