@@ -110,7 +110,7 @@ def test_counts_are_of_tests():
     """Neither identities, nor numbers that parameters were chosen for, nor those of other papers."""
     rows = [Comparison(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
     rows.append(Comparison(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
-    assert re.findall(r"\d+", first_line(rows)) == ["1", "1", "10", "0", "1"]  # tested, agree within 10 %, no data, no test
+    assert re.findall(r"\d+", first_line(rows)) == ["1", "1", "10", "0", "1"]
     row = rows[0].row()
     assert (row["verdict"], row["value"], row["paper"]) == ("agrees", 1.0, 1.0) and row["family"] == {}
     assert rows[0].text.startswith("1 ± 0.01")
