@@ -18,7 +18,8 @@ DROPLETS = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "co
 CALLABLE = {"progress": int, "statistic": int}  # a class may stand for a function
 REQUIRED = {
     **dict.fromkeys(("omega", "rate", "duration", "force", "alpha", "stress", "stiffness"), 1.0),
-    **dict.fromkeys(("strain", "amplitude", "error"), 0.1),
+    **dict.fromkeys(("amplitude", "error"), 0.1),
+    "strain": 2e-3,  # twenty minima where 2.5 is a good angle
     **dict.fromkeys(("value", "quantity"), "z"),
     **{"to": 0.95, "rho": 0.9, "rates": [1.0], "n": 4, "pressure": 1e-2, "count": 1, "offsets": [0, 3]},
     **{"outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]], "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]},
