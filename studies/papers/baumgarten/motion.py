@@ -269,6 +269,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         axes.plot([], [], color=BLACK, marker="o", linestyle="none", label="no pre-stress")
         axes.plot([], [], color=BLACK, marker="o", linestyle="none", fillstyle="none", label="with pre-stress")
         power = "" if a == 1 else f"^{{{a:g}}}"
+        axes.set_ylim(top=300 * axes.get_ylim()[1])  # room for the legend
         label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N{power}$  [$k\,\tau_1$]", ncols=2)
         axes.autoscale(axis="x", tight=True)
         axes.margins(x=0.03)

@@ -354,7 +354,8 @@ def figure_6(tables: EnsembleTables) -> Drawing:
             part.set_title(AVERAGED.partition(": ")[2], fontsize=9, loc="right")
         _mark_regimes(part, by)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
-        label(part, f"{series[:2]}: {name}", r"$z - z_J$" if column == "d_z" else G_UNITS, loc="upper left")
+        y_name = r"$z - z_J$" if column == "d_z" else G_UNITS
+        label(part, f"{series[:2]}: {name}", y_name, loc="upper left", fontsize=7.5)
         part.set_xlim(5e-7, 0.7)
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
     _draw_collapse(out, axes[6], tables)
@@ -383,6 +384,7 @@ def _draw_collapse(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
         out.curve(axes, f"N = {n}", x * n**a, scaled(y, n), linestyle="none", **size_style(n))
     for power, ends, height in ((1.0, (0.01, 1.0), 0.3), (0.5, (1e2, 1e4), 60.0)):
         out.slope(axes, power, ends, height, above=power < 1)
+    axes.set_ylim(top=4 * axes.get_ylim()[1])  # room for the legend
     label(axes, rf"SP: $\Delta\phi\, N^{a:g}$", r"$(z - z_J)\, N$", loc="upper left")
 
 
@@ -398,7 +400,7 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
             out.curve(axes, f"N = {n}, {packings}", average(e.x), found, **look | {"marker": ""})
     g_0 = paper("BT-G0-sp-phi")
     out.curve(axes, f"paper: $G_0$ = {g_0}", [places[0], places[-1]], [g_0] * 2, **PAPER)
-    axes.set_ylim(0, 1.4)
+    axes.set_ylim(0, 2.2)
     label(axes, r"SP: $\Delta\phi$", r"$G / \Delta\phi^{1/2}$  [$\epsilon/\sigma^2$]", **SMALL)
 
 

@@ -193,7 +193,7 @@ def _draw_shapes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     dotted = PAPER | {"linestyle": ":"}
     out.curve(axes, rf"form of $\lambda = {steep}$, height free", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
     axes.set_xlim(3e-4, 0.15)
-    axes.set_ylim(0, 0.22)
+    axes.set_ylim(0, 0.26)
     shape_name = r"shape factor $\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)"
     label(axes, shape_name, r"$\rho - \rho_J$ or $\phi - \phi_J$", loc="upper left")
 

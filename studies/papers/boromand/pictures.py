@@ -122,7 +122,7 @@ def _zoom_on_borders(axes: Any, found: Voids) -> None:
     axes.set_ylim(middle[1] - half, middle[1] + half)
     for text in list(axes.texts):
         text.set_clip_on(True)
-    inset = axes.inset_axes((0.62, 0.02, 0.36, 0.36))
+    inset = axes.inset_axes((1.03, 0.32, 0.36, 0.36))
     inset.set_gid(f"{axes.get_gid()}-inset")
     centres = np.array([[0.0, 0.0], [1.0, 3**0.5], [2.0, 0.0]])  # of three touching disks of radius 1
     angles = np.radians(np.array([[0], [240], [120]]) + np.linspace(0, 60, 30))
