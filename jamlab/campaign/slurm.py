@@ -121,7 +121,7 @@ class _Job:
     sent: float
     address: str | None = None  # of its worker while it is connected
     began: bool = False  # whether the worker has ever been connected
-    lost: bool = False  # whether it was, and is not any more
+    lost: bool = False  # whether it ran once and is gone
     carried: int = 0  # number of calls that it is done with
     key: str | None = None  # of the call that it is at
     future: Any = None

@@ -189,7 +189,7 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         known = (number.value, errors.get(key, float("nan")), number.half_width)
         rows.append([key, *(_digits(value) for value in known), marks[key]])
     print_table(f"droplets of {name}", ["", "value", "± over droplets", "within", ""], rows)
-    print_note("± over droplets: standard error of a mean over many more; within: how far this picture's may be off")
+    print_note("±: standard error of the mean over droplets; within: largest error of this image's own value (95 %)")
     print_note(f"{found.cut} more are cut by the edge, and not counted; {found.rattlers.sum()} rattlers{marks['z']}")
     radius = f"radius {found.means['radius'].text('.4g')}{marks['area']}"
     print_note(f"{found.sizes}{marks['area']}, {radius}; lengths in {length}; droplets {SIDES[found.contrast]}")

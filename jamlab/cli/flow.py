@@ -151,7 +151,7 @@ def make_job(
     for path in (plot, csv):
         if path is not None:
             check_target(path, file, out, replace=force)
-    kept = f"kept {out} as it was last saved; the same command goes on from there"
+    kept = f"kept {out} as it was last saved; the same command resumes it"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
     accuracy = {"tolerance": tolerance, "background": background}
     given = {name: value for name, value in accuracy.items() if value is not None}

@@ -1,4 +1,4 @@
-"""Keep the result of a flow in an HDF5 file, with its packings; a run that was interrupted goes on from there.
+"""Keep the result of a flow in an HDF5 file, with its packings; an interrupted run resumes from it.
 
 The file is one of packings, laid out as in `jamlab.packing.hdf5`: `jamlab.read`, `jamlab explore` and MDAnalysis open
 it, and its frames are the packings of the run. Beside them stands the group /flow: a dataset for each array of the

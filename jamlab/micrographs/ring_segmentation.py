@@ -15,7 +15,7 @@ Around the middle of a region rays are cast. The path that crosses every ray onc
 darkness (dynamic programming) is the inner edge of a wall, also where the wall has a gap or is as light as noise. How
 evenly dark that wall is, how round and how light what it encloses, and how far it is from the region it was started
 from, say how likely it is a droplet: a logistic regression on nine foams, nine rendered packings and eight lattices of
-rings. The weights are frozen: no picture is used to fit them any more.
+rings. The weights are frozen: no picture is used to fit them.
 
 Sources: F. Meyer, Signal Processing 38, 113 (1994), for the watershed; M.-K. Hu, IRE Trans. Inf. Theory 8, 179 (1962),
 for moments as shapes; A. A. Amini, T. E. Weymouth & R. C. Jain, IEEE Trans. PAMI 12, 855 (1990), for paths by dynamic

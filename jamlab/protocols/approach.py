@@ -115,7 +115,7 @@ class Approach(ABC, Generic[State]):
 
 
 def fell_too_often(phi: float, falls: int) -> ConvergenceError:
-    """The error of a search whose jammed states come loose again and again."""
+    """The error of a search whose jammed states unjam again and again."""
     return ConvergenceError(
         f"no jamming onset near phi = {phi:.8f}: {falls} jammed states came loose on the way down to it, or ended on "
         "saddles; try another seed or a smaller step"

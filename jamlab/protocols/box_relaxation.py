@@ -36,13 +36,13 @@ def relax_disks_and_box(
         border: strains that the box may take.
         tolerance: on the largest force.
         near: the state is a good guess of the minimum: try Newton steps before anything else.
-        least_pressure: give up a packing whose pressure falls below this; it has come loose.
+        least_pressure: give up a packing whose pressure falls below this; it has unjammed.
         settings: numbers of the solvers.
 
     Returns:
         The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
         pressure or to rounding, and that shear costs energy where the box may shear; from `fire_only_disks` on, that a
-        pressure alone is met to 1e-7. Of a packing that has come loose it speaks of forces alone.
+        pressure alone is met to 1e-7. For an unjammed packing it refers to forces alone.
     """
     numbers = settings.box_relaxation
     if near:

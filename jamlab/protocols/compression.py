@@ -113,7 +113,7 @@ def compress(
         per_decade: see `nearest`; default `per_decade` of `sweep.parameters`.
         error: follow the basin: go on by sub-steps so short that linear response predicts every pressure to this
             relative error. By default each state is reached in one step, which may jump to another basin. A small
-            packing may come loose even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
+            packing may unjam even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
         tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
             `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
             droplets; from 1e-15 to 1e-3.

@@ -54,7 +54,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     Returns:
         DP packing in units "eps", `onset` that of the disks. Its provenance holds `handover`: rho and z of the disks,
         z of the droplets, the share of contacts that both have, and whether it is `continuous`: rho met to 1e-6, z
-        within 0.5, three quarters of the contacts kept. Close to onset droplets may come loose; then it is not.
+        within 0.5, three quarters of the contacts kept. Close to onset droplets may unjam; then it is not.
 
     Raises:
         InputError: not disks, an unknown parameter, disks too small for the width of the circulo-lines.

@@ -166,7 +166,7 @@ class OnsetSettings:
     jump: float = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
     least_root: float = 0.03  # part of sqrt(U) that remains at least in one decompression
     stride: float = 0.7  # factor of a decompression that did not converge: come from elsewhere
-    # jammed states that come loose on the way down, or end on a saddle, until one counts that rests on rattlers
+    # jammed states that unjam during decompression, or end on a saddle, until one counts that rests on rattlers
     falls: int = 8
     most_falls: int = 24  # at most: a box that shears may repeat itself for ever
 

@@ -78,6 +78,13 @@ def test_droplets_that_slip_balance_energy_to_the_tolerance(rate, tolerance, str
     assert run.imbalance < tolerance / 3 and run.balanced
 
 
+def test_creep_of_droplets_balances_energy():
+    """Their response to the shear rate nearly cancels it: velocities that look accurate lost half of the work."""
+    droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+    run = jamlab.creep(droplets, 1e-5, 0.5, tolerance=1e-2, background=1e-2)
+    assert run.imbalance < 1e-2 and run.balanced
+
+
 def test_what_energy_rounds_off_is_no_imbalance():
     """A row of disks that nothing pushes aside takes no work, but holds an energy."""
     row = np.column_stack([np.arange(40.0), np.full(40, 0.6)])
