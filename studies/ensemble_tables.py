@@ -22,8 +22,6 @@ PACKING = ["model", "n", "seed", *LAW]
 DAMPING = ["law", "beta", "eta_f"]
 SHARED, OBSERVABLE = "shared_fraction", "observables:shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
-SCANNED = 0.90  # packing fraction at which line tension is varied
-DRAGS = {"contact": "contact drag", "stokes": "Stokes drag"}
 RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
 _MET = 1e-5  # a sweep ends so close to its last packing fraction, on either side
 _WIDEST = 0.03  # states further apart are no neighbours: one between them did not converge
@@ -99,19 +97,6 @@ def add_confluence(states: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def droplet_states(states: pd.DataFrame) -> pd.DataFrame:
-    """Select states of droplets of every law, with their distances from onset, see `add_distances`."""
-    droplets = states[states["model"] == "dp"]
-    parts = [add_distances(part).assign(rho_J=lambda t: t["onset"]) for _, part in droplets.groupby(LAW)]
-    return pd.concat(parts, ignore_index=True) if parts else droplets.head(0)
-
-
-def spectra_at_fractions(states: pd.DataFrame, spectra: pd.DataFrame) -> pd.DataFrame:
-    """Interpolate G* of each packing at the `FRACTIONS` between its states; unstable ones have none."""
-    rows = _join_states(states, spectra[spectra["converged"].astype(bool)])
-    return _interpolate(rows, [*PACKING, *DAMPING], "omega", ("storage", "loss"), np.nan).dropna(subset=["storage"])
-
-
 def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFrame:
     """Sum the strength of relaxation modes of each packing by rate, in bins, and how much of it is in which motion.
     Columns: rate, the centre of a bin; strength; translation, rotation, along, across: parts of the strength that add
@@ -177,33 +162,6 @@ def _weights(rho: Array, place: float) -> Array | None:
     return weights
 
 
-def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
-    """Select droplets with the counts of `held_motions`, and what the figure draws of them."""
-    rows = onset[onset["model"] == "dp"]
-    if not set(COUNTS) <= set(rows.columns) or rows[list(COUNTS)].dropna().empty:
-        raise InputError(
-            "the table onset has no counts of contacts: add 'observables:count_motions' to the "
-            "observables of the campaign, or use the reference data"
-        )
-    rows = rows.dropna(subset=list(COUNTS))
-    rows = rows[rows["load_bearing"] > 0]
-    held, beyond = rows["load_bearing"], rows["pairs"] - (2 * rows["load_bearing"] - 1)
-    return rows.assign(
-        beyond=beyond,
-        extra=beyond / held,
-        free=rows["free_motions"] / held,
-        second=(rows["site_contacts"] - rows["pairs"]) / held,  # of a pair with three contacts: two
-        one=(rows["self_stresses"] == 1).astype(float),
-        more=rows["self_stresses"] - 1,
-        more_each=(rows["self_stresses"] - 1) / held,
-    )
-
-
-def of_usual_size(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the size that most rows have."""
-    return table[table["n"].isin(table["n"].mode().head(1))]
-
-
 def droplets_with(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
     """Select the droplets of the default force law, but for some of its parameters."""
     return select(table, model="dp", **DEFAULT_LAW | changes)
@@ -247,15 +205,11 @@ KEYS: dict[str, tuple[str, ...]] = {
     "correlation": ("n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"),
     "flow": (*_FLOW, "rate"),
     "oscillation": (*_FLOW, "omega", "amplitude"),
-    "creep": (*_FLOW, "stress"),
-    "droplet_states": tuple(PACKING),
-    "droplet_spectra": (*PACKING, *DAMPING),
     "droplet_modes": (*PACKING, *DAMPING),
     "droplet_voids": tuple(PACKING),
 }
 _FLOWED = ("stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
 _OSCILLATED = ("storage", "loss", "third_over_first", "error")
-_CREPT = ("residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests", "converged")
 _MEASURED: dict[str, tuple[str, ...]] = {
     "states": (*STATES[3:], *LATER),
     "stabilized_disks": ("state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),
@@ -266,9 +220,6 @@ _MEASURED: dict[str, tuple[str, ...]] = {
     "correlation": ("omega", "box", "delta", "c"),
     "flow": ("rho", "stress", *_FLOWED, "peak_stress", "peak_strain", "converged"),
     "oscillation": ("rho", *_OSCILLATED, "equivalent_storage", "equivalent_loss", "equivalent_time", "converged"),
-    "creep": ("rho", *_CREPT),
-    "droplet_states": (*STATES[3:], "rho_J"),
-    "droplet_spectra": ("rho", "omega", "storage", "loss"),
     "droplet_modes": ("rho", "rate", "strength", *MOTIONS, "sliding"),
     "droplet_voids": ("state", "rho", "overlap", "voids", "three", "shape_of_three"),
 }
@@ -351,9 +302,6 @@ class EnsembleTables:
     correlation = _prepared("correlation", _at_targets)
     flow = _prepared("flow", lambda table: table.dropna(subset=["stress"]))
     oscillation = _prepared("oscillation", lambda table: table.dropna(subset=["storage"]))
-    creep = _prepared("creep", lambda table: table.dropna(subset=["final_strain"]))
-    droplet_states = _shipped("droplet_states", droplet_states, "states")
-    droplet_spectra = _shipped("droplet_spectra", spectra_at_fractions, "states", "spectra")
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
 

@@ -8,16 +8,8 @@ from typing import Any
 
 from jamlab.checks import check_choice
 from jamlab.figures.explorer.write_page import explorer_assets
-from studies import droplet_calibration, micrograph_errors
-from studies.beyond import (
-    droplet_modes,
-    droplet_sizes,
-    droplet_structure,
-    foams,
-    jamming,
-    polydispersity,
-    stiffening_disks,
-)
+from studies import micrograph_errors
+from studies.beyond import droplet_modes, droplet_voids, polydispersity
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
@@ -71,12 +63,7 @@ PAPERS = _figures(
         **collapse.FIGURES,
     }
 )
-BEYOND = (
-    *_figures(droplet_modes.FIGURES | droplet_structure.FIGURES | droplet_sizes.FIGURES | stiffening_disks.FIGURES),
-    *jamming.STUDIES,
-    *foams.STUDIES,
-    *polydispersity.STUDIES,
-)
+BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), *polydispersity.STUDIES)
 _FILES = {  # of a folder, in which charts and maps stand
     "speed_accuracy": (
         *("minimisers", "onset_and_pressure", "droplet_vertices", "ensemble_means", "packing_fractions"),
@@ -123,9 +110,8 @@ def groups() -> dict[str, Group]:
 
 @cache
 def studies() -> dict[str, Study]:
-    """All studies by name; one ships no table, and is in no group."""
-    every = [study for group in groups().values() for study in group.studies]
-    return {study.name: study for study in (*every, droplet_calibration.STUDY)}
+    """All studies by name."""
+    return {study.name: study for group in groups().values() for study in group.studies}
 
 
 def chosen(names: list[str]) -> dict[str, Group]:

@@ -1,6 +1,5 @@
 """Draw which motion of droplets carries which relaxation: whole droplets, along their outlines, or across them."""
 
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -11,97 +10,13 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import BLUE, ORANGE, PINK, SKY
 from jamlab.rheology.mode_motion import MOTIONS
 from jamlab.statistics.bootstrap import Interval
-from studies.ensemble_tables import (
-    DRAGS,
-    FRACTIONS,
-    RATE_BINS,
-    SCANNED,
-    EnsembleTables,
-    droplets_with,
-    values_of,
-)
-from studies.ensembles import average, bootstrap, mean_over_packings, of_packings, side_by_side
-from studies.panels import FREQUENCY, Drawing, drawing, label, scale, sequence, style
+from studies.ensemble_tables import FRACTIONS, RATE_BINS, EnsembleTables, droplets_with, values_of
+from studies.ensembles import bootstrap, side_by_side
+from studies.panels import Drawing, drawing, label, style
 from studies.papers.statements import caption
 
-
-def droplet_spectra(tables: EnsembleTables) -> Drawing:
-    """G* of droplets over packing fraction, disks beside them, and droplets over line tension; two drag laws."""
-    table = tables.droplet_spectra
-    out, axes = drawing("beyond-droplet-spectra", 2, 3, 4.8, 3.9)
-    for row, law in enumerate(DRAGS):
-        rows = table[table["law"] == law]
-        droplets, disks = droplets_with(rows), rows[rows["model"] == "sp"]
-        for axis, part, what in ((axes[3 * row], droplets, "droplets"), (axes[3 * row + 1], disks, "disks")):
-            series = [(rf"$\rho$ = {rho:.2f}", part[np.isclose(part["rho"], rho)]) for rho in FRACTIONS]
-            _draw_series(out, axis, series)
-            _name_panel(axis, f"{what}, {DRAGS[law]}", "ε/l²" if what == "droplets" else "ε/σ²")
-        here = rows[np.isclose(rows["rho"], SCANNED)]
-        series = [(rf"$\gamma$ = {g:g}", droplets_with(here, gamma=g)) for g in values_of(here, "gamma")]
-        axis = axes[3 * row + 2]
-        _draw_series(out, axis, series)
-        _name_panel(axis, rf"droplets, {DRAGS[law]}, $\rho$ = {SCANNED:.2f}", "ε/l²")
-    for axis in axes:
-        axis.set_ylim(1e-4, 30)
-    for axis in (axes[0], axes[2]):
-        axis.legend(fontsize=8, ncols=3, loc="upper left", framealpha=0.85)
-    contact = table[table["law"] == "contact"]
-    models = {"droplets": droplets_with(contact), "disks": contact[contact["model"] == "sp"]}
-    ends = (FRACTIONS[0], FRACTIONS[-1])
-    for what, rows in models.items():
-        out.keep(f"slow limit of G', {what}", [_static(rows, rho) for rho in ends], rho=ends)
-    _keep_exponent(out, contact[np.isclose(contact["rho"], SCANNED)])
-    counts = " and ".join(f"{rows['seed'].nunique()} packings of {what}" for what, rows in models.items())
-    out.caption = caption(out.name, counts=counts)
-    return out
-
-
-def _name_panel(axes: Any, name: str, unit: str) -> None:
-    label(axes, FREQUENCY, rf"$G'$, $G''$  [{unit}]", legend=False)
-    axes.set_title(f"({axes.get_gid()}) {name}", loc="left", fontsize=11)
-
-
-def _draw_series(out: Drawing, axes: Any, series: Sequence[tuple[str, pd.DataFrame]]) -> None:
-    """Draw mean G' (full, with its band) and mean G'' (dashed) of each series that has packings."""
-    scale(axes)
-    for k, (name, rows) in enumerate(series):
-        if rows.empty:
-            continue
-        colour = sequence(k, max(len(series), 6))["color"]
-        rows = rows.assign(loss=rows["loss"] - rows["omega"] * rows["eta_f"].fillna(0.0))
-        for column, line in (("storage", "-"), ("loss", "--")):
-            omega, values = of_packings(rows, "omega", column)
-            known = np.isfinite(values).all(axis=0)  # elsewhere the mean would be that of a selection
-            look = {"color": colour, "linestyle": line}
-            if column == "loss":
-                out.curve(axes, f"G'' {name}", omega[known], average(values[:, known]), label=None, **look)
-                continue
-            mean = mean_over_packings([values[:, known]])[0]
-            out.curve(axes, f"G' {name}", omega[known], mean, label=name, **look)
-
-
-def _keep_exponent(out: Drawing, here: pd.DataFrame) -> None:
-    """Keep the power of line tension with which the median of the slow limit of G' goes."""
-    tensions = values_of(here, "gamma")
-    if len(tensions) < 3:
-        return
-    groups = [of_packings(droplets_with(here, gamma=g), "omega", "storage")[1][:, 0] for g in tensions]
-
-    def exponent(drawn: list[Array]) -> float:
-        medians = [float(np.median(values)) for values in drawn]
-        return float(np.polyfit(np.log(tensions), np.log(medians), 1)[0]) if min(medians) > 0 else float("nan")
-
-    out.keep("exponent of the slow limit of G' in line tension", bootstrap(groups, exponent))
-
-
-def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
-    """Average G' at the lowest frequency; None without packings."""
-    part = rows[np.isclose(rows["rho"], rho)]
-    if part.empty:
-        return None
-    return mean_over_packings([of_packings(part, "omega", "storage")[1][:, 0]])[0]
-
-
+DRAGS = {"contact": "contact drag", "stokes": "Stokes drag"}
+SCANNED = 0.90  # packing fraction at which line tension is varied
 SHOWN = (0.86, 0.90, 0.96)  # packing fractions of the spectra drawn
 WORDS = {"translation": "translation", "rotation": "rotation", "along": "along outlines", "across": "across outlines"}
 COLOUR = {"translation": BLUE, "rotation": SKY, "along": ORANGE, "across": PINK}
@@ -205,4 +120,4 @@ def _slope(tensions: list[float], groups: list[Array]) -> float:
     return float(np.polyfit(np.log(tensions), means, 1)[0])
 
 
-FIGURES = {"beyond-droplet-spectra": droplet_spectra, "beyond-droplet-modes": droplet_modes}
+FIGURES = {"beyond-droplet-modes": droplet_modes}

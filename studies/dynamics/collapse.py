@@ -5,26 +5,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from jamlab.arrays import Array
 from jamlab.checks import finite_array
 from jamlab.errors import InputError
-from jamlab.plotting.palette import BLACK
 from studies.dynamics.flow_curves import (
     HIGHEST,
-    JAMMED,
     SETTINGS,
-    STRESS,
-    balanced_disks,
-    mean_of_rows,
     steady_flows,
 )
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, average, mean_over_packings, of_packings, select
-from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style
+from studies.ensembles import Sample, average
+from studies.panels import FIT, Drawing, drawing, label, scale, sequence
 from studies.papers.statements import caption, statistic
 
 WINDOW = (0.82, 0.86)  # packing fractions of the fit
@@ -167,66 +161,4 @@ def _draw(
         out.curve(branches, f"fit {'above' if side > 0 else 'below'}", scaled_rate, scaled_stress, **FIT)
 
 
-ALLOWED = 0.1  # by which stresses may miss the collapse
-_NAMES = {"n": "N =", "background": "background", "tolerance": "tolerance"}
-_SAME = 1e-2  # relative: rates whose powers are one rate of linear drag
-
-
-def power_law_collapse(tables: EnsembleTables) -> Drawing:
-    """Stress of flow under power-law drag over the rate to that power, and what misses the collapse."""
-    rows = tables.flow[(tables.flow["rate"] > 0) & (tables.flow["beta"] == 1)]
-    powers = sorted(set(rows["alpha"].dropna().unique()) - {1.0})
-    if not powers:
-        raise InputError("the table flow has no drag with alpha below 1: run a campaign with some")
-    linear = steady_flows(tables.flow, phi=JAMMED)
-    out, (stress, ratio, checks) = drawing("dynamics-power-law", 1, 3, 4.6, 3.9)
-    scale(stress)
-    scale(ratio, y="linear")
-    out.curve(stress, r"$\alpha$ = 1", *mean_of_rows(linear, "rate", "stress"), band=False, color=BLACK, marker="s")
-    for k, alpha in enumerate(powers):
-        bent, text, look = steady_flows(tables.flow, alpha, phi=JAMMED), rf"$\alpha$ = {alpha:.2f}", style(k)
-        x, mean = mean_of_rows(bent, "rate", "stress")
-        out.curve(stress, text, x**alpha, mean, band=False, ls="none", **look)
-        x, values = _ratios(bent, linear, alpha)
-        out.curve(ratio, text, x * 1.03**k, mean_over_packings([values])[0], band=False, **look)
-    said = _draw_checks(out, checks, tables.flow, powers[0])
-    for axes in (ratio, checks):
-        axes.axhspan(1 - ALLOWED, 1 + ALLOWED, color="#999999", alpha=0.15, linewidth=0)
-        axes.axhline(1.0, color=BLACK, linewidth=0.8)
-    power = r"$(\dot\gamma\,\tau_1)^\alpha$"
-    label(stress, power, STRESS)
-    label(ratio, power, r"$\sigma_\alpha(\dot\gamma)/\sigma_1(\dot\gamma^\alpha)$", loc="lower right")
-    label(checks, "settings", rf"the same, $\alpha$ = {powers[0]:.2f}, lowest rate", legend=False)
-    checks.tick_params(axis="x", labelsize=7.5)
-    made = linear["seed"].nunique()
-    out.caption = caption(out.name, n=SETTINGS["n"], jammed=JAMMED, made=made, said=said)
-    return out
-
-
-def _ratios(bent: pd.DataFrame, linear: pd.DataFrame, alpha: float) -> tuple[Array, Array]:
-    """Find rates of linear drag (m,), and ratios (packings, m) at rates whose power they are; nan without a partner."""
-    parts = []
-    for rate in sorted(linear["rate"].unique()):
-        both = linear[linear["rate"] == rate].merge(
-            bent[np.abs(bent["rate"] ** alpha / rate - 1) < _SAME], on="seed", suffixes=("_linear", "")
-        )
-        parts.append(both.assign(linear=rate, ratio=both["stress"] / both["stress_linear"]))
-    return of_packings(pd.concat(parts), "linear", "ratio")
-
-
-def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float) -> str:
-    """Draw and write ratios at the lowest rate with other settings that both drag laws were run with."""
-    bent, linear = (rows[rows["rate"] > 0] for rows in (balanced_disks(flow, a, phi=JAMMED) for a in (alpha, 1.0)))
-    names, said = [], []
-    for settings, rows in bent[bent["rate"] == bent["rate"].min()].groupby(list(SETTINGS)):
-        changed = dict(zip(SETTINGS, settings, strict=True))
-        mean = mean_over_packings([_ratios(rows, select(linear, **changed), alpha)[1]])[0]
-        names.append("\n".join(f"{_NAMES[k]} {v:g}" for k, v in changed.items() if v != SETTINGS[k]) or "as (b)")
-        said.append(f"{names[-1]} {mean.value[0]:.2f}".replace("\n", " "))
-        out.curve(axes, names[-1].replace("\n", ", "), [len(names) - 1], mean, band=False, **style(0))
-    axes.set_xticks(range(len(names)), names)
-    axes.set_xlim(-0.5, len(names) - 0.5)
-    return ", ".join(said)
-
-
-FIGURES = {"dynamics-collapse": flow_collapse, "dynamics-power-law": power_law_collapse}
+FIGURES = {"dynamics-collapse": flow_collapse}

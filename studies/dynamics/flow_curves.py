@@ -1,21 +1,20 @@
-"""Draw flow in time: curves of disks, yield stress, overshoot, droplets beside disks; oscillation over amplitude."""
+"""Draw flow in time: flow curves of disks, oscillation over amplitude and under power-law drag."""
 
 from functools import partial
-from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED
+from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, bootstrap, mean_over_packings, of_packings, scaled, select, side_by_side
-from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, model_style, scale, sequence, style, write_interval
+from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, scale, sequence, style, write_interval
 from studies.papers.statements import caption, paper, statistic
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
@@ -126,111 +125,6 @@ def flow_at_onset(tables: EnsembleTables) -> Sample:
 def slope_at_onset(rates: Array, stress: Array, highest: float = HIGHEST) -> float:
     """Fit the exponent of the stress over the rate."""
     return fit_exponent(rates[rates <= highest], stress[rates <= highest])
-
-
-def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
-    """Flow curves of droplets and disks at the same packing fraction, and their pressure."""
-    table = select(tables.flow, law="stokes")
-    table = table.assign(rho=table["rho"].round(3))
-    fractions = sorted(select(table, model="dp")["rho"].unique())
-    out, axes = drawing("dynamics-droplets", 1, len(fractions) + 1, 4.6, 3.9)
-    for part, rho in zip(axes, fractions, strict=False):
-        scale(part)
-        for model in MODEL_STYLE:
-            rows, look = table[(table["rho"] == rho) & (table["model"] == model)], model_style(model, linestyle="-")
-            draw_mean(out, part, MODEL_STYLE[model]["label"], rows, "rate", "stress", **look)
-        text = rf"shear stress $\sigma$ at $\rho$ = {rho:.2f}  [ε/l²]"
-        label(part, RATE, text, legend=False)
-    last = axes[-1]
-    scale(last)
-    for model, (rho, line) in product(MODEL_STYLE, zip(fractions, ("-", "--", ":"), strict=False)):
-        rows, look = table[(table["rho"] == rho) & (table["model"] == model)], model_style(model, linestyle=line)
-        text = rf"{MODEL_STYLE[model]['label']}, $\rho$ = {rho:.2f}"
-        draw_mean(out, last, text, rows, "rate", "flow_pressure", **look)
-    label(last, RATE, "pressure $p$  [ε/l²]", legend=False)
-    out.legend_above(last)
-    out.caption = caption(out.name, n=int(table["n"].iloc[0]), made=table["seed"].nunique())
-    return out
-
-
-MOVES = 1e-5  # rate of creep below which a packing is taken to bear a stress
-_CREEP: dict[str, Any] = {"color": PINK, "marker": "v"}
-
-
-class Estimate(NamedTuple):
-    """A yield stress by one way, with its look."""
-
-    way: str
-    found: Interval
-    look: dict[str, Any]
-
-
-def yield_stress(tables: EnsembleTables) -> Drawing:
-    """Yield stress from steady flow, quasi-static shear, start-up and creep, side by side."""
-    table = steady_flows(tables.flow, phi=JAMMED)
-    slow = balanced_disks(tables.flow, phi=JAMMED, rate=0)
-    loaded = balanced_disks(tables.creep, phi=JAMMED)
-    out, (flow, creep, ways) = drawing("dynamics-yield", 1, 3, 4.8, 3.9)
-    scale(flow, creep)
-    found = _flows(out, flow, table, slow)
-    found.append(Estimate("creep", _creeps(out, creep, loaded, table), _CREEP))
-    for k, each in enumerate(found):
-        out.curve(ways, each.way, [k], scaled(each.found, 1e3), band=False, ls="none", **each.look)
-    ways.set_xticks(range(len(found)), [each.way.replace(" ", "\n") for each in found])
-    ways.set_xlim(-0.5, len(found) - 0.5)
-    ways.set_ylim(bottom=0)
-    label(flow, RATE, STRESS, loc="upper left")
-    label(creep, STRESS, r"rate of creep at the end $\dot\gamma\,\tau_1$")
-    label(ways, "way", r"yield stress $\sigma_y$  [$10^{-3}$ k]", legend=False)
-    ways.tick_params(axis="x", labelsize=8)
-    text = "; ".join(f"{each.way} {write_interval(scaled(each.found, 1e4), 1)}" for each in found)
-    settings = {"n": SETTINGS["n"], "jammed": JAMMED, "made": slow["seed"].nunique(), "moves": MOVES}
-    out.caption = caption(out.name, time=loaded["final_time"].max(), ways=text, **settings)
-    return out
-
-
-def _flows(out: Drawing, axes: Any, table: pd.DataFrame, slow: pd.DataFrame) -> list[Estimate]:
-    rates, stress = of_packings(table, "rate", "stress")
-    mean = mean_over_packings([stress])[0]
-    out.curve(axes, "steady flow", rates, mean, band=False, color=RED, marker="s", ls="none")
-    law, interval = yield_law(rates, stress), yield_law_interval(rates, stress)
-    line = np.geomspace(rates.min(), HIGHEST, 60)
-    out.curve(axes, f"Herschel-Bulkley, $n$ = {law.exponent:.2f}", line, law(line), **FIT)
-    _, peaks = of_packings(table, "rate", "peak_stress")
-    top = mean_over_packings([np.where(np.isfinite(peaks), peaks, stress)])[0]
-    out.curve(axes, "peak of start-up", rates, top, band=False, color=GREEN, marker="^", ls=":")
-    of_slow = (slow["stress"], slow["peak_stress"].fillna(slow["stress"]))
-    limit, peak = (mean_over_packings([column.to_numpy(dtype=np.float64)])[0] for column in of_slow)
-    ends = np.array([rates.min(), rates.max()])
-    out.curve(axes, "quasi-static mean", ends, scaled(limit, np.ones(2)), color=BLUE, ls="--")
-    return [
-        Estimate("flow, law", interval[0], {"color": BLACK, "marker": "s"}),
-        Estimate("flow, slowest", mean[0], {"color": RED, "marker": "s"}),
-        Estimate("flow, quasi-static", limit, {"color": BLUE, "marker": "o"}),
-        Estimate("start-up, slowest", top[0], {"color": GREEN, "marker": "^"}),
-        Estimate("start-up, quasi-static", peak, {"color": ORANGE, "marker": "D"}),
-    ]
-
-
-def _creeps(out: Drawing, axes: Any, loaded: pd.DataFrame, table: pd.DataFrame) -> Interval:
-    out.curve(axes, "creep", loaded["stress"] + loaded["residual"], loaded["final_rate"], ls="none", **_CREEP)
-    rates, stress = of_packings(table, "rate", "stress")
-    line = np.geomspace(MOVES, HIGHEST, 60)
-    out.curve(axes, "steady flow, law of (a)", yield_law(rates, stress)(line), line, **FIT)
-    axes.axhline(MOVES, color=BLACK, linewidth=0.8, linestyle=":")
-    limits = [_threshold(rows) for _, rows in loaded.groupby("seed")]
-    return mean_over_packings([np.array(limits)])[0]
-
-
-def _threshold(rows: pd.DataFrame) -> float:
-    """Find the stress between the largest that a packing bears and the next, residual one counted; nan if all flow."""
-    total = (rows["stress"] + rows["residual"]).to_numpy(dtype=np.float64)
-    order = np.argsort(total)
-    total, flows = total[order], rows["final_rate"].to_numpy(dtype=np.float64)[order] > MOVES
-    held = np.flatnonzero(~flows)
-    if not len(held) or held[-1] + 1 == len(total):
-        return np.nan
-    return float(np.sqrt(total[held[-1]] * total[held[-1] + 1]))
 
 
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"
@@ -369,8 +263,6 @@ def _draw_map(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
 
 FIGURES = {
     "dynamics-flow-curves": flow_curves,
-    "dynamics-yield": yield_stress,
     "dynamics-amplitudes": amplitude_sweeps,
     "dynamics-equivalent-damping": equivalent_damping,
-    "dynamics-droplets": droplets_beside_disks,
 }

@@ -29,7 +29,7 @@ FOLDER = Path(__file__).parent
 MODULES = (  # that register functions
     *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "confluence", "voids", "onset")),
     *(f"papers.baumgarten.{name}" for name in ("spectra", "motion", "correlation")),
-    *("papers.boromand.coefficients", "dynamics.flow_curves", "dynamics.collapse", "beyond.jamming"),
+    *("papers.boromand.coefficients", "dynamics.flow_curves", "dynamics.collapse"),
 )
 Keywords = Mapping[str, Any]
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -50,7 +50,7 @@ def test_power_laws_collapse(dense, curve, alpha, linear, allowed):
     """sigma_alpha(rate) = sigma_1(rate^alpha), Tighe et al. 2010: at rate^alpha = 1e-2, to 2 %.
 
     At 1e-3 the stress of power laws is lower, by 11 % (alpha = 2/3) and 18 % (1/2) in the mean of six packings,
-    whatever the number of disks, the tolerance and the background (`python -m studies draw dynamics-power-law`).
+    whatever the number of disks, the tolerance and the background.
     """
     law, rate = jamlab.ContactDamping(alpha=alpha), linear ** (1 / alpha)
     found = jamlab.flow_curve(dense, [rate], law, strain=3.0, background=1e-2)

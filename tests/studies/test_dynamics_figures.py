@@ -54,33 +54,15 @@ def test_the_shipped_flow_curve_tends_to_quasistatic_shear():
     assert 0.45 < both.low[1] < both.value[1] < both.high[1] < 0.55
 
 
-def test_yield_stresses_side_by_side():
-    """Those of the flow, and, 1.3 times as high, of start-up; creep between the stresses 0.5 and 1e-3 k."""
-    rows = drawn("yield").table.query("panel == 'c'")
-    ways = dict(zip(rows["series"], 1e-3 * rows["y"], strict=True))
-    assert ways["flow, law"] == pytest.approx(flow_tables.YIELD, rel=0.05)
-    assert ways["flow, quasi-static"] == pytest.approx(flow_tables.YIELD, rel=0.02)
-    assert ways["start-up, quasi-static"] == pytest.approx(1.3 * flow_tables.YIELD, rel=0.02)
-    assert ways["creep"] == pytest.approx(np.sqrt(5e-7), rel=1e-6)
-
-
 def test_amplitudes_at_which_disks_soften_go_as_pressure():
     assert measure("flow-softening", tables()).value == pytest.approx(1.0, abs=0.05)
     soft = curve("amplitudes", "d", "softening")
     assert soft["y"].to_numpy() == pytest.approx(flow_tables.SOFT_OVER_PRESSURE * soft["x"].to_numpy(), rel=0.15)
 
 
-def test_what_misses_the_collapse_of_power_laws():
-    ratio = curve("power-law", "b", r"$\alpha$ = 0.50")["y"].to_numpy()
-    assert ratio == pytest.approx([flow_tables.MISS, 1.0], rel=1e-6)
-    checks = [curve("power-law", "c", name)["y"].iloc[0] for name in ("as (b)", "N = 64")]
-    assert checks == pytest.approx([flow_tables.MISS, 1.0])
-
-
 def test_a_table_without_the_runs_of_a_figure_is_told():
     few = EnsembleTables(lambda name: tables().flow.query("rate == 0") if name == "flow" else pd.DataFrame())
-    for name in ("flow-curves", "power-law", "droplets"):
-        with pytest.raises(InputError):
-            pages.draw(f"dynamics-{name}", few)
+    with pytest.raises(InputError):
+        pages.draw("dynamics-flow-curves", few)
     one = EnsembleTables(lambda name: tables().flow.query("phi == 0.86"))
     assert not measure("flow-q-tighe", one).known

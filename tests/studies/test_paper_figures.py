@@ -20,10 +20,8 @@ from studies.papers.verdicts import SUMMARY
 from studies.registry import groups, studies
 from studies.study import Group, Study
 
-SLOW = ("beyond-droplet-spectra", "beyond-stiffening-disks")  # to draw
 
-
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in FIGURES])
+@pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_keeps_what_it_draws(name):
     drawing = drawn(name)
     table = drawing.table

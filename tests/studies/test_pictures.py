@@ -45,11 +45,8 @@ def test_baumgarten_1():
 FLOWS = {  # figures of flow in time, from tables in which known laws hold, and how many panels stand in a row
     "flow-curves": 3,  # from dark to light, their means over pressure, the law with a yield stress through one of them
     "collapse": 2,  # one line through onset, and its two branches
-    "yield": 3,  # flow curve with law, band and peaks; share that flows; six ways with bars
     "amplitudes": 4,  # storage filled, loss dashed, at three frequencies; softening and yielding over pressure
-    "power-law": 3,  # three drag laws, their ratio to the linear one, and checks, with a grey band
     "equivalent-damping": 3,  # a map of squares with numbers, and errors over reduced frequency, with a grey band
-    "droplets": 3,  # droplets and disks at two packing fractions, and their pressure
 }
 
 

@@ -10,7 +10,6 @@ YIELD, HERSCHEL = 8e-4, 0.52  # of quasi-static shear; exponent at packing fract
 SEEDS = range(1, 7)
 FRACTIONS = (0.80, 0.82, 0.83, 0.84, 0.85, 0.86, 0.88)
 SOFT_OVER_PRESSURE = 0.3
-MISS = 0.8  # of power-law drag at the lowest rate
 _DISKS = {"model": "sp", "ensemble": "fixed-box", "law": "contact", "beta": 1.0, "eta_f": np.nan, "rho": np.nan}
 _DISKS["target_pressure"] = np.nan
 _USUAL = {**_DISKS, "n": 256, "alpha": 1.0, "background": 1e-2, "tolerance": 5e-2}
@@ -36,39 +35,13 @@ def _flow_row(seed, stress, **entries):
 
 
 def flow(critical=False):
-    """Steady flow around onset, at rate 0, under power-law drag, with other settings, and of droplets."""
+    """Steady flow around onset, and at rate 0."""
     rows = [
         _flow_row(seed, _stress(phi, rate, critical), phi=phi, rate=rate)
         for seed, phi, rate in product(SEEDS, FRACTIONS, (1e-4, 1e-3, 3e-3, 1e-2, 1e-1))
     ]
     for seed in SEEDS:
         rows.append(_flow_row(seed, YIELD, phi=0.86, rate=0.0))
-        for alpha, miss in ((0.5, MISS), (0.666667, 0.9)):
-            for power, share in ((1e-2, 1.0), (1e-3, miss)):
-                stress = share * _stress(0.86, power)
-                rows.append(_flow_row(seed, stress, phi=0.86, rate=power ** (1 / alpha), alpha=alpha))
-        for alpha, n in product((0.5, 1.0), (64,)):
-            rows.append(_flow_row(seed, _stress(0.86, 1e-3), phi=0.86, rate=1e-3 ** (1 / alpha), alpha=alpha, n=n))
-        for model, rho, rate in product(("sp", "dp"), (0.90, 0.95), (1e-2, 1e-1)):
-            drag = {"law": "stokes", "beta": np.nan, "eta_f": 0.0, "alpha": np.nan, "background": np.nan, "n": 16}
-            stress = (0.1 if model == "sp" else 0.2) * rate**0.5
-            rows.append(_flow_row(seed, stress, model=model, phi=rho, rate=rate, **drag | {"rho": rho}))
-    return pd.DataFrame(rows)
-
-
-def creep():
-    """Packings that flow under 1e-3 k and more, with the residual stress."""
-    rows = []
-    for seed, stress in product(SEEDS, (2.5e-4, 5e-4, 1e-3, 2e-3)):
-        flows = bool(stress > 9e-4)
-        ends = {
-            "final_time": 1e4,
-            "final_strain": 1.0 if flows else 0.01,
-            "final_rate": 1e-4 if flows else 1e-7,
-            "slope": float(flows),
-        }
-        found = {"stress": stress, "residual": 0.0, "flows": flows, "rests": not flows, "converged": True}
-        rows.append({**_USUAL, "phi": 0.86, "seed": seed, **ends, **found})
     return pd.DataFrame(rows)
 
 
@@ -91,4 +64,4 @@ def _oscillation_row(seed, pressure, omega, amplitude, storage, loss, factor=1.0
     return {**_USUAL, "seed": seed, **place, **linear, **found, **entries}
 
 
-TABLES = {"flow": flow, "creep": creep, "oscillation": oscillation}
+TABLES = {"flow": flow, "oscillation": oscillation}

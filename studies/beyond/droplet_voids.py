@@ -1,6 +1,4 @@
-"""Draw what holds droplets at onset: why pairs in contact scatter around 2N' - 1, and what does not."""
-
-from typing import Any
+"""Draw the shape of voids between three droplets, by vertices and stiffness of rims, beside voids of equal disks."""
 
 import numpy as np
 import pandas as pd
@@ -10,67 +8,10 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics.bootstrap import Interval
-from studies.ensemble_tables import DEFAULT_LAW, LAW, PACKING, EnsembleTables, counts_at_onset, of_usual_size
-from studies.ensembles import FEWEST, bootstrap, groups_by, mean_over_packings
-from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style, style
+from studies.ensemble_tables import DEFAULT_LAW, LAW, PACKING, EnsembleTables
+from studies.ensembles import FEWEST, bootstrap
+from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, style
 from studies.papers.statements import caption, paper
-
-# column -> legend, and name of its mean
-SHARES = {
-    "free": ("motions left free", "motions left free"),
-    "second": ("contacts beyond one a pair", "contacts beyond one a pair"),
-    "extra": (r"pairs beyond $2N' - 1$", r"pairs beyond 2N' - 1"),
-}
-
-
-def droplet_contacts(tables: EnsembleTables) -> Drawing:
-    """Contacts of droplets at onset: pairs, contacts of vertices, states of self-stress and floppy modes."""
-    table = counts_at_onset(tables.onset)
-    n = [16, 32, 64, 128, 256]
-    out, (pairs, stresses, more, shares) = drawing("beyond-droplet-contacts", 2, 2, 4.7, 3.8)
-    for size in n:
-        rows, look = table[table["n"] == size], size_style(size) | {"linestyle": "-"}
-        for axes, column in ((pairs, "beyond"), (stresses, "self_stresses")):
-            share = rows[column].value_counts(normalize=True).sort_index()
-            out.curve(axes, f"N = {size} ({len(rows)})", share.index, share.to_numpy(), **look)
-    label(pairs, r"pairs in contact beyond $2N' - 1$", "share of packings", loc="upper right")
-    label(stresses, "states of self-stress S", "share of packings", loc="upper right")
-    for axes in (pairs, stresses):
-        axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
-
-    def means(name: str, column: str) -> Interval:
-        found: Interval = out.keep(name, mean_over_packings(groups_by(table, "n", column, n)), N=n)
-        return found
-
-    means("share with S = 1", "one")
-    means("S - 1 a droplet", "more_each")
-    _draw_more(out, more, n, means("S - 1", "more"))
-    _draw_shares(out, shares, table, n)
-    counts = ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
-    out.caption = caption(out.name, counts=counts)
-    return out
-
-
-def _draw_more(out: Drawing, axes: Any, n: list[int], mean: Interval) -> None:
-    out.curve(axes, "mean", n, mean, band=False, linestyle="none", label=None, **style(1))
-    ends, text = np.array([0, n[-1]]), f"as many a droplet as N = {n[-1]}"
-    out.curve(axes, "as many a droplet", ends, ends * mean.value[-1] / n[-1], label=text, **FIT)
-    label(axes, "N", r"mean of $S - 1$", loc="upper left")
-    axes.set_ylim(0, None)
-    axes.set_xlim(0, None)
-
-
-def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> None:
-    for k, (column, (legend, name)) in enumerate(SHARES.items()):
-        mean = out.keep(f"{name}, a droplet", mean_over_packings(groups_by(table, "n", column, n)), N=n)
-        out.curve(axes, name, n, mean, band=False, label=legend, **style(k))
-    axes.set_xscale("log", base=2)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.55 * (high - low))
-    label(axes, "N", "for each droplet that bears load", loc="upper left")
-    axes.set_xticks(n, list(map(str, n)))
-    axes.minorticks_off()
-
 
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
 SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
@@ -80,7 +21,7 @@ KEPT = (0.88, 0.94, 0.98)  # packing fractions at which the mean shape is kept
 
 def droplet_voids(tables: EnsembleTables) -> Drawing:
     """Shape factor of voids between three droplets, by vertices and stiffness, over packing fraction and overlap."""
-    table = of_usual_size(tables.droplet_voids)
+    table = tables.droplet_voids
     packings = table.drop_duplicates(PACKING).groupby(["eps", "nv_small", "gamma"], as_index=False).size()
     laws = packings.loc[packings["size"] >= FEWEST, LAW].to_numpy(dtype=np.float64)
     if not len(laws):
@@ -166,4 +107,4 @@ def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
     return np.pi / 4 / cell - (1 - 2 * area / cell), (1.5 * arc) ** 2 / (4 * np.pi * area)
 
 
-FIGURES = {"beyond-droplet-contacts": droplet_contacts, "beyond-droplet-voids": droplet_voids}
+FIGURES = {"beyond-droplet-voids": droplet_voids}
