@@ -190,6 +190,9 @@ def shear(
     direction: Annotated[
         str, typer.Option(help="Rate 0: simple, pure or an angle of simple shear, degrees.")
     ] = "simple",
+    pressure: Annotated[
+        str | None, typer.Option(help="Rate 0: constant, or the pressure at which the area of the box is free.")
+    ] = None,
     rows: Annotated[int, typer.Option(help="Rows of the result, but at rate 0.")] = 200,
     frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
     within: Within = None,
@@ -201,6 +204,7 @@ def shear(
     found: Any
     if rate == 0:
         how: dict[str, Any] = {"direction": _read_direction(direction), "every": frames}
+        how["pressure"] = _number_or_text(pressure)
         found = job.drive(quasistatic_shear, "shear", strain, step, timed=False, **how)
     else:
         if rate > 0:
@@ -211,8 +215,13 @@ def shear(
 
 
 def _read_direction(text: str) -> str | float:
+    found = _number_or_text(text)
+    return radians(found) if isinstance(found, float) else text
+
+
+def _number_or_text(text: str | None) -> str | float | None:
     try:
-        return radians(float(text))
+        return text if text is None else float(text)
     except ValueError:
         return text
 

@@ -29,6 +29,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
+from jamlab.protocols.box_relaxation import relax_at_pressure
 from jamlab.protocols.compression import LARGEST_TOLERANCE, MOST_STATES
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 from jamlab.protocols.saddles import record
@@ -56,14 +57,16 @@ class PlasticEvents:
 class QuasistaticShear(ShearRun):
     """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag. There
     is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
-    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule.
+    `dissipated` what of it is not stored in `enthalpy`: what events release, and the error of the trapezoidal rule.
+    Energies and work are over the area at the start.
 
     >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), 0.01, step=2e-3, direction="pure")
     >>> r.direction, len(r.events) == r.plastic_events
     ('pure', True)
     """
 
-    series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force")
+    series: ClassVar[tuple[str, ...]] = (*SERIES, "converged", "max_force", "area")
+    derived: ClassVar[tuple[str, ...]] = (*ShearRun.derived, "enthalpy", "dilation")
 
     converged: NDArray[np.bool_]  # (m,) bool, whether the minimisation met its tolerance
     max_force: Array  # (m,) largest force left
@@ -73,6 +76,22 @@ class QuasistaticShear(ShearRun):
     event_released: Array
     event_width: Array
     direction: Direction = field(default="simple", kw_only=True)  # see `quasistatic_shear`
+    area: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)  # (m,) of the cell; by default it stays
+    held_pressure: float | None = field(default=None, kw_only=True)  # at which the area is free; None: the area stays
+
+    def __post_init__(self) -> None:
+        if not self.area.size:
+            object.__setattr__(self, "area", np.full(len(self.strain), self.packing.area))
+
+    @property
+    def enthalpy(self) -> Array:
+        """(m,) energy, and the work against the pressure that is held since the start."""
+        return np.asarray(self.energy + (self.held_pressure or 0.0) * self.dilation)
+
+    @property
+    def dilation(self) -> Array:
+        """(m,) growth of the area since the start, over the area there: dilatancy where the pressure is held."""
+        return np.asarray(self.area / self.area[0] - 1)
 
     @property
     def events(self) -> PlasticEvents:
@@ -93,14 +112,15 @@ class QuasistaticShear(ShearRun):
         """Direction; as of `ShearRun`; the number of events, and that of states that missed the tolerance."""
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
-        return {"direction": self.direction} | super().summary | events
+        held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
+        return {"direction": self.direction} | held | super().summary | events
 
     @property
     def energy_gap(self) -> Array:
         """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long."""
         released = np.zeros(len(self.strain))
         released[self._ends()] = self.event_released
-        return energy_gap(self.work, np.cumsum(released), self.energy)
+        return energy_gap(self.work, np.cumsum(released), self.enthalpy)
 
     @property
     def allowed_imbalance(self) -> float:
@@ -155,6 +175,7 @@ class Minimum(NamedTuple):
     contacts: float
     converged: bool
     max_force: float
+    area: float
     time: float = 0.0
     rate: float = 0.0
     viscous_stress: float = 0.0
@@ -189,6 +210,7 @@ class Walk(Run[QuasistaticShear]):
         packing: Packing,
         shearing: Shearing,
         tolerance: float | None,
+        pressure: str | float | None,
         shortest: float,
         task: dict[str, Any],
         out: str | Path | None,
@@ -202,11 +224,17 @@ class Walk(Run[QuasistaticShear]):
         self.facts |= {"background": 0.0, "tolerance": force, "iterations": 0, "shear_rate": 0.0}
         self._now = self._scales.to_natural(self._started)
         self._session = Session(self._now)
+        self._pressure: float | None = None if isinstance(pressure, str) else pressure
         if self.before:
+            self._pressure = self.before.held_pressure
             self.rows = [Minimum(**row) for row in self.rows_before()]
             self._events = {name: getattr(self.before, name).tolist() for name in EVENTS}
         else:
+            if pressure == "constant":
+                found = relax(self._session, tolerance, near=True)
+                self._pressure = self._scales.stress * found.evaluation.pressure
             self.add(self._relax(0.0, None), keep=True)
+        self.facts["held_pressure"] = self._pressure
 
     def __enter__(self) -> Self:
         return self
@@ -238,7 +266,7 @@ class Walk(Run[QuasistaticShear]):
         self._now = reached
         self.add(after, keep=keep)
         if event:
-            released = 0.5 * (before.stress + after.stress) * step - (after.energy - before.energy)
+            released = after.dissipated - before.dissipated
             for name, value in zip(EVENTS, (strain, _drop(before, after), released, abs(step)), strict=True):
                 self._events[name].append(value)
 
@@ -254,18 +282,24 @@ class Walk(Run[QuasistaticShear]):
         return self._relax(strain, before)
 
     def _relax(self, strain: float, before: Minimum | None) -> Minimum:
-        found = relax(self._session, self._tolerance, near=True)
+        if self._pressure is None:
+            found = relax(self._session, self._tolerance, near=True)
+        else:
+            found = relax_at_pressure(self._session, self._pressure / self._scales.stress, self.facts["tolerance"])
         self._steps += 1
         reached, packing = found.evaluation, self._session.packing(ensemble="fixed-box")
         self._now = record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
         unit, direction = self._scales.stress, self._shearing.at(strain)
         along, across = np.einsum("ai,ij,aj->a", direction.axes, reached.stress, direction.axes)
-        stress, energy = direction.conjugate(reached.stress) * unit, reached.energy / packing.area * unit
+        area = packing.area * self._scales.length**2
+        share = self._share(area)
+        stress, energy = direction.conjugate(reached.stress) * unit, reached.energy / packing.area * unit * share
         work = dissipated = 0.0
         if before:  # the integral of the stress by the trapezoidal rule, and what of it is not stored
-            done = 0.5 * (stress + before.stress) * (strain - before.strain)
-            work = before.work + done
-            dissipated = work - (energy - self.rows[0].energy)
+            mean = 0.5 * (stress * share + before.stress * self._share(before.area))
+            work = before.work + mean * (strain - before.strain)
+            stored = energy - self.rows[0].energy + (self._pressure or 0.0) * (share - 1.0)
+            dissipated = work - stored
         return Minimum(
             strain=strain,
             stress=stress,
@@ -278,7 +312,12 @@ class Walk(Run[QuasistaticShear]):
             contacts=float(count_pressing(packing)),
             converged=self._now.converged,
             max_force=reached.max_force * self._scales.force,
+            area=area,
         )
+
+    def _share(self, area: float) -> float:
+        """An area over that of the first state; 1 where it stays."""
+        return area / self.rows[0].area if self.rows and self._pressure is not None else 1.0
 
 
 def _flipped(packing: Packing) -> Packing:
@@ -296,6 +335,7 @@ def _drop(before: Minimum, after: Minimum) -> float:
 
 
 LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1
+HIGHEST_PRESSURE = 1.0  # that may be held, stiffness of a contact
 
 
 @checked
@@ -305,13 +345,14 @@ def quasistatic_shear(
     step: float = 1e-3,
     *,
     direction: Direction = "simple",
+    pressure: str | float | None = None,
     resolution: float | None = None,
     every: float | None = None,
     tolerance: float | None = None,
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> QuasistaticShear:
-    """Shear a packing at fixed area without rate: after every step of strain an energy minimum.
+    """Shear a packing without rate, at fixed area or pressure: after every step of strain an energy minimum.
 
     A step moves box and positions affinely, x -> x + step y, and relaxes. The box flips to the same lattice with
     another tilt when it leans by more than 0.55 of its width, so that strain has no limit. The start is relaxed too.
@@ -328,6 +369,8 @@ def quasistatic_shear(
             smaller than the elastic rise in a step is not seen.
         direction: "simple": along x; an angle, radian: simple shear along it; "pure": longer along x, shorter along y.
             `stress` does work on the strain, and the normal stress difference is that along and across the direction.
+        pressure: "constant", that of the start, or a number in the packing's unit of stress: every state minimises the
+            enthalpy over the area too, and meets the pressure to 1e-9. By default the area stays.
         resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
             strain and size of the drop are known that well. By default steps are not refined.
         every: strain between two packings that are kept; by default first and last are.
@@ -351,15 +394,17 @@ def quasistatic_shear(
         if every < step:
             raise InputError(f"every = {every:g}: frames cannot be closer than the step, {step:g}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
+    _check_pressure(packing, pressure)
     count = int(np.ceil(whole / step - 1e-9))
     task: dict[str, Any] = {"rate": 0, "step": strain / count, "resolution": resolution}
     task |= {} if shearing.along_x else {"direction": direction}
+    task |= {} if pressure is None else {"pressure": pressure}
     shortest = whole / count if resolution is None else resolution
 
     def kept(k: int) -> int:
         return int(whole * k / count / every + 1e-9) if every is not None else 0
 
-    with Walk(packing, shearing, tolerance, shortest, task, out, progress) as walk:
+    with Walk(packing, shearing, tolerance, pressure, shortest, task, out, progress) as walk:
         walk.facts |= {"strain_asked": whole, "direction": direction}
         for k in range(1, count + 1):
             reached = strain * k / count
@@ -368,3 +413,17 @@ def quasistatic_shear(
             walk.go_to(reached, keep=kept(k) > kept(k - 1))
             walk.report(k / count, f"strain {reached:.3g}")
         return walk.finish()
+
+
+def _check_pressure(packing: Packing, pressure: str | float | None) -> None:
+    """Refuse what is no pressure that the packing can be held at."""
+    if pressure is None or pressure == "constant":
+        return
+    unit = natural_scales(packing).stress
+    if not is_number(pressure) or isinstance(pressure, str):
+        raise InputError(f'pressure = {pressure!r}: give "constant", or a number in {packing.unit_names.stress}')
+    if abs(pressure) > HIGHEST_PRESSURE * unit or (pressure <= 0 and not packing.law.range):
+        raise InputError(
+            f"pressure = {pressure:g}: must be a number up to {HIGHEST_PRESSURE * unit:g}, and above 0 where particles "
+            "only push each other; stronger pressures push them through each other"
+        )

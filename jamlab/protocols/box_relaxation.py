@@ -7,16 +7,17 @@ disks cost only its cheap steps; Newton steps with the same strains in the borde
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.box_border import PURE_SHEARS, Border
+from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, Border
 from jamlab.engine.disk_fire import lively_fire
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.packing.deformation import deformed, shear_gradient
+from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.border_newton import descend_with_box, stress_noise
-from jamlab.protocols.relaxation import Relaxed, load, quench
+from jamlab.protocols.relaxation import Relaxed, load, quench, relax
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 
@@ -77,6 +78,46 @@ def relax_disks_and_box(
     else:
         state = session.evaluate()
     return _judge(session.packing(), state, border, tolerance, settings)
+
+
+def relax_at_pressure(
+    session: Session, pressure: float, tolerance: float, *, settings: SolverSettings = SOLVERS
+) -> Relaxed:
+    """Minimise the enthalpy U + p A over sites and the size of the box, whose shape stays.
+
+    Disks first go by `relax_disks_and_box`. What is left, and all of droplets, goes by Newton steps in the area with
+    the bulk modulus of linear response; the sites follow by it and are relaxed at each area.
+
+    Args:
+        session: near a minimum at best; is left in the state reached.
+        pressure: outside.
+        tolerance: on the largest force.
+        settings: numbers of the solvers.
+
+    Returns:
+        The state reached; `converged` also means that the pressure is met to 1e-9 of its load.
+    """
+    numbers = settings.box_relaxation
+    if session.law.kernel_arguments() is not None:
+        relax_disks_and_box(session, Border(COMPRESSION, pressure), tolerance, near=True, settings=settings)
+    found = relax(session, tolerance, near=True, settings=settings)
+    before: tuple[float, float] | None = None
+    for _ in range(numbers.areas):
+        state, packing = found.evaluation, session.packing()
+        excess = state.pressure - pressure
+        if abs(excess) <= numbers.held * load(packing, state):
+            return found
+        try:
+            modulus = compression_modulus(elastic_tensor(packing).relaxed, state.pressure)
+        except ConvergenceError:  # droplets on corners, or loose: by the last two states
+            modulus = 0.0 if before is None else (state.pressure - before[1]) / np.log(before[0] / packing.area)
+        if not modulus > 0:
+            modulus = stiffness_scale(packing)
+        wider = np.clip(excess / modulus, -numbers.widest, numbers.widest)
+        before = packing.area, state.pressure
+        session.load(follow(packing, packing.phi * np.exp(-wider)))
+        found = relax(session, tolerance, near=True, settings=settings)
+    return Relaxed(found.evaluation, tolerance, False)
 
 
 def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:

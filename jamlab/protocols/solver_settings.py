@@ -122,6 +122,9 @@ class BoxRelaxationSettings:
     near: int = 10  # Newton steps from a guess of the minimum, before anything else
     leave: float = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of few disks do
     balanced: float = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
+    areas: int = 40  # of a box at a pressure that are tried at most, behind all this
+    widest: float = 0.02  # change of the area in one step
+    held: float = 1e-9  # error of a pressure over the load of the packing, at the end
     met: float = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
 
 

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import jamlab
 from jamlab import quasistatic_shear
@@ -155,8 +156,8 @@ def test_shear_along_y_is_shear_along_x_of_what_is_turned(packing):
         assert getattr(found, name) == pytest.approx(getattr(there, name), rel=1e-7, abs=1e-9)
 
 
-@pytest.mark.parametrize("direction", ["simple", "pure", 0.4])
-def test_it_goes_on_from_its_file(packing, tmp_path, direction):
+@pytest.mark.parametrize("how", [{}, {"direction": 0.4}, {"pressure": "constant"}])
+def test_it_goes_on_from_its_file(packing, tmp_path, how):
     """Up to the step that an interrupted run had reached, and on to the same end."""
     file, strain = tmp_path / "run.h5", 0.024
 
@@ -164,8 +165,8 @@ def test_it_goes_on_from_its_file(packing, tmp_path, direction):
         if share > 0.6:
             raise KeyboardInterrupt
 
-    def drive(**how):
-        return quasistatic_shear(packing, strain, 2e-3, direction=direction, every=8e-3, **how)
+    def drive(**more):
+        return quasistatic_shear(packing, strain, 2e-3, every=8e-3, **how, **more)
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
@@ -177,9 +178,61 @@ def test_it_goes_on_from_its_file(packing, tmp_path, direction):
     assert min(seen) > 0.6 and found.finished and len(found.frames) == len(run.frames)
     assert found.stress == pytest.approx(run.stress, abs=1e-9)
     assert found.plastic_events == len(run.events) == len(jamlab.read_flow(file).events)
-    assert found.work[-1] - found.dissipated[-1] == pytest.approx(found.energy[-1] - found.energy[0])
+    assert found.work[-1] - found.dissipated[-1] == pytest.approx(found.enthalpy[-1] - found.enthalpy[0])
+    assert found.area == pytest.approx(run.area, rel=1e-9) and part.held_pressure == run.held_pressure
     assert found.z_all[-1] == jamlab.contacts(found.packing).z_all
     assert found.packing.difference(jamlab.read(file)) is None
+
+
+@pytest.mark.parametrize("unit", [1.0, 3e-6])
+def test_a_crystal_at_constant_pressure_compacts(unit):
+    """By as much as its springs say, in any unit of length; the first three states touch in three directions."""
+    a, k, pressure = 0.9, 2.0, 0.3
+    given = crystal(a)
+    given = given.with_state(box=unit * given.box, positions=unit * given.positions, diameters=unit * given.diameters)
+    found = quasistatic_shear(given, strain=0.04, step=0.02, pressure=pressure)
+    bonds = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)], [-0.5, np.sqrt(0.75)]])
+
+    def stress_at(distance, strain):
+        r = distance * (bonds + strain * bonds[:, [1]] * [1.0, 0.0])
+        length = np.hypot(*r.T)
+        return np.einsum("b,bi,bj->ij", k * (1 - length) / length, r, r) / (distance**2 * np.sqrt(0.75))
+
+    for strain, area, stress in zip(found.strain, found.area, found.stress, strict=True):
+        distance = brentq(lambda d, g=strain: np.trace(stress_at(d, g)) / 2 - pressure, 0.7, 0.99, xtol=1e-15)
+        assert area == pytest.approx(16 * (unit * distance) ** 2 * np.sqrt(0.75), rel=1e-9)
+        assert stress == pytest.approx(-stress_at(distance, strain)[0, 1], abs=1e-9)
+    assert found.dilation[-1] < -1e-4 and found.pressure == pytest.approx(pressure, rel=1e-9)
+
+
+@pytest.mark.parametrize(("model", "step"), [("sp", 2e-5), ("dp", 2e-6)])
+def test_work_at_constant_pressure_is_the_change_of_enthalpy(request, packing, model, step):
+    """Along one minimum, to the error of the trapezoidal rule; from the energy of LAMMPS and the area."""
+    start = packing if model == "sp" else request.getfixturevalue("dp_dense")
+    found = quasistatic_shear(start, strain=5 * step, step=step, every=step, pressure="constant", tolerance=1e-13)
+    first = jamlab.evaluate(found.frames[0])
+    assert found.converged.all() and len(found.frames) == 6 and found.held_pressure == pytest.approx(first.pressure)
+    pressures = np.array([jamlab.evaluate(frame).pressure for frame in found.frames])
+    assert pressures == pytest.approx(first.pressure, rel=1e-8) and found.dilation[-1] != 0
+    last = jamlab.evaluate(found.packing)
+    grown = found.packing.area - found.frames[0].area
+    change = (last.energy - first.energy + first.pressure * grown) / found.frames[0].area
+    assert found.work[-1] == pytest.approx(change, rel=1e-6)
+    assert found.enthalpy[-1] - found.enthalpy[0] == pytest.approx(change, rel=1e-6)
+
+
+def test_pressure_is_held_through_events(packing):
+    found = quasistatic_shear(packing, strain=0.06, step=2e-3, pressure=2e-2, direction="pure")
+    assert len(found.events) and found.converged.all()
+    assert found.pressure == pytest.approx(2e-2, rel=1e-8)
+    assert found.summary["dilation"] == found.dilation[-1] == found.packing.area / found.frames[0].area - 1
+
+
+@pytest.mark.parametrize("pressure", ["Constant", "", "0.01", np.nan, np.inf, -1e-2, 0.0, 1.5, 1e300, 2**70])
+def test_what_is_no_pressure_is_refused(packing, pressure):
+    with pytest.raises(jamlab.InputError) as caught:
+        quasistatic_shear(packing, 0.01, 1e-3, pressure=pressure)
+    assert (f"{pressure:g}" if isinstance(pressure, float) else repr(pressure)[:10]) in str(caught.value)
 
 
 def test_states_that_miss_the_tolerance_say_so(packing):
