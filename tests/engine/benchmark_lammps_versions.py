@@ -29,7 +29,6 @@ CHECKS = {  # tests that answer for a column
         "law[1]",
     ],
     "sessions": ["test_session.py"],  # several at once in one process
-    "force styles": ["test_force_styles.py"],
     "restart": ["test_laws_by_type.py::test_files_keep_every_law"],
     "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[1]"],
     "2 ranks": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[2]"],

@@ -22,12 +22,6 @@ from .test_plugin_builds import SOURCES, wheel
 pytestmark = pytest.mark.benchmark
 DECKS = [*FIRST, *sorted({path.name for path in installed("lammps_inputs").glob("in.*")} - set(FIRST))]
 EXAMPLES = sorted(path.name for path in installed("lammps_inputs").glob("examples/in.*"))
-MORE = [
-    *(f"lmp -in in.dp.jam -var n 8 -var contact {form} -var to 0.86" for form in ("segment", "segment/smooth")),
-    "mpiexec -n 2 lmp -in in.dp.shear -var phi_target 0",
-    "mpiexec -n 2 lmp -in in.dp.startup -var rate 0.1 -var strain 0.02 -var viscous stokes",
-    "mpiexec -n 2 lmp -in in.sp.startup -var law eps -var ratio 1.4 -var rate 0.1 -var strain 0.02",
-]
 
 
 @pytest.fixture(scope="module")
@@ -73,11 +67,6 @@ def clean(plugin, folder, command):
 @pytest.mark.parametrize("deck", DECKS)
 def test_the_line_at_the_head_of_a_deck(plugin, decks, deck):
     (line,) = re.findall(rf"^#   (.*lmp -in {re.escape(deck)}.*)$", (decks / deck).read_text(), re.MULTILINE)
-    clean(plugin, decks, line)
-
-
-@pytest.mark.parametrize("line", MORE)
-def test_other_forms_and_two_ranks(plugin, decks, line):
     clean(plugin, decks, line)
 
 

@@ -47,23 +47,6 @@ def test_restart_files_keep_rules_and_roles(lmp, style, rule):
         assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-13)
 
 
-def test_a_style_given_again(lmp):
-    """Forms that no pair_coeff names follow it: outside a corner two edges count, or one outline; other ones stay."""
-    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
-    pair = outlines.Scene([outlines.Outline(corners + 1), outlines.Outline(corners + 2.1)], np.array([6.0, 6.0]))
-    one = 0.5 * (1 - np.hypot(0.1, 0.1) / 0.25) ** 2
-    outlines.start(lmp, Path(), pair, "pair_style circuloline 0.25 1.5\npair_coeff * * 1.0\n")
-    smooth = "pair_style circuloline 0.25 1.5 contact segment/smooth\n"
-    for text, meetings in (
-        ("", 2),
-        (smooth, 4),
-        ("pair_coeff * * 1.0 0.25 outline\n" + smooth, 2),
-        ("write_restart two.restart\npair_coeff * * 1.0\n", 4),
-    ):
-        outlines.commands(lmp, text + "run 0")
-        assert lmp.get_thermo("evdwl") == pytest.approx(meetings * one, rel=1e-12)
-
-
 SIZES = """
 clear
 units lj
@@ -199,22 +182,6 @@ def test_image_flags_begin_anew(lmp, tmp_path, first):
     outlines.commands(lmp, outlines.deck("data") + shown)
     assert lmp.get_thermo("pe") == pytest.approx(wanted, rel=1e-11)
     assert lmp.numpy.extract_compute("shape", 0, 2)[:, 0] == pytest.approx(areas, rel=1e-11)
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        "deform 1 y erate -0.002 remap x",
-        "press/berendsen iso 1 1 1",
-        "nve",
-        "evaporate 10 1 whole 1",
-    ],
-)
-def test_fixes_that_move_what_a_flow_moves_are_refused(tmp_path, disks, other):
-    with Flow(tmp_path, disks, "rate 1e-2") as flow:
-        flow.lmp.commands_list(["region whole block INF INF INF INF INF INF", f"fix squeeze all {other}"])
-        with pytest.raises(Exception, match=f"fix squeeze of style {other.split()[0]}"):
-            flow.run(1)
 
 
 def test_commands_that_the_styles_survive(lmp, tmp_path):

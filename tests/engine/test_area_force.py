@@ -89,24 +89,6 @@ def test_contacts_are_seen_wherever_the_neighbor_list_ends(tmp_path, style):
     assert len(outlines.contacts(states[0])) == 1
 
 
-def test_the_area_force_acts_on_the_level_that_fix_modify_names(tmp_path):
-    """Without contacts, all forces on level 1 are verlet with the inner time step; level 2 is the default."""
-    state = outlines.scene(2, foreign=False)
-    (tmp_path / "data").write_text(outlines.data(state))
-    ways = {"inner": (0.001, 80, ""), "default": (0.004, 20, ""), "outer": (0.004, 20, "fix_modify area respa 2")}
-    ways["one"] = (0.004, 20, "fix_modify area respa 1")
-    deck = ""
-    for name, (step, steps, modify) in ways.items():
-        respa = "" if name == "inner" else "run_style respa 2 4 bond 1 pair 2\n"
-        deck += outlines.deck("data") + f"pair_coeff * * 0.0\nfix move all nve\n{respa}{modify}\ntimestep {step}\n"
-        deck += f'run {steps}\nprint "state-{name} $(pe:%.17g) $(ke:%.17g) $(f_area:%.17g)"\n'
-    found = run(tmp_path, deck, 1)
-    assert found["state-one"] == pytest.approx(found["state-inner"], rel=1e-11)
-    assert found["state-outer"].tolist() == found["state-default"].tolist()
-    assert found["state-outer"] != pytest.approx(found["state-inner"], rel=1e-7)
-    assert found["state-outer"] == pytest.approx(found["state-inner"], rel=1e-3)
-
-
 SOURCES = {
     "number": ("", "20.0"),
     "equal": ("variable k equal 5.0*4", "v_k"),

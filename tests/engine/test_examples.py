@@ -93,20 +93,3 @@ def test_droplets_among_disks_jam_and_unjam(result):
     assert loose["E_vdwl"] < 1e-18
     assert abs(loose["Press"]) < 1e-9
     assert loose["PotEng"] == pytest.approx(8 * free_droplet(0.2, 50.0), rel=1e-11)
-
-
-def test_sheared_droplets_stay_droplets_through_flips_of_the_box(result):
-    """Strain goes beyond two flips; every droplet stays nearly round."""
-    rows = result("langevin_shear")
-    assert np.any(np.diff(rows["Xy"]) < 0)
-    assert rows["Xy"].max() <= 2.81
-    assert np.all((rows["v_shape"] > 1.0) & (rows["v_shape"] < 1.1))
-    assert rows["c_heat"][10:].mean() == pytest.approx(0.001, rel=0.2)  # shear heats, too
-    assert rows["E_vdwl"].max() > 0.003
-
-
-def test_a_funnel_lets_droplets_through(result):
-    """The walls bear their weight at last; none is lost."""
-    rows = result("funnel")
-    assert rows["Atoms"][-1] == 50 + 12 * 20
-    assert rows["c_push[2]"][-1] < -10

@@ -92,13 +92,6 @@ def test_an_absent_plugin_file_is_named(tmp_path, monkeypatch):
         installation.plugin_file()
 
 
-def test_a_style_that_lammps_did_not_load_is_named(sp_jammed, monkeypatch):
-    """LAMMPS runs, but the plugin in it is not ours."""
-    monkeypatch.setattr(installation, "PLUGIN_STYLES", (("pair", "circuloline"), ("pair", "not/there")))
-    with pytest.raises(jamlab.EngineError, match="not/there"):
-        jamlab.evaluate(sp_jammed)
-
-
 def test_a_missing_deck_is_named(tmp_path, monkeypatch, sp_jammed):
     """The installation lost an include file."""
     monkeypatch.setattr(deck_defaults, "installed", lambda folder: Path(tmp_path))
@@ -114,34 +107,3 @@ def test_a_temporary_folder_of_any_name(tmp_path, monkeypatch, dp_onset, name):
     assert jamlab.evaluate(jamlab.pack(n=16, pressure=1e-2, seed=1)).max_force < 1e-11
     assert jamlab.evaluate(dp_onset).max_force < 1e-9
     assert not list(folder.iterdir())
-
-
-INPUT = """units lj
-dimension 2
-atom_style molecular
-region b block 0 1 0 1 -0.5 0.5
-create_box 1 b
-mass * 1
-{style}run 0
-"""
-STYLE = "pair_style circuloline 0.25 2.0\n"
-
-
-def log_of(folder, style):
-    """Log file of a run of no steps."""
-    line, deck = [str(Path(sys.executable).parent / "lmp"), "-log", "log"], INPUT.format(style=style)
-    subprocess.run(line, input=deck, cwd=folder, capture_output=True, text=True, timeout=60, check=True)
-    return (folder / "log").read_text()
-
-
-def test_the_paper_is_listed_once_and_only_with_the_style(tmp_path):
-    """However often the style is made, and inside pair_style hybrid too."""
-    assert "10.1039/C9SM00775J" not in log_of(tmp_path, "pair_style zero 1.0\npair_coeff * *\n")
-    for style in (2 * STYLE, STYLE.replace("circuloline", "hybrid circuloline")):
-        pair = "pair_coeff * * circuloline 1.0\n" if "hybrid" in style else "pair_coeff * * 1.0\n"
-        bond = "special_bonds lj/coul 1 1 1\n"
-        text = log_of(tmp_path, bond + style + pair)
-        assert text.count("@Article{Boromand2019,") == 1, text
-        assert text.count("doi =     {10.1039/C9SM00775J}") == 1
-    text = log_of(tmp_path, 2 * "pair_style disk/drag 1 1\n" + "pair_coeff * * 1 1\n")
-    assert text.count("10.1039/C7SM01619K}") == 1

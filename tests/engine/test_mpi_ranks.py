@@ -1,12 +1,8 @@
 """Minimisation under mpiexec: the same minimum on any number of ranks, and what is refused."""
 
-import os
-import subprocess
 import sys
-import time
 
 import numpy as np
-import psutil
 import pytest
 
 import jamlab
@@ -52,29 +48,6 @@ def test_two_ranks_find_the_minimum_of_one(minimum, start, style):
         found.append(x - x.mean(axis=0))
     assert np.abs(found[0] - found[1]).max() < 1e-9
     assert np.abs(found[0] - origin).max() < 1e-8
-
-
-ENDLESS = """
-import jamlab
-from jamlab.engine.mpi_ranks import minimize_on_ranks
-minimize_on_ranks(jamlab.pack(64, 1e-2), force=1e-300, style="fire", steps=100_000_000, ranks=2)
-"""
-
-
-@pytest.mark.slow
-def test_ranks_die_with_a_process_that_is_killed(tmp_path):
-    """As when a campaign ends its workers."""
-    (tmp_path / "endless.py").write_text(ENDLESS)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    process = subprocess.Popen([sys.executable, "endless.py"], cwd=tmp_path, env=environment)
-    family = psutil.Process(process.pid)
-    while sum(child.name() == "lmp" for child in family.children(recursive=True)) < 2:
-        assert process.poll() is None
-        time.sleep(0.1)
-    children = family.children(recursive=True)
-    process.kill()
-    process.wait()
-    assert not psutil.wait_procs(children, timeout=20)[1]
 
 
 def test_force_law_of_the_packing_is_used(random_disks):

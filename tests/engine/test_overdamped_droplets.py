@@ -122,13 +122,3 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
     for name in ("time", "strain", "stress", "viscous", "energy", "work", "dissipated", "step"):
         assert split[name] == pytest.approx(whole[name], rel=1e-6), name
         assert again[name] == pytest.approx(whole[name], rel=1e-6), name
-
-
-def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
-    """alpha = 1 takes another way through the solver than alpha = 1 - 1e-9."""
-
-    def stress(drag):
-        with DropletFlow(tmp_path, packing, "rate 1e-2 solver 1e-9 longest 0.05", drag) as flow:
-            return flow.run(3)["viscous"]
-
-    assert stress("drag 1 1 0.999999999") == pytest.approx(stress("drag 1 1 1"), rel=1e-6)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from disk_flows import Flow, commands
+from disk_flows import Flow
 from droplet_flows import CONTACT, STOKES, DropletFlow
 
 import jamlab
@@ -68,6 +68,8 @@ HYBRID = "pair_style hybrid/overlay disk/drag 1 1 zero 1.0\npair_coeff * * disk/
         # forces that enter neither stress nor energy nor steps
         ("fix push all addforce 0.1 0 0", "1 1", "addforce"),
         ("fix move all nve", "1 1", "nve"),
+        ("fix squeeze all deform 1 y erate -0.002 remap x", "1 1", "squeeze of style deform"),
+        ("fix squeeze all press/berendsen iso 1 1 1", "1 1", "squeeze of style press/berendsen"),
         (HYBRID, "1 1", "hybrid/overlay"),
         ("unfix area", STOKES, "polygon/area"),
         # no Hessian of it is known: steps that took it as given lost 50 times the work
@@ -98,14 +100,6 @@ def test_a_restart_file_of_another_version(tmp_path, disks, layout, who):
         file.write_bytes(file.read_bytes().replace(ours, bytes(8) + ours[8:]))
         again = ["clear", f"read_restart {file}", "fix flow all overdamped rate 1"]
         assert who in refused(lambda: flow.lmp.commands_list(again))
-
-
-def test_disks_in_one_place_are_refused(lmp, tmp_path, disks):
-    jamlab.write_data(tmp_path / "flow.data", disks)
-    for line in [*commands(disks, str(tmp_path / "flow.data")), "displace_atoms all ramp x 0 0 y 0 1"]:
-        lmp.command(line)
-    lmp.command("set atom 1*2 x 0 y 0")
-    refused(lambda: lmp.command("run 0"))
 
 
 @pytest.mark.parametrize(

@@ -121,18 +121,3 @@ def test_shares_add_up_in_all_forms_and_runs(tmp_path, ranks):
     assert len(found) == 2 * len(ends)
     for row in found.values():
         close(row[4:], row[:4])
-
-
-def per_atom(lmp, name):
-    """Of a compute, in order of the atom IDs."""
-    order = np.argsort(lmp.numpy.extract_atom("id")[: lmp.extract_global("nlocal")])
-    return lmp.numpy.extract_compute(name, 1, 2)[order][:, [0, 1, 3]]
-
-
-@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.37, -1.9), (23.1, 8.4)])
-def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
-    """Nor on which vertex comes first: the same for a system that is moved, and through the boundary."""
-    state = outlines.scene(13)
-    outlines.start(lmp, tmp_path, state.shifted(np.array(shift)), TALLIES + "run 0\n")
-    close(per_atom(lmp, "of_fix"), -area_parts(state)[:, 1:])
-    close(per_atom(lmp, "of_pair"), -contact_parts(state)[:, 1:])

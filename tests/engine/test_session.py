@@ -2,7 +2,6 @@
 
 import ctypes
 
-import contact_paths
 import numpy as np
 import pytest
 import reference
@@ -238,15 +237,6 @@ def test_polygons_that_span_the_box_meet_their_own_images(spanning, form, tilt):
     assert differ(jamlab.hessian(p).toarray(), stiffness) < 1e-6
 
 
-@pytest.mark.slow
-def test_only_segment_smooth_has_continuous_forces_everywhere():
-    """Measured along paths of two polygons. No energy jumps; eq 8 has force jumps where sides are parallel, the outline
-    form only where a vertex changes sides inside a dent."""
-    found = {(form, shape, path): s.name for form, shape, path, s in contact_paths.table(FORMS)}
-    rough = {("segment", "convex", "sliding"), ("segment", "convex", "rolling"), ("outline", "dented", "sliding")}
-    assert found == {key: "C0" if key in rough else "C1" for key in found}
-
-
 def squares(form, shift):
     """Corners of two squares, and the energy of their contacts in LAMMPS; their width is 0.1."""
     law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": form, "a0": [1.0, 1.0]}
@@ -269,6 +259,26 @@ def test_edges_that_cross_have_no_distance():
 @pytest.mark.parametrize("form", FORMS)
 def test_contacts_end_where_rims_part(form):
     assert squares(form, (1.1 - 1e-6, 0.4))[1] > 0 == squares(form, (1.1 + 1e-6, 0.4))[1]
+
+
+NOTCH, TIP = [[-1, -1], [1, -1], [1, 1], [0, 0], [-1, 1]], [[0.0, 0.2], [0.3, 1.5], [-0.3, 1.5]]
+SIDE = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "way", "rough"),
+    [(NOTCH, TIP, [[1.0, 0], [0, 0], [0, 0]], "outline"),  # past the middle of a dent
+     (SIDE, np.add(SIDE, [0, 2.1]), [[0, -1.0], [0, 1.0], [0, 1.0], [0, -1.0]], "segment")],  # parallel on the way
+)  # fmt: skip
+@pytest.mark.parametrize("form", FORMS)
+def test_forces_jump_only_where_the_closest_point_does(form, one, other, way, rough):
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": form, "a0": [3.0, 1.0]}
+    x, offsets = np.vstack([one, other]) + 4.0, [0, len(one), len(one) + len(other)]
+    with Session(jamlab.Packing("dp", 9 * np.eye(2), x, law, offsets=offsets)) as session:
+        states = [session.forces_at(x + step * np.pad(way, [(len(one), 0), (0, 0)])) for step in (-1e-8, 1e-8)]
+    (low, before), (high, after) = states
+    assert low == pytest.approx(high, rel=1e-5)
+    assert (np.abs(after - before).max() > 0.1) == (form == rough)
 
 
 @pytest.mark.parametrize(("ending", "dtype", "bits"), [("", np.int32, 10), ("_wide", np.int64, 21)])

@@ -1,15 +1,21 @@
-"""Flow of disks against an integrator that locates every opening and closing of a contact: tolerance means error."""
+"""Flow of disks against plain numpy, where drag sets in over a thin layer of overlap: tolerance means error."""
 
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
-from exact_flow import LAWS, ExactFlow
+from plain_flow import PlainFlow
 
 import jamlab
 from jamlab.flow.run_file import write_result
 from jamlab.protocols.random_start import random_disks
+
+LAWS = {  # as PlainFlow and jamlab take them
+    "contact": ({}, jamlab.ContactDamping()),
+    "stokes": ({"contacts_drag": False}, jamlab.StokesDrag(eta_f=0.0)),
+    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
+}
 
 
 @pytest.fixture(scope="module")
@@ -17,30 +23,33 @@ def packing():
     return jamlab.pack(16, 1e-2, 3)
 
 
-def errors(run, exact):
+def errors(run, stress):
     """Of the stress in each row, over the largest stress."""
-    stress = exact[:, 0] + exact[:, 1]
     return np.abs(run.stress - stress) / np.abs(stress).max()
 
 
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("rate", [1.0, 0.1])
+@pytest.mark.parametrize(("law", "rate"), [("contact", 1.0), *((law, 0.1) for law in LAWS)])
 def test_errors_stay_below_the_tolerance(packing, law, rate):
     """Contacts open, close and rub on the way: drag then acts in part."""
     how, damping = LAWS[law]
-    exact = ExactFlow(packing, rate, **how, tolerance=1e-8)
-    rows = exact.rows(0.1, 25)
-    assert len(exact.events) > 8
-    if rate == 0.1 and law != "stokes":
-        assert "rubbing" in {state for _, state in exact.events}
-    for tolerance in (1e-2, 1e-3, 1e-5):
+    stress, pressure, n1, contacts, rubbing = PlainFlow(packing, **how).rows(rate, 0.1, 25)
+    assert np.ptp(contacts) > 2 and (rubbing.any() or rate == 1.0 or law == "stokes")
+    for tolerance in (1e-2, 1e-3, 1e-4):
         run = jamlab.shear(packing, rate, 0.1, damping, rows=25, tolerance=tolerance)
-        off = errors(run, rows)
+        off = errors(run, stress)
         assert np.sum(off > 10 * tolerance) <= 1 and np.median(off) < tolerance
         assert run.imbalance < tolerance
-    assert run.contacts == pytest.approx(rows[:, 2], abs=0)
-    assert run.pressure == pytest.approx(rows[:, 3], rel=1e-4)
-    assert run.normal_stress_difference == pytest.approx(rows[:, 4], abs=1e-4 * np.abs(rows[:, 4]).max())
+    assert run.contacts == pytest.approx(contacts, abs=0)
+    assert run.pressure == pytest.approx(pressure, rel=1e-3)
+    assert run.normal_stress_difference == pytest.approx(n1, abs=1e-3 * np.abs(n1).max())
+
+
+def test_creep_is_that_of_plain_numpy(packing):
+    """At a stress that moves contacts."""
+    run = jamlab.creep(packing, 0.02, 4.0, tolerance=1e-4, background=1e-4)
+    strain = PlainFlow(packing).creep(run.residual + 0.02, run.time)
+    assert np.ptp(run.contacts) > 2
+    assert run.strain == pytest.approx(strain, abs=1e-3 * strain[-1])
 
 
 @pytest.mark.parametrize(("seed", "rate"), [(2, 0.1), (1, 1e-4)])
@@ -56,9 +65,9 @@ def test_power_laws_below_jamming_are_exact(n, seed, rate):
     law = LAWS["power law"][1]
     start = jamlab.relaxed(random_disks(n, seed, phi=0.8, units="k"))
     packing = jamlab.shear(start, rate, 0.5, law, rows=2, background=1e-2).packing
-    exact = ExactFlow(packing, rate, alpha=0.5, background=1e-2, tolerance=1e-9)
+    stress, *_ = PlainFlow(packing, alpha=0.5, background=1e-2).rows(rate, 0.05, 20)
     run = jamlab.shear(packing, rate, 0.05, law, rows=20, background=1e-2, tolerance=1e-4)
-    assert errors(run, exact.rows(0.05, 20)).max() < 1e-4
+    assert errors(run, stress).max() < 2e-4
 
 
 @pytest.mark.parametrize("exponent", [2.5, 3.0])
@@ -66,12 +75,12 @@ def test_drag_that_sets_in_from_nothing_is_exact(exponent):
     """Contacts stiffen from 0 on; a disk that presses on one alone turns and slips within a thin layer."""
     packing, background = jamlab.pack(8, 1e-3, 2, exponent=exponent), 1e-4
     for rate in (0.1, -0.05):
-        rows = ExactFlow(packing, rate, background=background, tolerance=1e-9).smooth_rows(np.copysign(0.3, rate), 30)
+        stress, pressure, *_ = PlainFlow(packing, background=background).rows(rate, np.copysign(0.3, rate), 30)
         for tolerance in (1e-2, 1e-4):
             run = jamlab.shear(packing, rate, 0.3, rows=30, tolerance=tolerance, background=background)
-            off = errors(run, rows)
+            off = errors(run, stress)
             assert np.sum(off > 10 * tolerance) <= 1 and np.median(off) < 0.1 * tolerance
-        assert run.pressure == pytest.approx(rows[:, 2], rel=1e-3)
+        assert run.pressure == pytest.approx(pressure, rel=1e-3)
 
 
 @pytest.mark.parametrize(("n", "seed", "exponent", "strain"), [(16, 4, 2.5, 1.0), (32, 3, 3.0, 5.0)])
@@ -84,8 +93,8 @@ def test_stiffening_disks_flow(n, seed, exponent, strain):
 
 def test_gaps_of_pairs_that_rub_close(packing):
     """A pair is caught a little off a gap of zero, and comes to it while it slips: from strain 0.080 to 0.096."""
-    run, exact = jamlab.shear(packing, 0.1, 0.1, rows=25, tolerance=1e-2, frames=0.004), ExactFlow(packing, 0.1)
-    gaps = np.abs([exact.gaps(p.positions, p.box[1, 0] / p.box[1, 1]) for p in run.frames[21:24:2]])
+    run, plain = jamlab.shear(packing, 0.1, 0.1, rows=25, tolerance=1e-2, frames=0.004), PlainFlow(packing)
+    gaps = np.abs([plain.gaps(p.positions, p.box[1, 0] / p.box[1, 1]) for p in run.frames[21:24:2]])
     first, later = gaps[:, gaps[1].argmin()]
     assert first < 1e-5 and later < 0.95 * first
 
@@ -103,7 +112,7 @@ def test_a_gap_that_is_wide_again_is_told_by_itself():
     """Two pairs decide on each other at strain 0.0459; the one that opens then came back under its drag, and pulled."""
     packing = jamlab.pack(32, 1e-2, 1)
     coarse, fine = (jamlab.shear(packing, 0.1, 0.102, rows=34, tolerance=tolerance) for tolerance in (1e-3, 1e-5))
-    assert errors(coarse, np.column_stack([fine.stress, np.zeros(35)])).max() < 1e-3
+    assert errors(coarse, fine.stress).max() < 1e-3
     assert coarse.unsettled == fine.unsettled == 0
 
 
@@ -113,21 +122,3 @@ def test_states_that_were_guessed_are_counted(packing, tmp_path):
     assert repr(guessed) != repr(run)
     write_result(tmp_path / "run.h5", guessed)
     assert jamlab.read_flow(tmp_path / "run.h5").unsettled == 3
-
-
-@pytest.mark.slow
-def test_no_tie_of_contacts_stops_a_flow():
-    """Up to eight pairs touch, part and rub together, each of which decides on the others."""
-    run = jamlab.shear(jamlab.pack(n=256, pressure=1e-3, seed=1), rate=1e-2, strain=0.02, rows=4)
-    assert run.finished and run.steps < 400 and run.imbalance < 1e-3 and run.unsettled <= 2
-
-
-@pytest.mark.slow
-def test_pairs_settle_as_drag_in_a_thin_layer_does():
-    """At strain 0.231 three sets of states of two pairs fit, one of which lasts no moment."""
-    packing = jamlab.pack(32, 1e-2, 1)
-    exact = ExactFlow(packing, 1e-3, tolerance=1e-6)
-    rows = exact.rows(0.24, 80)
-    assert not exact.ties and len(exact.events) > 30
-    run = jamlab.shear(packing, 1e-3, 0.24, rows=80, tolerance=1e-4)
-    assert np.sum(errors(run, rows) > 1e-4) <= 1 and run.unsettled == 0

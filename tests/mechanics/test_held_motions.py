@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from packings_by_hand import SQUARE, disks, droplets
-from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
 from jamlab.errors import InputError
@@ -123,27 +122,6 @@ def test_a_droplet_between_two_opposite_contacts_is_held_though_it_rattles():
     found = jamlab.held_motions(packing)
     assert found.particles == jamlab.contacts(packing).backbone + 1
     assert (found.self_stresses, found.free) == (2, 1)
-
-
-def test_a_ring_of_droplets_flat_on_flat_adds_a_state_of_couples():
-    """Of two states one loads all droplets without pull; the other is couples that go round a ring of four."""
-    found = self_stress(jamlab.read(STATES / "squeezed_droplet.h5"))
-    assert (found.states, found.forces, found.rings, found.coinciding) == (2, 1, (4,), 0)
-    assert (found.loaded, found.spanned, found.pushing_couples) == (found.contacts, found.droplets, False)
-
-
-def test_what_a_state_without_pull_loads_depends_on_no_basis():
-    """Forces (1, 1, 2, 0) in a basis of which neither vector is free of pull."""
-    first, second = np.array([1.0, 1.0, 2.0, 0.0]), np.array([0.0, 1.0, -1.0, 1e-7])
-    mixed = np.column_stack([first + 3 * second, first - 3 * second])
-    assert loaded_without_pull(mixed).tolist() == [True, True, True, False]
-    assert not loaded_without_pull(second[:, None]).any()
-
-
-def test_rings_of_a_graph():
-    assert independent_rings([(0, 1), (1, 2), (2, 3)]) == ()
-    assert independent_rings([(0, 1), (1, 2), (0, 2), (2, 3), (1, 3), (3, 4)]) == (3, 3)  # and one of four, their sum
-    assert independent_rings([(0, 1), (1, 2), (2, 3), (3, 0), (7, 8), (8, 9), (9, 7)]) == (3, 4)
 
 
 def test_too_many_are_refused():

@@ -4,7 +4,6 @@ import numpy as np
 
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
-from studies.stability.plain_physics import plain_forces
 
 
 def _outline_rotation(packing: jamlab.Packing) -> tuple:
@@ -51,28 +50,3 @@ def drag_stress(packing: jamlab.Packing, velocity: np.ndarray, rate: float, beta
     """(2, 2) tension, first index the force, from velocities (n_vertices, 2) beside an affine flow; tau_1 = 1."""
     rows, affine = drag_rows(packing, beta)
     return (affine.T @ (rows @ velocity.ravel() + rate * affine[:, 1])).reshape(2, 2) / packing.area
-
-
-def dense_velocities(packing: jamlab.Packing, rate: float, beta: float, background: float) -> np.ndarray:
-    """Velocities (n_vertices, 2) beside the affine flow: plain forces and drag balance; beta = 0: none of contacts."""
-    rows, affine = drag_rows(packing, beta) if beta else (np.zeros((0, packing.positions.size)), np.zeros((0, 4)))
-    share = np.repeat(background / np.bincount(packing.particle)[packing.particle], 2)
-    driven = plain_forces(packing)[1].ravel() - rate * rows.T @ affine[:, 1]
-    return np.linalg.solve(rows.T @ rows + np.diag(share), driven).reshape(-1, 2)
-
-
-def dense_path(packing: jamlab.Packing, rate: float, duration: float, beta: float, background: float) -> jamlab.Packing:
-    """The packing after a time, by one step of Runge and Kutta, of fourth order."""
-
-    def after(time: float, velocity: np.ndarray | float) -> jamlab.Packing:
-        box = packing.box + np.array([[0.0, 0.0], [rate * time * packing.box[1, 1], 0.0]])
-        return packing.with_state(positions=packing.positions + time * velocity, box=box)
-
-    def velocity(p: jamlab.Packing) -> np.ndarray:
-        affine = rate * np.column_stack([p.positions[:, 1], np.zeros(len(p.positions))])
-        return dense_velocities(p, rate, beta, background) + affine
-
-    first = velocity(packing)
-    second = velocity(after(0.5 * duration, first))
-    third = velocity(after(0.5 * duration, second))
-    return after(duration, (first + 2 * second + 2 * third + velocity(after(duration, third))) / 6)

@@ -1,8 +1,8 @@
 """The general part of the plugin as two pull requests to LAMMPS: python plugin/recipes/lammps/write_package.py FOLDER
 
-FOLDER/1 and FOLDER/2 get what each would add to LAMMPS' tree: src/POLYGON, doc/src, examples/PACKAGES/polygon,
-unittest/force-styles/tests, and pull_request.md: its text, and what else changes there. The second needs the first. A
-person fills in the author and runs clang-format and `make check` of LAMMPS.
+FOLDER/1 and FOLDER/2 get what each would add to LAMMPS' tree: src/POLYGON, doc/src, examples/PACKAGES/polygon, and
+pull_request.md: its text, and what else changes there. The second needs the first. A person fills in the author and
+runs clang-format and `make check` of LAMMPS.
 """
 
 import re
@@ -196,7 +196,6 @@ New files only; no existing style changes.
 {lines}
 - doc/utils/sphinx-config/false_positives.txt: {words}
 - clang-format -i src/POLYGON/*.h src/POLYGON/*.cpp; make check in src
-- test_pair_style, test_bond_style and test_fix_timestep over the YAML files, newton on and off, without suffixes
 """
 FIRST = {
     "summary": """Package POLYGON: deformable polygons as rings of bonds in two dimensions. bond_style line/tension
@@ -231,8 +230,7 @@ edge. Two widths mix arithmetically, strengths as pair_modify mix says. Accelera
 def write(folder: Path, request: int, before: set[str], helpers: dict[str, str]) -> set[str]:
     """All files of a pull request; those that both have are in the first."""
     package, pages = folder / "src" / "POLYGON", folder / "doc" / "src"
-    tests = folder / "unittest" / "force-styles" / "tests"
-    for path in (package, pages, tests):
+    for path in (package, pages):
         path.mkdir(parents=True, exist_ok=True)
     files: set[str] = set()
     for name in REQUESTS[request]:
@@ -243,12 +241,6 @@ def write(folder: Path, request: int, before: set[str], helpers: dict[str, str])
     for name in REQUESTS[request]:
         if name != "fix_polygon_outline":
             (pages / f"{name}.rst").write_text(page(name))
-    sys.path += [str(ROOT / "tests" / "support"), str(ROOT)]
-    from force_styles import Mixture, write_all
-
-    for path in write_all(tests, [Mixture()]):
-        if ("pair" in path.name) != (request == 2):
-            path.unlink()
     (folder / "pull_request.md").write_text(TEXT.format(**(FIRST if request == 1 else SECOND)))
     if request == 1:
         words = "Deformable polygons as rings of bonds: line tension, area; contacts by pair_style circuloline.\n"
