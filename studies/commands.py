@@ -164,16 +164,17 @@ def compare_codes(
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
     as_json: Json = False,
 ) -> None:
-    """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from studies.other_codes.compare import compare, compare_analysis, comparison_tables, jolted_minimum
+    """Compare energy, minimum, time on one core with jax-md, ASE, LAMMPS; analysis: freud, matscipy."""
+    from studies.other_codes.compare import CODES, LIBRARIES, compare, compare_analysis, jolted_minimum, text_of
 
     found = compare(n, seed, phi, progress=tell)
     analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
     if as_json:
         print_json({"rows": found, "analysis": analysis})
         return
-    for table in comparison_tables(found, analysis):
-        print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
+    for tables, rows in ((CODES, found), (LIBRARIES, analysis)):
+        for heading, names in tables.items():
+            print_table(heading, list(names), [[text_of(row[name]) for name in names] for row in rows])
 
 
 @app.command(

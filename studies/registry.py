@@ -65,11 +65,8 @@ PAPERS = _figures(
 )
 BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), *polydispersity.STUDIES)
 _FILES = {  # of a folder, in which charts and maps stand
-    "speed_accuracy": (
-        *("minimisers", "onset_and_pressure", "droplet_vertices", "ensemble_means", "packing_fractions"),
-        *("moduli", "flow"),
-    ),
-    "stability": ("minimisers", "packings", "droplets", "moduli", "flow"),
+    "speed_accuracy": (*("packings", "moduli", "flow", "other_codes"),),
+    "stability": ("packings", "moduli", "flow"),
 }
 
 

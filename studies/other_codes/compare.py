@@ -19,34 +19,32 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
-from studies.html_page import TextTable
-from studies.other_codes.freud_and_matscipy import Freud, Matscipy
-from studies.other_codes.jax_md_and_jaxdem import JaxDEM, JaxMD
-from studies.other_codes.openmm_and_ase import ASE, OpenMM
+from studies.other_codes.analysis import ASE, Freud, Matscipy
+from studies.other_codes.jax_md import JaxMD
 from studies.other_codes.peers import MOST_STEPS, Analyst, Jamlab, Lammps, Peer, plain_point
 from studies.tables import one_core, shortest
 
 _JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
 _TRIES = 20  # starts until one is found whose minimum is stable and whose jolt leads back
 
-
-COLUMNS = (  # of one code of the comparison, None where there is nothing to say
-    *("name", "method"),  # of the code, and of its minimiser
-    "version",  # as installed; None if it is not, and then `note` says what to install
-    # largest difference from jamlab at the same coordinates, over the largest value
-    *("energy", "forces", "stress", "pressure"),
-    *("minimum", "z", "g"),  # at its minimum: relative difference of the energy from jamlab's, and differences
-    "max_force",  # left at its minimum, computed in numpy
-    *("cold", "warm"),  # s: first minimisation with set-up and compiling, shortest of those that follow
-    *("cold_ratio", "warm_ratio"),  # over jamlab's
-    "note",  # what a reader must know
-)
-ANALYSIS_COLUMNS = ("name", "version", "quantity", "difference", "note")  # the same of a library
 Row = dict[str, Any]
-
-
+# columns of the tables of codes, by heading; version: as installed, None if it is not, and then `note` says what to
+# install; cold, warm: seconds of the first minimisation with set-up and compiling, and of the shortest that follow
+CODES = {
+    "Same coordinates: largest difference from jamlab, relative": (
+        *("name", "version", "energy", "forces", "stress", "pressure"),
+    ),
+    "Same basin: differences of energy (relative), z and G; seconds of a minimisation; over jamlab's": (
+        *("name", "method", "minimum", "z", "g", "max_force", "cold", "cold_ratio", "warm", "warm_ratio", "note"),
+    ),
+}
+LIBRARIES = {  # the same of libraries of analysis
+    "Analysis of the minimum without rattlers: largest difference, over the largest value": (
+        *("name", "version", "quantity", "difference", "note"),
+    )
+}
 ANALYSTS: tuple[Analyst, ...] = (Matscipy(), Freud())
-PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
+PEERS: tuple[Peer, ...] = (JaxMD(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the names that analysts use
     "energy": lambda p: evaluate(p).energy,
     "pressure": lambda p: evaluate(p).pressure,
@@ -57,27 +55,27 @@ HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the nam
 
 
 def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[Row]:
-    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps". A row of
-    `ANALYSIS_COLUMNS` for each quantity of each library; one that is not installed is a row that says so."""
+    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps": a row for each
+    quantity of each library; one that is not installed is a row that says so."""
     backbone = without_rattlers(minimum)
     rows = []
     for analyst in analysts:
-        row = dict.fromkeys(ANALYSIS_COLUMNS) | {"name": analyst.name, "version": analyst.version, "quantity": ""}
+        row: Row = {"name": analyst.name, "version": analyst.version, "quantity": "", "difference": None, "note": ""}
         if analyst.version is None:
             rows.append(row | {"note": f"not installed: {analyst.install}"})
             continue
         for quantity, there in analyst.measure(backbone).items():
             difference = _over_largest(np.asarray(there), np.asarray(HERE[quantity](backbone)))
-            rows.append(row | {"quantity": quantity, "difference": difference, "note": ""})
+            rows.append(row | {"quantity": quantity, "difference": difference})
     return rows
 
 
 def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
-    """Compare jamlab and its peers on one packing of an even number of disks in units "eps" in double precision: rows
-    of `COLUMNS`, of which jamlab's is the first. Random starts end in different minima in different codes, so the start
-    is a minimum whose disks were moved a little. A code that is not installed is a row that says so."""
+    """Compare jamlab and its peers on one packing of an even number of disks in units "eps" in double precision: a row
+    for each, jamlab first. Random starts end in different minima in different codes, so the start is a minimum whose
+    disks were moved a little. A code that is not installed is a row that says so."""
     start, minimum = jolted_minimum(n, seed, phi)
     target = measure(minimum)
     rows: list[Row] = []
@@ -93,7 +91,8 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
     """A peer beside jamlab, whose row and `measure` at its minimum are given: its point, its minimum and its time. The
     point of jamlab itself, which has no row yet, stands beside all pairs in numpy."""
     peer, start, target, jamlab = item
-    row: Row = dict.fromkeys(COLUMNS) | {"name": peer.name, "method": peer.method}
+    row: Row = dict.fromkeys(name for names in CODES.values() for name in names)
+    row |= {"name": peer.name, "method": peer.method, "version": peer.version}
     if peer.version is None:
         return row | {"note": f"not installed: {peer.install}"}
     there, here = plain_point(start) if jamlab is None else peer.evaluate(start), Jamlab().evaluate(start)
@@ -103,23 +102,22 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
     cold = time.process_time() - began
     warm, positions = shortest(run)
     point = plain_point(start.with_state(positions=positions))
+    found = measure(start.with_state(positions=positions))
     left, tolerance = float(np.hypot(*point.forces.T).max()), force_tolerance("sp")
+    first = jamlab or {"cold": cold, "warm": warm}
+    missed = f"stopped at max force {left:.1g}, not {tolerance:g}" if left > tolerance else ""
     row |= {
-        "version": peer.version,
         "energy": abs(there.energy / here.energy - 1),
         "forces": _over_largest(there.forces, here.forces),
-        "stress": None if there.stress is None else _over_largest(there.stress, np.asarray(here.stress)),
+        "stress": _over_largest(there.stress, here.stress),
         "pressure": abs(there.pressure / here.pressure - 1),
+        "minimum": abs(point.energy / target["energy"] - 1),
+        **{name: found[name] - target[name] for name in ("z", "g")},
         **{"max_force": left, "cold": cold, "warm": warm},
+        **{"cold_ratio": cold / first["cold"], "warm_ratio": warm / first["warm"]},
+        "note": missed if jamlab else "its point beside all pairs in numpy",
     }
-    if jamlab is None:
-        more = {"minimum": 0.0, "z": 0.0, "g": 0.0, "cold_ratio": 1.0, "warm_ratio": 1.0}
-        return row | more | {"note": "its point beside all pairs in numpy"}
-    found = measure(start.with_state(positions=positions))
-    row |= {name: found[name] - target[name] for name in ("z", "g")}
-    row |= {"minimum": abs(point.energy / target["energy"] - 1)}
-    row |= {"cold_ratio": cold / jamlab["cold"], "warm_ratio": warm / jamlab["warm"]}
-    return row | {"note": f"stopped at max force {left:.1g}, not {tolerance:g}" if left > tolerance else ""}
+    return row
 
 
 def _over_largest(there: Array, here: Array) -> float:
@@ -142,32 +140,8 @@ def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[
     raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
 
 
-def comparison_tables(rows: Sequence[Row], analysis: Sequence[Row]) -> list[TextTable]:
-    """Tables for the reader: same coordinates, same basin and its time, analysis."""
-    same = ("name", "version", "energy", "forces", "stress", "pressure")
-    basin = ("name", "method", "minimum", "z", "g", "max_force", "cold", "cold_ratio", "warm", "warm_ratio", "note")
-    tables = (
-        ("Same coordinates: largest difference from jamlab, relative", rows, same),
-        (
-            "Same basin: differences of energy (relative), z and G; seconds of a minimisation; over jamlab's",
-            rows,
-            basin,
-        ),
-        (
-            "Analysis of the minimum without rattlers: largest difference, over the largest value",
-            analysis,
-            ANALYSIS_COLUMNS,
-        ),
-    )
-    return [
-        TextTable(
-            [name.replace("_", " ") for name in names], [[_text(row[name]) for name in names] for row in of], heading
-        )
-        for heading, of, names in tables
-    ]
-
-
-def _text(value: Any) -> str:
-    if value is None or value != value or value == "":  # as a table holds it
+def text_of(value: Any) -> str:
+    """A cell of the tables; "-" where there is nothing to say."""
+    if value is None or value != value or value == "":
         return "-"
     return f"{value:.2g}" if isinstance(value, float) else str(value)

@@ -28,7 +28,7 @@ class Point:
 
     energy: float  # total
     forces: Array  # (n, 2)
-    stress: Array | None  # (2, 2), positive in compression, or None where the peer has no stress tensor
+    stress: Array  # (2, 2), positive in compression
     pressure: float  # trace of the stress over 2
 
 

@@ -15,7 +15,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.relaxation import force_tolerance
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
-from studies.stability.map import Axis, Map, Trial, linear_axis, log_axis, worst_of
+from studies.stability.map import Map, Trial, worst_of
 from studies.stability.moduli import opening_strain
 from studies.stability.packings import packed, swept
 from studies.stability.plain_physics import (
@@ -143,35 +143,36 @@ def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
     return quasistatic_shear(packing, _STRAIN, step)
 
 
-_RATES = log_axis(1e-3, 2e3)
-_PRESSURES = Axis((1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25))
-
 MAPS = (
     Map(
-        *("flow-tolerance", log_axis(1e-8, 0.3, TOLERANCE), _RATES, 2),
+        "flow-tolerance",
         lambda tolerance, rate, seed: try_tolerance(_packed(seed), rate, tolerance),
         lambda *_: LARGEST_TOLERANCE,
+        (TOLERANCE, None),
     ),
     Map(
-        *("flow-background", log_axis(1e-10, 10.0, float(defaults("flow.sp")["background"])), _RATES, 3),
+        "flow-background",
         lambda background, rate, seed: try_shear(_packed(seed), rate, background=background),
+        defaults=(float(defaults("flow.sp")["background"]), None),
     ),
     Map(
-        *("flow-power", linear_axis(0.34, 1.0, 1.0), _RATES, 3),
+        "flow-power",
         lambda alpha, rate, seed: try_shear(_packed(seed), rate, alpha=alpha),
         lambda *_: LEAST_ALPHA,
+        (1.0, None),
     ),
     Map(
-        *("flow-droplets", log_axis(1e-5, 0.3, TOLERANCE), log_axis(1e-2, 2e3), 3),
+        "flow-droplets",
         lambda tolerance, rate, seed: try_shear(droplets(seed), rate, tolerance),
+        defaults=(TOLERANCE, None),
     ),
     Map(
-        *("oscillation-amplitude", log_axis(1e-7, 0.3), log_axis(1e-3, 300.0), 2),
+        "oscillation-amplitude",
         lambda amplitude, omega, seed: try_oscillation(_packed(seed), omega, amplitude),
         lambda omega, seed: opening_strain(_packed(seed), affine=True),
     ),
     Map(
-        *("quasistatic-step", log_axis(1e-3, _STRAIN), _PRESSURES, 2),
+        "quasistatic-step",
         lambda step, pressure, seed: try_quasistatic(packed(_N, pressure, seed), step),
         lambda pressure, seed: opening_strain(packed(_N, pressure, seed)),
     ),

@@ -1,7 +1,7 @@
 """A stability map: two conditions, the runs at every pair of them, and how they ended."""
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -36,7 +36,7 @@ COLOURS = {"converged": GREEN, "another basin": SKY, "stalled": ORANGE, "blew up
 VERDICTS = tuple(COLOURS)
 _CLAIMS = ("converged", "another basin")  # give a number as if it were right
 _FILLED = 0.9  # of a cell, so that cells stand apart
-WORDS: dict[str, Mapping[str, str]] = tomllib.loads(Path(__file__).with_name("maps.toml").read_text(encoding="utf-8"))
+WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("maps.toml").read_text(encoding="utf-8"))
 LEAD = (
     "Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Converged: met its "
     "tolerance where it should; another basin: met it in another minimum, or on another path; stalled: says that it "
@@ -110,9 +110,20 @@ def worst_of(*trials: Trial) -> Trial:
 class Axis:
     """One condition of a map."""
 
-    values: tuple[float | str, ...]  # numbers, or names on an axis without a scale
+    values: tuple[float, ...]
     default: float | None = None  # jamlab's own, None where it has none
     logarithmic: bool = True  # whether factors count, or differences
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any], default: float | None) -> "Axis":
+        """An axis as `maps.toml` has it: its values, or the ends and number of values with equal factors between them,
+        each rounded to three digits, or with equal differences, to four."""
+        if "values" in given:
+            return cls(tuple(given["values"]), default, given.get("logarithmic", True))
+        logarithmic = "factors" in given
+        low, high, count = given["factors" if logarithmic else "differences"]
+        values = (np.geomspace if logarithmic else np.linspace)(low, high, count)
+        return cls(tuple(float(f"{v:.{3 if logarithmic else 4}g}") for v in values), default, logarithmic)
 
     def places(self, values: Any) -> Any:
         """Where values lie between the cells 0, 1, 2, ... of the axis; up to half a cell beyond the ends."""
@@ -122,57 +133,49 @@ class Axis:
         return np.interp(x, known, np.arange(len(known))) - 0.5 * (x < known[0]) + 0.5 * (x > known[-1])
 
 
-def log_axis(low: float, high: float, default: float | None = None, count: int = 12) -> Axis:
-    """An axis with equal factors between its values, each rounded to three digits."""
-    return Axis(tuple(float(f"{v:.3g}") for v in np.geomspace(low, high, count)), default)
-
-
-def linear_axis(low: float, high: float, default: float | None = None, count: int = 12) -> Axis:
-    """An axis with equal differences between its values, each rounded to four digits."""
-    return Axis(tuple(float(f"{v:.4g}") for v in np.linspace(low, high, count)), default, logarithmic=False)
-
-
-def text_of(value: float | str) -> str:
-    """A value of a condition as text."""
-    return value if isinstance(value, str) else f"{value:.3g}"
-
-
 @dataclass(frozen=True)
 class Map:
-    """A map before it is measured; its words stand in `maps.toml`."""
+    """A map before it is measured.
+
+    Its words and conditions stand in `maps.toml`: title; x, y: names of both conditions, x a parameter of a method, y
+    what it works on; across, up: their values, see `Axis.of`; runs: at every pair; meaning; check; of some also the
+    limit, and what "another basin" is.
+    """
 
     name: str  # of its table and its files
-    # x, y: conditions: x a parameter of a method, y what it works on
-    x: Axis
-    y: Axis
-    seeds: int  # runs at every pair
     attempt: Callable[[Any, Any, int], Trial]  # function of x, y and seed: one run
     limit: Callable[[Any, int], float] | None = None  # function of y and seed: x where theory puts the boundary
+    defaults: tuple[float | None, float | None] = (None, None)  # jamlab's own x and y
 
     @property
-    def words(self) -> Mapping[str, str]:
-        """Title, names of both conditions, meaning, check; of some also the limit, and what "another basin" is."""
-        return WORDS[self.name]
+    def words(self) -> dict[str, Any]:
+        """Its words, by name."""
+        return {"elsewhere": "another basin"} | WORDS[self.name]
 
     @property
-    def elsewhere(self) -> str:
-        """What "another basin" is in this map."""
-        return self.words.get("elsewhere", "another basin")
+    def x(self) -> Axis:
+        """The parameter of the method."""
+        return Axis.of(self.words["across"], self.defaults[0])
+
+    @property
+    def y(self) -> Axis:
+        """What it works on."""
+        return Axis.of(self.words["up"], self.defaults[1])
 
     @property
     def study(self) -> Study:
         """The map as a study, with one task for each row."""
-        tasks = {text_of(y): partial(self.rows, y) for y in self.y.values}
+        tasks = {f"{y:.3g}": partial(self.rows, y) for y in self.y.values}
         return Study(self.name, self.words["title"], tasks, self.draw)
 
-    def rows(self, y: float | str) -> Iterator[dict[str, Any]]:
-        """Make all runs of one y, and count their verdicts for every x."""
-        seeds, limits = range(1, self.seeds + 1), []
+    def rows(self, y: float, across: Sequence[float] = ()) -> Iterator[dict[str, Any]]:
+        """Make all runs of one y, and count their verdicts for every x, or some of them."""
+        seeds, limits = range(1, self.words["runs"] + 1), []
         for seed in seeds if self.limit else ():
             with suppress(JamlabError):  # then every run of the seed is refused
                 limits.append(float(self.limit(y, seed)))  # type: ignore[misc]
         limit = float(np.median(limits)) if limits else float("nan")
-        for x in self.x.values:
+        for x in across or self.x.values:
             trials = [attempt(partial(self.attempt, x, y, seed)) for seed in seeds]
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 
@@ -181,7 +184,7 @@ class Map:
         table, words = tables.read(self.name), self.words
         shown = table[table["converged"] < table["runs"]].to_dict("records")
         marks = [SILENT if row[SILENT] else max(VERDICTS, key=row.__getitem__) for row in shown]
-        lines = [[text_of(row["x"]), text_of(row["y"]), *(str(row[v]) for v in VERDICTS), row["note"]] for row in shown]
+        lines = [[f"{row['x']:.3g}", f"{row['y']:.3g}", *(str(row[v]) for v in VERDICTS), row["note"]] for row in shown]
         columns = [words["x"], words["y"], *VERDICTS, "worst run"]
         text = TextTable(columns, lines, marks=marks, folded=f"{len(lines)} pairs of conditions in numbers")
         caption = f"{words['meaning']} Check: {words['check']} {table['runs'].max()} seeds."
@@ -223,10 +226,8 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     return figure
 
 
-def tick_text(value: float | str) -> str:
+def tick_text(value: float) -> str:
     """A value beside its cell; powers of ten as such."""
-    if isinstance(value, str):
-        return value
     if value and not 1e-2 <= abs(value) < 1e4:
         digits, exponent = f"{value:.2e}".split("e")
         power = f"10^{{{int(exponent)}}}"
@@ -244,7 +245,7 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
         axes.bar(columns[some], _FILLED * share[some], _FILLED, floor[some], linewidth=0, **look)
         floor = floor + _FILLED * share
         if count or verdict == SILENT:
-            name = {SILENT: "silent wrong number", "another basin": chart.elsewhere}.get(verdict, verdict)
+            name = {SILENT: "silent wrong number", "another basin": chart.words["elsewhere"]}.get(verdict, verdict)
             handles.append(Patch(label=f"{name}: {count}", **look))
     return handles
 

@@ -6,13 +6,7 @@ import pytest
 from commands import call_studies
 
 from studies.other_codes import packing_generation
-from studies.other_codes.compare import (
-    HERE,
-    compare,
-    compare_analysis,
-    comparison_tables,
-    jolted_minimum,
-)
+from studies.other_codes.compare import HERE, compare, compare_analysis, jolted_minimum, text_of
 from studies.other_codes.peers import Analyst, Lammps, Peer
 
 
@@ -55,7 +49,7 @@ def test_absent_peer_is_reported(rows):
     row = rows[-1]
     assert row["energy"] is None and row["warm"] is None
     assert row["note"] == "not installed: pip install 'jamlab[peers]'"
-    assert "-" in comparison_tables(rows, [])[0].rows[-1]
+    assert text_of(row["energy"]) == "-"
 
 
 class Itself(Analyst):
@@ -93,4 +87,4 @@ def test_costs_of_packings_end_with_their_bound_and_say_what_was_reached(tmp_pat
     program.chmod(0o755)
     assert "15000 or a few more" in packing_generation.onset_in_dpm(str(program), 1.0)["reached"]
     row = packing_generation.minimum("jamlab", 16)
-    assert 0 < row["cpu"] < packing_generation.LIMIT and float(row["reached"].removeprefix("force ")) <= 1e-12
+    assert 0 < row["cpu"] < 1 and float(row["reached"].removeprefix("force ")) <= 1e-12

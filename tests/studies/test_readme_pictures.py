@@ -11,7 +11,7 @@ from studies.papers.forest import forest
 from studies.papers.verdicts import compare
 from studies.reference_data import reference_tables
 from studies.registry import CHARTS, MAPS, PAPERS
-from studies.speed_accuracy.chart import curve_figure
+from studies.speed_accuracy.chart import curve_figure, points_of
 from studies.stability.map import failure_figure
 
 ROOT = Path(__file__).parents[2]
@@ -32,8 +32,8 @@ def readme_picture(name, dpi=96):
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
-    points = [p for p in chart.average(reference_tables().read(chart.name)) if p.panel != "N = 1024"]
-    return curve_figure(chart.words["title"], chart.words["error"], points)
+    points = points_of(reference_tables().read(chart.name))
+    return curve_figure(chart.words["title"], chart.words["error"], points[points["panel"] != "N = 1024"])
 
 
 @readme_picture("where_methods_fail.png")

@@ -13,40 +13,22 @@ from jamlab.flow.overdamped_session import LEAST_TOLERANCE
 from studies.ensemble_tables import EnsembleTables
 from studies.reference_data import reference_tables
 from studies.registry import MAPS
-from studies.stability import flow, minimisers, moduli, packings
+from studies.stability import flow, moduli, packings
 from studies.stability import map as stability
-from studies.stability.map import (
-    SILENT,
-    Axis,
-    Map,
-    Trial,
-    attempt,
-    balanced,
-    judged,
-    log_axis,
-    shares,
-    tick_text,
-)
+from studies.stability.map import SILENT, Map, Trial, attempt, balanced, judged, shares, tick_text
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
-    "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
-    "fire-dmax": [(0.1, 16, "converged"), (1e-8, 8, "stalled")],
-    "gradients-rattlers": [(20_000, 4, "converged"), (10, 4, "stalled")],
     "large-n": [(1e-12, 16, "converged")],
     "pressure": [(1e-2, 12, "converged"), (0.5, 12, "refused")],
-    "pressure-sheared": [(1e-2, 12, "converged"), (3e-9, 12, "refused")],
     "polydisperse": [(2.0, 0.5, "converged"), (11.0, 0.5, "refused")],
     "onset-tolerance": [(1e-12, 4, "converged"), (1e-6, 4, "refused")],
     "sweep-step": [(0.02, 0.85, "converged")],
     "strain": [(1e-8, 1e-2, "converged")],
     "moved": [(1e-10, 1e-2, "converged"), (1e-2, 1e-2, "refused")],
     "spectrum-frequency": [(1e-30, 1e-2, "converged"), (1e30, 1e-2, "converged")],
-    "spectrum-sliding": [(1e-16, 1.0, "converged"), (1e12, 1.0, "stalled")],
     "droplet-elasticity": [(0.4, 300.0, "converged"), (300.0, 1.0, "refused")],
-    "droplet-rims": [(0.25, 6, "converged"), (1.5, 6, "refused")],
     "droplet-density": [(0.88, 2.0, "converged")],
     "droplet-timestep": [(0.05, 30.0, "converged"), (10.0, 30.0, "blew up")],
-    "droplet-shapes": [(0.6, "concave corners", "converged"), (0.6, "clockwise", "refused")],
     "flow-tolerance": [(1e-2, 0.1, "converged"), (0.3, 0.1, "refused")],
     "flow-background": [(1e-4, 0.1, "converged"), (1e-4, 2e3, "refused")],
     "flow-power": [(0.5, 0.1, "converged"), (0.34, 0.1, "refused")],
@@ -126,6 +108,10 @@ def test_another_path_is_seen(run, monkeypatch, off, verdict):
     assert flow.try_tolerance(run.frames[0], 0.1, 1e-4).verdict == verdict
 
 
+def test_sweeps_are_compared_with_finer_steps_than_any_in_the_map():
+    assert min(MAPS["sweep-step"].x.values) > packings._FINEST
+
+
 def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
     assert min(MAPS["quasistatic-step"].x.values) > flow._FINEST_STEP
     run = jamlab.quasistatic_shear(packing, 0.01, 5e-3)
@@ -149,21 +135,21 @@ def test_a_wrong_spectrum_is_seen(monkeypatch):
         s = right(*given, **how)
         return replace(s, loss=1.001 * s.loss)
 
-    assert attempt(partial(moduli.try_spectrum, 1.0, 1.0, 1e-2, 2)).verdict == "converged"
+    assert attempt(partial(moduli.try_spectrum, 1.0, 1e-2, 2)).verdict == "converged"
     monkeypatch.setattr(moduli, "complex_modulus", off)
-    assert attempt(partial(moduli.try_spectrum, 1.0, 1.0, 1e-2, 2)).verdict == SILENT
+    assert attempt(partial(moduli.try_spectrum, 1.0, 1e-2, 2)).verdict == SILENT
 
 
 def test_a_minimiser_that_lies_is_seen(monkeypatch):
     """`relax` that stops early and calls it converged."""
-    jolted = minimisers.disks(8, 1.0)
+    packings.disks(8, 1)  # kept, and made by what does not lie
 
     def lies(session, tolerance):
         found = jamlab.protocols.relaxation.relax(session, 1e-6)
         return replace(found, evaluation=replace(found.evaluation, max_force=0.1 * tolerance), converged=True)
 
-    monkeypatch.setattr(minimisers, "relax", lies)
-    assert attempt(partial(minimisers.try_tolerance, jolted, 1e-12)).verdict == SILENT
+    monkeypatch.setattr(packings, "relax", lies)
+    assert attempt(partial(packings.try_tolerance, 1e-12, 8, 1)).verdict == SILENT
 
 
 # limits of theory ----------------------------------------------------------------------------------------------------
@@ -188,22 +174,18 @@ def test_a_free_droplet_collapses_at_the_limit():
 # tables and pictures -------------------------------------------------------------------------------------------------
 
 
-def synthetic():
-    """A map whose runs fail beyond x = 50 y, by half the seeds from 5 y on."""
+def test_a_map_is_drawn_with_its_limit_and_defaults(monkeypatch):
+    """Runs that fail beyond x = 50 y, half of them from 5 y on; rows in any order, as after an interruption."""
 
     def run(x, y, seed):
         if x > 1e3:
             raise jamlab.InputError(f"x = {x:g}: too large")
         return Trial("stalled" if x > (5 if seed % 2 else 50) * y else "converged", "note", 0.5, 1.0)
 
-    x, y = log_axis(1e-2, 1e4, 1.0, count=13), Axis((0.1, 1.0, 10.0), 1.0)
-    return Map("t", x, y, 4, run, lambda y, seed: 30 * y)
-
-
-def test_a_map_is_drawn_with_its_limit_and_defaults(monkeypatch):
-    """Rows in any order, as after an interruption; conditions at which all runs converged are not listed."""
-    chart = synthetic()
-    monkeypatch.setitem(stability.WORDS, "t", dict.fromkeys(("title", "x", "y", "meaning", "check", "limit"), "limit"))
+    conditions = {"across": {"factors": [1e-2, 1e4, 13]}, "up": {"values": [0.1, 1.0, 10.0]}, "runs": 4}
+    words = dict.fromkeys(("title", "x", "y", "meaning", "check", "limit"), "limit")
+    monkeypatch.setitem(stability.WORDS, "t", words | conditions)
+    chart = Map("t", run, lambda y, seed: 30 * y, (1.0, 1.0))
     table = pd.DataFrame([row for y in chart.y.values for row in chart.rows(y)])
     converged = shares(chart, table, "converged")
     assert converged.shape == (3, 13) and set(np.unique(converged)) == {0.0, 0.5, 1.0}
@@ -211,7 +193,7 @@ def test_a_map_is_drawn_with_its_limit_and_defaults(monkeypatch):
     drawn = chart.draw(EnsembleTables(lambda name: table[::-1]))
     (axes,) = drawn.figure.axes
     assert [tick.get_text() for tick in axes.get_yticklabels()] == ["0.1", "1", "10"]
-    ticks = {1e-5: "$10^{-5}$", 3e-4: "$3\\cdot10^{-4}$", 1960.0: "1960", 0.25: "0.25", "name": "name"}
+    ticks = {1e-5: "$10^{-5}$", 3e-4: "$3\\cdot10^{-4}$", 1960.0: "1960", 0.25: "0.25"}
     assert {v: tick_text(v) for v in ticks} == ticks
     limit, *defaults = axes.get_lines()
     assert limit.get_label() == "limit" and len(defaults) == 2
@@ -239,7 +221,7 @@ def test_counts_in_the_documentation(page):
     known, unknown = 0, 0
     for name, table in tables.items():
         elsewhere = int(table["another basin"].sum())
-        if MAPS[name].elsewhere.startswith("contacts change"):  # which `shear_modulus` and hand-overs see
+        if MAPS[name].words["elsewhere"].startswith("contacts change"):  # which `shear_modulus` and hand-overs see
             known += elsewhere
         else:
             unknown += elsewhere
@@ -254,14 +236,10 @@ def test_counts_in_the_documentation(page):
         assert "up to 7 %" in text and max(float(note.split()[0]) for note in notes) == 0.07
 
 
-@pytest.mark.parametrize(
-    ("name", "x", "y"), [pytest.param("moved", 1e-15, 0.05, marks=pytest.mark.slow), ("gradients-rattlers", 10.0, 2)]
-)
-def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
-    chart = replace(MAPS[name], x=replace(MAPS[name].x, values=(x,)))
-    (now,) = chart.rows(y)
+def test_a_cell_measured_anew_is_that_of_the_shipped_table():
+    name, x, y = "pressure", 0.5, 4
+    (now,) = MAPS[name].rows(y, [x])
     shipped = reference_tables().read(name)
     (before,) = shipped[np.isclose(shipped["x"], x, atol=0) & np.isclose(shipped["y"], y)].to_dict("records")
-    for key in ("runs", "converged", "stalled", "refused"):
-        assert now[key] == before[key]
+    assert {key: now[key] for key in ("runs", "converged", "stalled", "refused")}.items() <= before.items()
     assert now["limit"] == pytest.approx(before["limit"], rel=1e-4)

@@ -2,7 +2,7 @@
 Cost against error
 ==================
 
-What every method costs, along its own parameter, and how wrong it is, over twenty packings: lines are mean errors,
+What every method costs, along its own parameter, and how wrong it is, over ten packings or more: lines are mean errors,
 bars 10 to 90 % of the packings, a ring is what jamlab does by default. In a checkout, ``python -m studies draw
 speed-accuracy`` draws all of them, and ``python -m studies run`` measures them anew.
 """
@@ -36,8 +36,7 @@ show("droplet-minimisers")
 show("shear-modulus")
 
 # %%
-# Contact forms of droplets along their numbers of vertices, without the disks that they are made from. No reference is
-# a hundred times better here: the hatched strip is its own error, and what lies in there is not ranked. The form of
-# the paper, ``segment``, has no minima; it stands where its search ends.
+# Start-up of shear without inertia: the tolerance of a step, and the residual of the solver of velocities, whose
+# default adds no error that the default tolerance has not.
 
-show("droplet-vertices")
+show("flow-steps")

@@ -1,4 +1,4 @@
-"""Libraries that measure packings of disks: matscipy their elasticity, freud their contacts and order."""
+"""Disks in ASE with matscipy's calculator, their elasticity by matscipy, and their contacts and order by freud."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
-from studies.other_codes.peers import Analyst, mean_diameters
+from studies.other_codes.peers import Analyst, Descent, Peer, Point, mean_diameters
 
 HEIGHT = 20.0  # mean diameters: its box is three-dimensional, forces stay in the plane
 
@@ -81,6 +81,31 @@ class SoftDisks:
     def get_maxSize(self) -> float:  # noqa: N802, matscipy's own spelling
         """Of all disks."""
         return self.largest
+
+
+class ASE(Peer):
+    """Disks in one plane of a periodic box, by matscipy's neighbour list."""
+
+    name = "ASE, matscipy"
+    package = "ase"
+    method = "FIRE"
+
+    def evaluate(self, packing: Packing) -> Point:
+        atoms = disks_in_ase(packing)
+        stress = -HEIGHT * atoms.get_stress(voigt=False)[:2, :2]  # ASE: positive in tension, per volume
+        energy = float(atoms.get_potential_energy())
+        return Point(energy, atoms.get_forces()[:, :2], stress, 0.5 * float(np.trace(stress)))
+
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare FIRE with steps bounded as in jamlab; every run sets up its own Atoms."""
+        from ase.optimize import FIRE
+
+        def run(force: float, steps: int) -> np.ndarray:
+            atoms = disks_in_ase(packing)
+            FIRE(atoms, logfile=None, dt=0.1, maxstep=0.1).run(fmax=force, steps=steps)
+            return np.array(atoms.positions[:, :2])
+
+        return run
 
 
 class Freud(Analyst):

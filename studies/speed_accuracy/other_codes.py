@@ -1,8 +1,7 @@
-"""Charts of minimisers of disks and droplets, LAMMPS' own, jamlab's and those of other codes, by the force left."""
+"""Chart of one minimum in other codes: distance from it against CPU time."""
 
-import operator
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -11,75 +10,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.engine.session import Session, evaluate
-from jamlab.errors import ConvergenceError, InputError
-from jamlab.estimates.ways import bring_on, default_way
+from jamlab.engine.session import evaluate
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
-from jamlab.protocols.onset import jam
-from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.relaxation import force_tolerance
 from studies.other_codes.compare import PEERS, jolted_minimum
 from studies.other_codes.peers import MOST_STEPS, Descent, Jamlab
-from studies.speed_accuracy.chart import Chart, Panel, Trial
+from studies.speed_accuracy.chart import Chart, Trial
 from studies.tables import shortest
-
-_RHO = (0.88, 0.95)
-_DROPLETS = 8
-_KICK = 0.003  # mean diameters: far more than any force tolerance leaves, less than half a rim
-_STYLES = ("fire", "cg")  # with the settings of the decks
-_DROPLET_STEPS = 20_000  # bound
-_DROPLET_TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
-_DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the stiffness of a rim is 1/delta^2
-
-
-def _until_missed(
-    panel: Panel,
-    style: str,
-    tolerances: Sequence[float],
-    descend: Callable[[float], float],
-    usual: float | None = None,
-) -> Iterator[Trial]:
-    """Measure a minimiser at every tolerance, from the loosest until one is not met: tighter ones are not tried."""
-    trial = Trial(panel.name, style, "", 0.0, 0.0)
-    for tolerance in tolerances:
-        if np.isfinite(trial.error):
-            trial = panel.trial(style, f"{tolerance:g}", partial(_met, descend, tolerance))
-        yield replace(trial, setting=f"{tolerance:g}", default=tolerance == usual)
-
-
-def _met(descend: Callable[[float], float], tolerance: float) -> float:
-    left = descend(tolerance)
-    if left > tolerance:
-        raise ConvergenceError(f"ends at a largest force of {left:.1g}")
-    return left
-
-
-def measure_droplets(seed: int) -> Iterator[Trial]:
-    """Measure at both packing fractions, from the loosest tolerance until one is not met."""
-    onset = jam("sp", _DROPLETS, seed)
-    for rho in _RHO:
-        found = bring_on(default_way(_DROPLETS), onset, rho)
-        kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
-        start = found.with_state(positions=found.positions + kicks)
-        panel = Panel(f"ρ = {rho}", 0.0, _DROPLET_ROUNDING, operator.sub, {"runs": 1})
-        with Session(start) as session:
-            for style in (*_STYLES, "jamlab relax"):
-                usual = force_tolerance("dp") if style == "jamlab relax" else None
-                descend = partial(_descend_droplets, session, start, style)
-                yield from _until_missed(panel, style, _DROPLET_TOLERANCES, descend, usual)
-
-
-def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:
-    session.load(start, anew=True)
-    if style in _STYLES:
-        return session.minimize(tolerance, style=style, steps=_DROPLET_STEPS).max_force
-    return relax(session, tolerance).evaluation.max_force
-
 
 # Codes on jax compile for ten seconds before every packing; with JAX_COMPILATION_CACHE_DIR set to a folder and
 # JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS to 0, most of it is done once for all packings of a size.
+
+_PHI = 0.88
+_PACKINGS = {64: 20, 1024: 5, 8192: 3}  # N -> how many of the seeds
+_JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
+_TOLERANCES = (1e-4, 1e-8, 1e-12)
+_REFERENCE = (1e-14, 1e-13)  # forces left in the reference, and in another one that tells how well it is known
+_ELSEWHERE = 1e-5  # distance at the tightest tolerance beyond which the minimum is another one
+_COMPILING = 0.5  # s of set-up and a first step that a note tells
+_LIMIT = 10.0  # CPU s of a run
+_TRIED = 30  # steps by which the cost of a step is known
+_REPEATS = 0.2  # s after which a run is not repeated
 
 
 class Run(NamedTuple):
@@ -89,18 +44,6 @@ class Run(NamedTuple):
     positions: Array
     note: str
     cut: bool = False
-
-
-_PHI = 0.88
-_PACKINGS = {64: 20, 1024: 5, 8192: 3}  # N -> how many of the seeds
-_JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
-_CODE_TOLERANCES = (1e-4, 1e-8, 1e-12)
-_REFERENCE = (1e-14, 1e-13)  # forces left in the reference, and in another one that tells how well it is known
-_ELSEWHERE = 1e-5  # distance at the tightest tolerance beyond which the minimum is another one
-_COMPILING = 0.5  # s of set-up and a first step that a note tells
-_LIMIT = 10.0  # CPU s of a run
-_TRIED = 30  # steps by which the cost of a step is known
-_REPEATS = 0.2  # s after which a run is not repeated
 
 
 def measure_codes(seed: int) -> Iterator[Trial]:
@@ -119,7 +62,7 @@ def measure_codes(seed: int) -> Iterator[Trial]:
         theirs = run_side_by_side(_runs, [(peer.descent, start) for peer in apart], 1)
         for name, runs in (found | {peer.name: each for peer, each in zip(apart, theirs, strict=True)}).items():
             trials = []
-            for tolerance, run in zip(_CODE_TOLERANCES, runs, strict=True):
+            for tolerance, run in zip(_TOLERANCES, runs, strict=True):
                 error = _distance(run.positions, exact, start, bearing)
                 default = name == "jamlab" and tolerance == force_tolerance("sp")
                 numbers = (run.seconds, error, known, default, run.note, run.cut)
@@ -134,14 +77,14 @@ def _runs(item: tuple[Callable[[Packing], Descent], Packing], _: Any = None) -> 
     prepare, start = item
     began = time.process_time()
     run = prepare(start)
-    run(_CODE_TOLERANCES[0], 1)
+    run(_TOLERANCES[0], 1)
     first = time.process_time() - began
     began = time.process_time()
-    run(_CODE_TOLERANCES[-1], _TRIED)
+    run(_TOLERANCES[-1], _TRIED)
     steps = min(MOST_STEPS, int(_LIMIT / (time.process_time() - began) * _TRIED))
     note = f"set-up {first:.1f} s more" if first > _COMPILING else ""
     found: list[Run] = []
-    for tolerance in _CODE_TOLERANCES:
+    for tolerance in _TOLERANCES:
         if found and found[-1].cut:
             found.append(found[-1])
         else:
@@ -171,7 +114,4 @@ def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[n
     return float(np.sqrt(((moved - moved.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
-CHARTS = (
-    Chart("droplet-minimisers", measure_droplets),
-    Chart("other-codes", measure_codes, range(20, 0, -1)),  # from those of 64 disks alone: the first is measured twice
-)
+CHARTS = (Chart("other-codes", measure_codes),)

@@ -1,67 +1,84 @@
-"""Charts of packings of disks: the search for onset, and packing at a pressure."""
+"""Charts of what makes packings: minimisers of droplets, the search for onset, and packing at a pressure."""
 
 import operator
 import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from jamlab.engine.box_border import COMPRESSION, Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
+from jamlab.estimates.ways import bring_on, default_way
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
-from studies.speed_accuracy.chart import Chart, Panel, Point, Trial, points_of
+from studies.speed_accuracy.chart import Chart, Panel, Trial
 
+# minimisers of droplets
+_RHO, _DROPLETS = (0.88, 0.95), 8
+_KICK = 0.003  # mean diameters: far more than any force tolerance leaves, less than half a rim
+_STYLES = ("fire", "cg", "jamlab relax")  # the first two with the settings of the decks
+_DROPLET_STEPS = 20_000  # bound
+_DROPLET_TOLERANCES = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
+_DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the stiffness of a rim is 1/delta^2
+
+
+def minimise_droplets(seed: int) -> Iterator[Trial]:
+    """Measure at both packing fractions, from the loosest tolerance until one is not met."""
+    onset = jam("sp", _DROPLETS, seed)
+    for rho in _RHO:
+        found = bring_on(default_way(_DROPLETS), onset, rho)
+        kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
+        start = found.with_state(positions=found.positions + kicks)
+        panel = Panel(f"ρ = {rho}", 0.0, _DROPLET_ROUNDING, operator.sub, {"runs": 1})
+        with Session(start) as session:
+            for style in _STYLES:
+                trial = Trial(panel.name, style, "", 0.0, 0.0)
+                for tolerance in _DROPLET_TOLERANCES:
+                    if np.isfinite(trial.error):
+                        trial = panel.trial(style, "", partial(_descend_droplets, session, start, style, tolerance))
+                    default = style == _STYLES[-1] and tolerance == force_tolerance("dp")
+                    yield replace(trial, setting=f"{tolerance:g}", default=default)
+
+
+def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:
+    session.load(start, anew=True)
+    if style == _STYLES[-1]:
+        left = relax(session, tolerance).evaluation.max_force
+    else:
+        left = session.minimize(tolerance, style=style, steps=_DROPLET_STEPS).max_force
+    if left > tolerance:
+        raise ConvergenceError(f"ends at a largest force of {left:.1g}")
+    return left
+
+
+# the search for onset
 _N = 16
 _STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "paper": (1e-2, 3e-3, 1e-3, 3e-4)}
-_PACKING, _MEAN = "onset of one packing", "mean over packings"
 
 
 def search_onset(seed: int) -> Iterator[Trial]:
-    """Search from one random start by every step; the difference keeps its sign, so that it averages."""
-    reference = jam("sp", _N, seed, search="paper", step=float(defaults("onset")["step_paper"])).phi
-    panel = Panel(_PACKING, reference, 1e-8, operator.sub, {"runs": 1})
-    for search, steps in _STEPS.items():
+    """Search from one random start by every step."""
+    search = partial(_find, seed)
+    panel = Panel("", search("paper", float(defaults("onset")["step_paper"])), 1e-8, operator.sub, {"runs": 1})
+    for way, steps in _STEPS.items():
         for step in steps:
-            default = search == "bisection" and step == float(defaults("onset")["step"])
-            yield panel.trial(search, f"{step:g}", partial(_find, seed, search, step), default)
+            default = way == "bisection" and step == float(defaults("onset")["step"])
+            yield panel.trial(way, f"{step:g}", partial(search, way, step), default)
 
 
 def _find(seed: int, search: str, step: float) -> float:
     return jam("sp", _N, seed, search=search, step=step).phi
 
 
-def points_of_onsets(trials: pd.DataFrame) -> list[Point]:
-    """Points of one packing; and of the mean, whose error holds its bias and what is unknown of it. What twenty
-    packings know of a mean is told by the step whose difference is known least: one that differs in none of them, or in
-    two, may do so in the next."""
-    found = points_of(trials)
-    means = []
-    for point in found:
-        rows = trials[(trials["method"] == point.method) & (trials["setting"] == point.setting)]
-        off = rows["error"].dropna().to_numpy(dtype=np.float64)
-        if len(off) > 1:
-            means.append((point, float(off.mean()), float(off.std(ddof=1) / np.sqrt(len(off)))))
-    floor = max((spread for _, _, spread in means), default=0.0)
-    for point, bias, spread in means:
-        middle = abs(bias)
-        ends = (max(0.0, middle - 1.28 * spread), middle + 1.28 * spread)  # 10 and 90 % of what the bias may be
-        error = float(np.hypot(bias, spread))
-        changes: Any = {"low": ends[0], "high": ends[1], "floor": floor, "loose": floor > 0}
-        found.append(replace(point, panel=_MEAN, error=error, **changes))
-    return found
-
-
+# packing at a pressure
 _DISKS = 256
 _PRESSURES = (1e-2, 1e-3, 1e-4)
 _FORCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # over the pressure
@@ -129,6 +146,7 @@ def _secant(panel: Panel, pressure: float, seed: int) -> Iterator[Trial]:
 
 
 CHARTS = (
-    Chart("onset-search", search_onset, average=points_of_onsets),
+    Chart("droplet-minimisers", minimise_droplets),
+    Chart("onset-search", search_onset),
     Chart("pressure-packing", pack_to_pressures),
 )
