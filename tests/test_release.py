@@ -117,12 +117,6 @@ def test_no_extra_changes_a_number():
     assert numbers_without(*OPTIONAL) == numbers_without()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("extra", OPTIONAL)
-def test_no_single_extra_changes_a_number(extra):
-    assert numbers_without(extra) == numbers_without()
-
-
 def test_packings_and_doctor_name_what_decides_the_last_digits():
     found = jamlab.pack(n=8, pressure=1e-2, seed=1).provenance
     assert found["cvxopt"] == metadata.version("cvxopt") and found["blas_kernels"]

@@ -5,7 +5,7 @@ sheared box. The points are then wrapped into the reduced cell and sorted into b
 that the cutoff reaches, in compiled code (`plugin/kernels/periodic_grid.h`). Wrapping only serves the search: the
 vectors returned are computed from the points as they were given.
 
-The library vesin, with which the tests compare, lists pairs too. It knows neither two sets of points, nor cutoffs that
+The library vesin lists pairs too. It knows neither two sets of points, nor cutoffs that
 vary from pair to pair, nor the copies that cells need.
 """
 

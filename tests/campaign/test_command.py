@@ -1,16 +1,12 @@
 """Campaigns: command line, workers that cannot be had, what is packed with jamlab."""
 
 import json
-import runpy
-from pathlib import Path
 
 import pytest
 from campaigns import written
 from commands import call
 
 pytestmark = pytest.mark.usefixtures("here")
-
-EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 
 def test_command_line(full, tmp_path):
@@ -70,11 +66,3 @@ def test_a_failed_export_leaves_no_folder(tmp_path):
     for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ()):
         call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
         assert not (tmp_path / "tables").exists()
-
-
-@pytest.mark.slow
-def test_example_of_a_campaign(tmp_path, capsys):
-    example = runpy.run_path(str(EXAMPLES / "campaign.py"))
-    example["walk"](tmp_path, workers=2, seeds=2)
-    out = capsys.readouterr().out
-    assert "3 tasks now, 6 in all" in out

@@ -311,13 +311,3 @@ def test_a_task_that_is_a_link_out_of_the_folder_is_not_written(tmp_path):
     outcome = run_task(str(campaign.folder.path), task)
     assert outcome.state == "full" and "is a link out of the campaign folder" in outcome.line
     assert not (tmp_path / "elsewhere").exists()
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_write_protected_folder_is_one_line(tmp_path):
-    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
-    campaign.folder.prepare()
-    campaign.folder.path.chmod(0o555)
-    with pytest.raises(StorageError) as caught:
-        campaign.run(1)
-    assert os.strerror(errno.EACCES) in str(caught.value)

@@ -3,7 +3,6 @@
 import csv
 import time
 
-import pandas as pd
 import pytest
 from campaigns import assert_same, read_campaign_file, run_here, written
 
@@ -96,24 +95,6 @@ def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimizat
 
 
 @pytest.mark.slow
-def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid_minimization):
-    path = written(
-        tmp_path / "c.toml", "full", model="dp", n=8, seeds=[1], compress=None, onset=True, force_law={"gamma": 0.12},
-        observables=["voids", "modes"], damping={"contact": [1.0], "stokes": [1.0]},
-    )  # fmt: skip
-    forbid_minimization()
-    campaign = jamlab.open_campaign(path)
-    merge(campaign, [full.folder.path])
-    assert [line.stored for line in campaign.plan()] == [1]
-    run_here(campaign)
-    (task,) = campaign.finished()
-    voids = jamlab.voids(campaign.packings(task)[0])
-    assert len(campaign.table("voids")) == (voids.percolating == 0).sum() > 0
-    tables = campaign.table("states"), full.table("states", "droplets")
-    pd.testing.assert_frame_equal(*(table.drop(columns="task") for table in tables))
-
-
-@pytest.mark.slow
 def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
     path = tmp_path / "c.toml"
     spectra = {"observables": ["spectra"], "omega": [1.0]}
@@ -123,19 +104,6 @@ def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
     campaign = jamlab.open_campaign(written(path, **SHORT, observables=["spectra"], omega=[2.0]))
     with pytest.raises(pytest.fail.Exception):  # other frequencies are another table
         run_here(campaign)
-
-
-@pytest.mark.slow
-def test_damaged_sources_are_made_anew(tmp_path):
-    path = written(tmp_path / "c.toml", **SHORT, seeds=1)
-    (name,) = run(path).finished()
-    file = tmp_path / "c" / "tasks" / f"{name}.h5"
-    content = bytearray(file.read_bytes())
-    content[-100] ^= 1
-    file.write_bytes(content)
-    campaign = run(written(path, **SHORT, seeds=1, observables=["voids"]))
-    (tmp_path / "again").mkdir()
-    assert_same(campaign, run(written(tmp_path / "again" / "c.toml", **SHORT, seeds=1, observables=["voids"])))
 
 
 def test_state_keys_depend_on_what_states_depend_on(tmp_path):

@@ -1,15 +1,11 @@
 """Jobs of SLURM that end, are refused, lost and requeued: every call is carried to its end once, or given up."""
 
-import json
 import random
 from collections import Counter
 
 import pytest
-from campaigns import on_slurm
 from commands import call
-from fake_slurm import sent
 
-import jamlab
 from jamlab.campaign import slurm
 from jamlab.campaign.slurm import SlurmCrew, job_script
 from jamlab.errors import EngineError, InputError
@@ -179,17 +175,6 @@ def test_a_new_job_may_take_time_to_be_listed(monkeypatch):
     assert cluster.sent == 1
 
 
-def test_a_call_that_a_job_was_not_done_with_goes_to_a_new_one(monkeypatch):
-    crew = SlurmCrew(Cluster(monkeypatch, 1000), 2, lambda name: name, "1")
-    used, new = (slurm._Job(name, name, 0.0, address=name, carried=k) for k, name in ((3, "used"), (0, "new")))
-    crew._jobs, crew._calls = {"used": used, "new": new}, dict.fromkeys("ab", (1, 1))
-    for waiting, tried, wanted in (("ab", "b", ("a", "b")), ("ab", "a", ("b", "a")), ("a", "a", (None, "a"))):
-        used.key = new.key = None
-        crew._waiting, crew._deaths = slurm.deque(waiting), Counter(tried)
-        crew._hand_out()
-        assert (used.key, new.key) == wanted
-
-
 def test_no_more_jobs_than_calls(monkeypatch):
     cluster = Cluster(monkeypatch, 1000)
     assert len(carry_all(SlurmCrew(cluster, 50, lambda name: name, "1"), [3, 3, 3])) == cluster.sent == 3
@@ -245,20 +230,3 @@ def test_dry_run_prints_the_script_and_runs_nothing(tmp_path):
     assert "4 jobs of 3 cores" in done.stderr
     with pytest.raises(InputError):
         job_script({"memory": "much"}, 1)
-
-
-@pytest.mark.slow
-def test_a_campaign_runs_through_walltime_ends(tmp_path):
-    """The second job is refused, the third is lost, the fourth is requeued; all are killed after 40 s."""
-    pytest.importorskip("cryptography")
-    done = on_slurm(tmp_path, 16, 6.0, 2, walltime=40, refuse=[2], lose=[3], requeue=[4])
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["finished"] == 16
-    states = jamlab.open_campaign(tmp_path / "c.toml").table("states")
-    assert sorted(states["seed"]) == list(range(1, 17)) and (states["slow"] == 1).all()
-    assert 5 <= sent(tmp_path / "slurm") <= 20
-    assert done.stderr.count("jobs ended before") >= 2 and done.stderr.count("SLURM refuses a job") == 1
-    assert not list((tmp_path / "slurm" / "jobs").iterdir())  # nothing of it is left
-    assert not list((tmp_path / "c").glob(".certificate-*"))
-    script = (tmp_path / "slurm" / "1.sh").read_text()
-    assert "tls://" in script and "--tls-key" in script and "tcp://" not in script

@@ -49,15 +49,6 @@ def test_a_curve_for_each_kind_over_the_distance_from_onset(full):
     assert any("outside the bins" in entry for entry in entries)  # the onset itself, which a logarithm cannot show
 
 
-def test_pressures_are_a_bin_each_and_other_columns_a_curve_each(full):
-    axes, entries = plotted(full, "g", along="target_pressure", sweep="sheared", by="n")
-    np.testing.assert_allclose(axes.containers[0].lines[0].get_xdata(), [1e-3, 1e-2], rtol=1e-5)
-    assert entries == ["n = 32"] and axes.get_xscale() == "linear"
-    assert "[k]" in axes.get_ylabel()
-    axes, entries = plotted(full, "g", along="rho", by="ensemble")
-    assert len(entries) == 4 and axes.get_ylabel().endswith("[ε/l² or ε/σ² or k]")  # in two units there is no mean
-
-
 def test_a_mean_of_a_selection_is_hollow_and_said():
     """At onset most packings have no G: the mean is that of the few that are stable."""
     rho, seeds = np.tile([0.84, 0.9], 12), np.repeat(np.arange(12), 2)

@@ -106,13 +106,6 @@ def test_groups_bins_and_what_is_left_out():
     assert "'h'" in str(caught.value)
 
 
-def test_bins_need_not_be_given():
-    frame = pd.DataFrame({"model": "sp", "n": 8, "seed": [1, 2, 1, 2], "x": [0.1, 0.1, 0.2, 0.2], "g": [1.0, 3, 5, 7]})
-    means = aggregate(frame, ["g"], ["n"], along="x")
-    assert means["x"].tolist() == pytest.approx([0.1, 0.2]) and means["g"].tolist() == [2.0, 6.0]
-    assert means["packings"].tolist() == [2, 2]
-
-
 def test_one_state_of_each_packing_at_a_packing_fraction(full):
     """The nearest one, not the mean of all in a bin; packings without a state there are left out."""
     states = full.table("states", sweep="up")

@@ -1,16 +1,14 @@
 """Where tasks run: schedulers, SLURM, workers that cannot live or are killed; nothing is left behind, all is whole."""
 
 import os
-import random
 import subprocess
 import sys
 import time
 import tomllib
-from concurrent.futures import ThreadPoolExecutor
 
 import psutil
 import pytest
-from campaigns import assert_same, compression, dask_worker
+from campaigns import dask_worker
 from commands import call
 
 import jamlab
@@ -46,19 +44,6 @@ def test_a_scheduler_that_is_there(campaign, scheduler):
         done = campaign.run(scheduler=scheduler)
         assert (done.finished, done.failed) == (4, 0)
         assert worker.poll() is None  # it is not ours
-
-
-@pytest.mark.slow
-def test_two_campaigns_on_one_scheduler_make_their_own_files(tmp_path, scheduler):
-    """The same tasks for two folders at one time: each has all of its files at the end."""
-    ours = []
-    for name in ("a", "b"):
-        (tmp_path / f"{name}.toml").write_text(FILE.replace('"c"', f'"{name}"').replace("seeds = 4", "seeds = 8"))
-        ours.append(jamlab.open_campaign(tmp_path / f"{name}.toml"))
-    with dask_worker(scheduler), ThreadPoolExecutor(2) as side_by_side:
-        done = list(side_by_side.map(lambda campaign: campaign.run(scheduler=scheduler), ours))
-    assert [(run.finished, run.failed) for run in done] == [(8, 0)] * 2
-    assert [campaign.status().left for campaign in ours] == [0, 0]
 
 
 def test_tasks_of_two_folders_have_two_keys_at_a_scheduler(tmp_path):
@@ -219,82 +204,3 @@ def test_workers_that_cannot_be_had():
     for wrong in ({"count": 0}, {"count": 2, "scheduler": "tcp://127.0.0.1:1"}):
         with pytest.raises(InputError):
             Workers(**wrong)
-
-
-def start_driver(path):
-    """A driver in a process of its own, as from the shell; what it says on stderr is in the file c.log."""
-    line = [sys.executable, "-m", "jamlab.cli.main", "campaign", "resume", str(path), "--workers", "2"]
-    with open(path.with_suffix(".log"), "w") as log:
-        return subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=log)
-
-
-def descendants(driver):
-    try:
-        return psutil.Process(driver.pid).children(recursive=True)
-    except psutil.NoSuchProcess:
-        return []
-
-
-def workers_of(driver):
-    found = []
-    for process in descendants(driver):
-        try:
-            if "jamlab.processes.child" in " ".join(process.cmdline()):
-                found.append(process)
-        except psutil.Error:
-            continue
-    return found
-
-
-def marks(folder):
-    """Finished task -> what changes when its file is written again."""
-    found = {}
-    for file in folder.glob("tasks/*.h5"):
-        stat = file.stat()
-        found[file.name] = (stat.st_ino, stat.st_mtime_ns)
-    return found
-
-
-def wait_until(condition, seconds=600):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "nothing happened"
-        time.sleep(0.02)
-
-
-@pytest.mark.slow
-def test_killed_at_twenty_random_moments(tmp_path):
-    """60 tasks; a worker and the driver die in turn."""
-    (tmp_path / "calm").mkdir()
-    calm = jamlab.open_campaign(compression(tmp_path / "calm" / "c.toml", n=32, seeds=60, step=0.002))
-    assert calm.run(2).finished == 60
-
-    path = compression(tmp_path / "c.toml", n=32, seeds=60, step=0.002)
-    folder, rng = tmp_path / "c", random.Random(7)
-    driver, before, again = None, {}, []
-    for kill in range(20):
-        if driver is None or driver.poll() is not None:
-            driver = start_driver(path)
-            wait_until(lambda d=driver: len(workers_of(d)) == 2)
-        time.sleep(rng.uniform(0.0, 4.0))
-        assert driver.poll() is None, f"the campaign ended before kill {kill}: make its tasks longer"
-        now = marks(folder)
-        again += [name for name, mark in before.items() if now.get(name) != mark]
-        before = now
-        if kill % 2 == 0:
-            rng.choice(workers_of(driver)).kill()
-        else:
-            family = descendants(driver)
-            driver.kill()
-            driver.wait()
-            _, alive = psutil.wait_procs(family, timeout=30)
-            assert not alive, "orphans"
-    driver = start_driver(path)
-    assert driver.wait() == 0, path.with_suffix(".log").read_text()
-    now = marks(folder)
-    again += [name for name, mark in before.items() if now.get(name) != mark]
-    assert not again
-    status = jamlab.open_campaign(path).status(verify=True)
-    assert (status.finished, status.failed, status.left, status.damaged) == (60, 0, 0, {})
-    assert not list(folder.rglob(".jamlab-*.tmp"))
-    assert_same(jamlab.open_campaign(path), calm)

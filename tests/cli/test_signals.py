@@ -130,25 +130,6 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path, name):
         assert found.rates.tolist() == [1.0] if name == "flow-curve" else len(found.time) > 1
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["demo", "campaign"])
-def test_ctrl_c_reaches_children_too(tmp_path, name):
-    check_end(tmp_path, name, signal.SIGINT, group=True)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("moment", [0.0, 0.1, 0.2, 0.3])
-def test_ctrl_c_while_children_start(tmp_path, moment):
-    """A child that is half started prints no traceback of its own."""
-    process = start(tmp_path, "demo")
-    while not psutil.Process(process.pid).children():
-        time.sleep(0.005)
-    time.sleep(moment)
-    os.killpg(process.pid, signal.SIGINT)
-    printed = process.communicate(timeout=10)[1]
-    assert printed.strip() == "interrupted: nothing was written", printed
-
-
 def test_ctrl_c_while_the_command_is_imported_shows_no_traceback(tmp_path):
     process, mask, python_caught = start(tmp_path, "jam"), 1 << (signal.SIGINT - 1), False
     end = time.monotonic() + 30
@@ -161,13 +142,3 @@ def test_ctrl_c_while_the_command_is_imported_shows_no_traceback(tmp_path):
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=10)
     assert process.returncode in (-signal.SIGINT, 130) and "Traceback" not in err
-
-
-@pytest.mark.slow
-def test_a_demo_whose_process_is_killed_ends_with_one_line(tmp_path):
-    process = start(tmp_path, "demo")
-    family = family_at_work(process, 2)
-    next(p for p in family[1:] if at_work(p)).kill()
-    _, err = process.communicate(timeout=30)
-    assert process.returncode == 1 and "was killed" in err and "Traceback" not in err
-    assert not psutil.wait_procs(family[1:], timeout=5)[1]

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import shapely
 from campaigns import written
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
@@ -15,7 +14,6 @@ from matplotlib.figure import Figure
 import jamlab
 from jamlab.figures import packing_pictures as figures
 from jamlab.figures.save_picture import save_picture
-from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.models.droplets import regular_polygon
 from jamlab.packing.packing import Packing
@@ -94,40 +92,6 @@ def test_void_paths_enclose_their_area(request, state):
 def _signed(ring):
     (x, y), (u, v) = ring[:-1].T, ring[1:].T
     return 0.5 * float(np.sum(x * v - y * u))
-
-
-def test_legend_names_the_sides_that_occur_and_open_voids():
-    for place, box, names in (([0.3, 0.9], np.eye(2), ["4"]), ([2.0, 2.0], 5 * np.eye(2), ["percolates"])):
-        axes = voids(some_disks(place, [1.02], box)).plot(Figure().subplots())
-        assert [text.get_text() for text in axes.get_legend().get_texts()] == names
-
-
-def test_overlaps_are_lenses():
-    axes = Figure().subplots()
-    figures.draw_overlaps(axes, some_disks([[1.0, 1.0], [2.0, 1.0]], [1.4, 1.4], 4 * np.eye(2)))
-    shaded = [
-        c for c in axes.collections if len(c.get_facecolor()) and np.allclose(c.get_facecolor()[:, :3], 0x6F / 255)
-    ]
-    areas = [shapely.Polygon(p.vertices).area for c in shaded for p in c.get_paths()]
-    lens = 2 * 0.49 * np.arccos(0.5 / 0.7) - np.sqrt(0.49 - 0.25)
-    np.testing.assert_allclose(areas, lens, rtol=0.02)
-    assert len(areas) == 2 * 9  # from either particle, in nine cells
-
-
-def test_walls_of_a_row_stand_in_the_middle():
-    row = some_disks([[0.5, 0.5], [1.5, 0.5]], [0.8, 0.8], [[2.0, 0.0], [0.0, 1.0]])
-    axes = jamlab.tessellation(row).plot(Figure().subplots())
-    lines = np.concatenate([c.get_segments() for c in axes.collections if hasattr(c, "get_segments")])
-    upright = lines[np.abs(np.ptp(lines[:, :, 0], axis=1)) < 1e-9][:, 0, 0]
-    assert {0.0, 1.0, 2.0} <= set(np.round(upright, 9) + 0.0)
-
-
-def test_figure_of_either_model(dp_dense, sp_jammed):
-    for packing in (dp_dense, sp_jammed):
-        overlaps, middle, cells, scale = figures.geometry_figure(packing).axes
-        assert middle.get_title() == rf"{len(voids(packing).sides)} voids, $\rho$ = {packing_fraction(packing):.4f}"
-        assert (overlaps.get_title(), scale.get_ylabel()) == ("overlaps", "local packing fraction")
-        assert cells.get_title() == {"sp": "power cells", "dp": "set-Voronoi cells"}[packing.model]
 
 
 PAGE = Path(__file__).parents[2] / "docs" / "how_to" / "draw_results.md"

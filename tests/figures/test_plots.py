@@ -300,37 +300,8 @@ def test_widths_are_proportional_to_forces_in_tilted_cells_too(random_disks, tou
     assert len(scales) > 50 and np.ptp(scales) < 1e-9 * np.mean(scales)
 
 
-def test_force_network_over_a_packing_keeps_its_colours():
-    packing = state("disks")
-    axes = packing.plot(Figure().subplots())
-    before = len(axes.collections)
-    network = jamlab.contacts(packing)
-    added = network.plot(axes).collections[before:]
-    assert all(isinstance(part, LineCollection) for part in added) and len(texts(axes)) == 1
-
-
-def test_style_goes_to_the_artist_by_any_of_its_names():
-    axes = state("disks").plot(Figure().subplots(), facecolor="red", ec="blue", lw=2)
-    fills = axes.collections[0]
-    assert [tuple(fills.get_facecolor()[0][:3]), tuple(fills.get_edgecolor()[0][:3])] == [(1, 0, 0), (0, 0, 1)]
-    for name in ("color", "colors"):
-        lines = jamlab.contacts(state("disks")).plot(Figure().subplots(), lw=6, **{name: "red"})
-        (drawn,) = {tuple(c.get_colors()[0][:3]) for c in lines.collections if isinstance(c, LineCollection)}
-        (mean, _) = lines.get_legend().legend_handles
-        assert drawn == (1, 0, 0) and (mean.get_color(), mean.get_linewidth()) == ("red", 6)
-
-
 def texts(axes):
     return [text.get_text() for text in axes.get_legend().get_texts()]
-
-
-def test_a_packing_without_contacts_and_one_of_rattlers_say_so():
-    loose = disks([[1.0, 1.0], [3.0, 3.0]], [1.0, 1.0], 4 * np.eye(2))
-    assert texts(jamlab.contacts(loose).plot(Figure().subplots())) == ["no contacts", "every particle rattles"]
-    pair = disks([[1.0, 1.0], [1.9, 1.0]], [1.0, 1.0], 4 * np.eye(2))  # k = 2, overlap 0.1
-    assert texts(jamlab.contacts(pair).plot(Figure().subplots())) == ["mean force 0.2 k d", "every particle rattles"]
-    with pytest.raises(jamlab.InputError):
-        jamlab.contacts(pair).plot(Figure().subplots(), lw=[1, 2])
 
 
 def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
@@ -350,22 +321,6 @@ def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
     for direction, index in (("pure", "pure"), (np.pi / 4, r"45^\circ")):
         axes = replace(s, direction=direction).plot(Figure().subplots())
         assert index in texts(axes)[0] and index in axes.get_ylabel()
-
-
-def test_bars_and_fits_hold_what_they_say():
-    found = jamlab.void_statistics(jamlab.voids(state("disks")))
-    assert [bar.get_height() for bar in found.plot(Figure().subplots()).patches] == list(found.probability)
-    law = fit()
-    axes = law.plot(Figure().subplots())
-    np.testing.assert_allclose(axes.lines[-1].get_ydata()[[0, -1]], law([law.low, law.high]))
-    apart = state("droplets").with_state(params={**state("droplets").params, "delta": 1e-6})
-    for nothing in (
-        jamlab.contact_lengths(apart),
-        jamlab.OrientationalOrder(np.ones(2, dtype=complex), np.full(2, 6)),
-        jamlab.Collapse(0.5, 1.0, 0.5, 0.02, 0.03, 0.01, 0.1),
-    ):
-        with pytest.raises(jamlab.InputError):
-            nothing.plot()
 
 
 @picture

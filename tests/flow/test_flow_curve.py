@@ -10,7 +10,6 @@ import jamlab
 from jamlab.flow import flow_curve, overdamped_session
 from jamlab.flow.flow_curve import require_time, steady_point
 from jamlab.flow.overdamped_session import OverdampedSession
-from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 
 
@@ -55,12 +54,6 @@ def test_plastic_events_are_counted_per_strain_of_the_average(disks):
     assert found["dissipation"] == pytest.approx(lost.item()) != pytest.approx(run.dissipated[-1] / 0.2, rel=1e-3)
 
 
-@pytest.mark.slow
-def test_rates_side_by_side_are_those_one_after_the_other(curve, disks):
-    found = jamlab.flow_curve(disks, [0.1, 0.3], strain=1.0, discard=0.5, processes=2)
-    assert found.stress == pytest.approx(curve[1].stress[1:], rel=1e-9)
-
-
 def test_herschel_bulkley_finds_its_own_law():
     rng = np.random.default_rng(1)
     rates = np.geomspace(1e-5, 1e-1, 9)
@@ -79,26 +72,6 @@ def test_herschel_bulkley_finds_its_own_law():
         herschel_bulkley([1.0, 2.0], [1.0, 2.0], [1.0, 1.0])
     with pytest.raises(jamlab.InputError, match="must be positive"):
         herschel_bulkley([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [1.0, 0.0, 1.0])
-
-
-def test_block_errors_of_a_correlated_series():
-    """x_k = a x_(k-1) + noise: the mean of n values errs by 1/((1 - a) sqrt n), the naive error is far smaller."""
-    rng, a, n = np.random.default_rng(2), 0.9, 4096
-    errors, means = [], []
-    for _ in range(30):
-        x = np.zeros(n)
-        for k, noise in enumerate(rng.standard_normal(n)):
-            x[k] = a * x[k - 1] + noise
-        found = block_average(x)
-        errors.append(found.error)
-        means.append(found.value)
-        assert abs(found.drift) < 5
-    true = 1 / ((1 - a) * np.sqrt(n))
-    assert np.mean(errors) == pytest.approx(true, rel=0.3) and np.std(means) == pytest.approx(true, rel=0.4)
-    assert not block_average(np.linspace(0, 1, 64)).steady
-    assert block_average(np.full(16, 2.0)) == (block_average([2.0] * 16)) and block_average([2.0] * 16).steady
-    with pytest.raises(jamlab.InputError, match="at least 16 numbers"):
-        block_average([1.0, 2.0])
 
 
 def test_cost_says_what_does_not_fit(disks):

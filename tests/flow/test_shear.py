@@ -116,32 +116,6 @@ def test_linear_drag_is_the_limit_of_the_power_law(disks):
     assert runs[0].stress == pytest.approx(runs[1].stress, rel=1e-8)
 
 
-def test_tolerance_is_that_of_the_stress(disks):
-    """While flow is smooth: up to a strain where no contact has changed."""
-
-    def stress(tolerance):
-        found = jamlab.shear(disks, 1e-4, 1e-4, rows=1, tolerance=tolerance)
-        assert np.ptp(found.contacts) == 0
-        return found.stress[-1] - found.stress[0], found.steps
-
-    (coarse, few), (fine, more), (exact, most) = map(stress, (1e-2, 1e-4, 1e-6))
-    assert few <= more < most
-    assert abs(coarse / exact - 1) < 1e-2 and abs(fine / exact - 1) < 2e-4
-
-
-def test_errors_at_new_contacts_fall_with_the_tolerance(disks):
-    """Velocities jump there, and steps end there."""
-
-    def stress(tolerance):
-        found = jamlab.shear(disks, 0.01, 0.02, rows=4, tolerance=tolerance)
-        assert np.ptp(found.contacts) > 0
-        return found.stress, found.steps
-
-    (usual, few), (fine, more), (exact, most) = map(stress, (1e-4, 1e-6, 1e-8))
-    assert few < more < most
-    assert np.abs(usual - exact).max() < 1e-4 * exact.max() and np.abs(fine - exact).max() < 1e-6 * exact.max()
-
-
 @pytest.mark.parametrize(
     ("changes", "named"),
     [

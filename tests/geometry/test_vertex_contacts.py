@@ -111,15 +111,6 @@ def test_what_touches_exactly_at_delta_does_not_meet():
         assert bool(len(vertex_contacts(droplets(pair, delta, contact="segment/smooth")).vertex)) == meet
 
 
-@pytest.mark.parametrize("form", CONTACT_FORMS)
-def test_crossing_outlines_are_named(form):
-    ring = SQUARE * 0.9
-    packing = droplets([ring, np.add(ring, [3, 0]), np.add(ring, [3.5, 0.45])], 0.5, contact=form)
-    for look in (vertex_contacts, jamlab.evaluate):
-        with pytest.raises(InputError, match=r"[12]\D+[12]"):
-            look(packing)
-
-
 def test_edges_over_too_many_images_are_refused():
     packing = droplets([SQUARE * [200.0, 1.0]], 0.1, 0.04 * np.eye(2), "segment/smooth")
     with pytest.raises(InputError, match="box"):
@@ -143,14 +134,3 @@ def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
     for look in (jamlab.contacts, jamlab.hessian, energy, jamlab.evaluate, partial(jamlab.shear, rate=0.1, strain=0.1)):
         with pytest.raises(jamlab.InputError, match=r"0\D+1"):
             look(packing)
-
-
-BAR, TURN = (SQUARE - 0.5) * [1.0, 0.3], 2 * np.pi * np.arange(64) / 64
-RING = np.column_stack([np.cos(TURN), np.sin(TURN)])
-
-
-@pytest.mark.parametrize("one, other", [(BAR, BAR[:, ::-1][::-1]), (RING, 0.2 * RING[::4])], ids=["bars", "inside"])
-def test_outlines_that_cross_with_no_vertex_near_another_edge_are_refused(one, other):
-    """Of corners within delta of the other bar there is none, and edges of the rings are short."""
-    with pytest.raises(InputError, match=r"0\D+1"):
-        vertex_contacts(droplets([one + 5, other + 5], 0.06, contact="segment/smooth"))

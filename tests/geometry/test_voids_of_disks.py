@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from packings_by_hand import HEXAGONAL, disks, random_disks
-from scipy import ndimage
 
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts, without_rattlers
@@ -130,34 +129,6 @@ def test_lattice_points_with_all_degeneracies_at_once():
 def test_voids_and_disks_fill_the_cell(seed):
     packing = random_disks(seed)
     check_sum(packing, voids(packing))
-
-
-@pytest.mark.parametrize(("n", "phi"), [(20, 0.4), (30, 0.9), (40, 1.2), (50, 1.5)])
-def test_voids_against_a_raster(n, phi):
-    """Connected white pixels of a picture, joined across the boundary."""
-    pixels = 1500
-    for seed in range(100):
-        d = np.where(np.arange(n) % 2, 1.0, 1.4)
-        side = np.sqrt(np.pi / 4 * np.sum(d**2) / phi)
-        packing = disks(np.random.default_rng(seed).random((n, 2)) * side, d, np.eye(2) * side)
-        counts = {len(voids(packing.with_state(diameters=d + s * side / pixels)).area) for s in (-3, -1, 0, 1, 3)}
-        if len(counts) == 1:  # no neck or void is as narrow as a few pixels
-            break
-    grid = (np.arange(pixels) + 0.5) * side / pixels
-    white = np.ones((pixels, pixels), dtype=bool)
-    for centre, d in zip(packing.positions, packing.diameters, strict=True):
-        dx, dy = (grid - c - side * np.rint((grid - c) / side) for c in centre)
-        white &= dx[None] ** 2 + dy[:, None] ** 2 > d**2 / 4
-    label, count = ndimage.label(white)
-    graph = np.arange(count + 1)
-    for a, b in ((label[0], label[-1]), (label[:, 0], label[:, -1])):
-        for one, two in set(zip(a[(a > 0) & (b > 0)].tolist(), b[(a > 0) & (b > 0)].tolist(), strict=True)):
-            graph[graph == graph[two]] = graph[one]
-    pixel = (side / pixels) ** 2
-    areas = np.bincount(graph[label[label > 0]]) * pixel
-    areas, found = np.sort(areas[areas > 30 * pixel]), voids(packing)  # single pixels come off in sharp corners
-    assert len(counts) == 1 and len(areas) == len(found.area) > 0
-    np.testing.assert_allclose(np.sort(found.area), areas, rtol=1e-3, atol=10 * pixel)
 
 
 def test_probabilities_add_up_and_open_voids_are_counted_apart():

@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.campaign.file import CampaignTable
-from jamlab.campaign.states import make_states
-from jamlab.campaign.tasks import batches
-from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.mechanics.stiffness import energy_terms, stress
-from jamlab.models.models import optional_parameters
 from jamlab.models.pair_laws import PowerLaw
 from jamlab.protocols.random_start import random_disks
 from tests.support.deck_runs import run
@@ -132,36 +127,12 @@ def test_law_of_exponent_2_is_that_of_springs_bit_for_bit():
         assert spring.linear_in_phi(0.02) == 0.02 / 1.3 and spring.springs
 
 
-def test_defaults_of_the_decks_and_of_packings_agree():
-    default = optional_parameters("sp")["exponent"].default
-    assert defaults("sp")["exponent"] == default == PowerLaw.of({"k": 1.0}).exponent
-
-
-def test_deck_minimises_the_law_that_a_data_file_says(tmp_path):
-    packing = crowd("eps", 2.5)
-    jamlab.write_data(str(tmp_path / "crowd.data"), packing)
-    run("in.sp.minimize", tmp_path, data="crowd.data", force=1e-9, minimizer="fire")
-    reached = jamlab.read(str(tmp_path / "sp.minimum.data"))
-    assert reached.params == packing.params and jamlab.evaluate(reached).max_force < 2e-9
-
-
 @pytest.mark.parametrize("exponent", [1.9, 11.0, np.nan, "2.5", True])
 def test_exponents_out_of_range_are_refused(exponent):
     with pytest.raises(jamlab.JamlabError, match="exponent"):
         jamlab.jam(n=8, exponent=exponent)
     with pytest.raises(jamlab.InputError, match=r"at most 0\.1643"):  # disks would pass through each other
         jamlab.pack(8, 0.2, exponent=2.5)
-
-
-def test_campaign_makes_packings_of_the_exponent_and_names_tasks_by_it_unless_it_is_2():
-    def batch(**law):
-        table = {"name": "s", "model": "sp", "n": 8, "seeds": 1, "pressures": [1e-2]}
-        return batches(CampaignTable(name="c", sweep=[table | law]))[0]
-
-    two, other = (batch(force_law={"exponent": value}) for value in (2, 2.5))
-    assert next(two.names()) == next(batch().names()) != next(other.names())
-    (task,) = other.tasks()
-    assert make_states(task.parameters).packings[0].params == {"k": 1.0, "exponent": 2.5}
 
 
 def test_decks_reach_a_pressure_of_hertzian_disks(tmp_path):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import vesin
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,7 +10,6 @@ from jamlab.packing.neighbors import (
     periodic_copies,
     periodic_neighbors,
     periodic_pairs,
-    positive_image,
     shortest_images,
 )
 
@@ -119,24 +117,6 @@ def test_copies_are_those_of_brute_force(scene):
     for a in home:  # whatever lies within reach of a point of the cell is among the copies
         near = brute_force(a[None], points, box, reach, layers_for(a[None], points, box, reach))
         assert {(j, s, t) for _, j, s, t in near.tolist()} <= found
-
-
-@given(scenes())
-def test_pairs_are_those_of_vesin(scene):
-    """Another neighbour list, that of a library: all images in small and tilted boxes, float64 vectors."""
-    points, _, box, cutoff = scene
-    spatial, cell = np.zeros((len(points), 3)), np.eye(3) * 3 * cutoff  # layers too far apart to see each other
-    spatial[:, :2], cell[:2, :2] = points, box
-    search = vesin.NeighborList(cutoff=cutoff, full_list=False)
-    i, j, shift, r = search.compute(points=spatial, box=cell, periodic=True, quantities="ijSD")
-    i, j, shift, r = i.astype(np.int64), j.astype(np.int64), shift[:, :2].astype(np.int64), r[:, :2]
-    swapped = (i > j) | ((i == j) & ~positive_image(shift))
-    sign = np.where(swapped, -1, 1)[:, None]
-    theirs = np.column_stack([np.minimum(i, j), np.maximum(i, j), sign * shift])
-    order = np.lexsort(theirs.T[::-1])
-    ours = periodic_pairs(points, box, cutoff)
-    np.testing.assert_array_equal(rows(ours), theirs[order])
-    np.testing.assert_allclose(ours.r, (sign * r)[order], atol=1e-13)
 
 
 def test_shortest_images_are_those_of_brute_force():

@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-import weakref
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from hypothesis import strategies as st
 import jamlab
 from jamlab.errors import InputError
 from jamlab.models.droplets import free_area, free_polygon_area, regular_polygon
-from jamlab.packing import derived
 from jamlab.packing.deformation import at_phi, deformed, shear_direction
 from jamlab.packing.packing import Packing
 
@@ -220,10 +218,6 @@ def test_a_rounding_that_is_no_length_is_refused(value):
         Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], {"k": 1.0}, "k", [1.0], rounding=value)
 
 
-def test_a_packing_without_free_droplets_can_be_shown():
-    assert "phi=undefined" in repr(polygons(law=LAW | {"gamma": 1e6}))
-
-
 def assert_close(got, wanted, digits=1e-12):
     scale = 1 + np.abs(wanted.positions).max()
     np.testing.assert_allclose(got.box, wanted.box, rtol=0, atol=digits * scale)
@@ -284,26 +278,3 @@ def test_line_tension_that_no_area_bears_is_refused(nv):
     params = bearing(1.001, 2.0, 1.3, nv)
     with pytest.raises(InputError, match=f"gamma = {params['gamma']:g} at ka = 2.*raise ka"):
         free_polygon_area([nv], params)
-
-
-def test_what_was_computed_is_kept_with_the_state_and_dies_with_it(monkeypatch):
-    """Copies of one state share it; others, and packings beyond the number of sites that are remembered, do not."""
-    p, calls = disks(), []
-
-    @derived.per_packing
-    def computed(packing, power=1):
-        calls.append(power)
-        return packing.positions**power
-
-    assert computed(p) is computed(p.with_state(onset=0.8)) and calls == [1]
-    assert computed(p, 2) is not computed(p) and not computed(p).flags.writeable
-    for other in (p.with_state(positions=p.positions), pickle.loads(pickle.dumps(p))):
-        assert computed(other) is not computed(p)
-    monkeypatch.setattr(derived, "MOST_SITES", len(p.positions))
-    computed(p.with_state(box=2 * p.box))
-    before = len(calls)
-    computed(p)
-    assert len(calls) == before + 1
-    kept = weakref.ref(computed(p))
-    del p
-    assert kept() is None

@@ -3,13 +3,11 @@
 import json
 
 import numpy as np
-import pytest
 import random_packings
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from jamlab.packing.hdf5 import read, read_all, read_observables, write
-from jamlab.packing.lammps_files import types, write_data, write_dump
 
 in_one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -61,59 +59,3 @@ def test_hdf5(tmp_path, frames, data):
     for got, wanted in zip(read_all(tmp_path / "again.h5"), frames, strict=True):
         assert_same(got, wanted)
         assert json.dumps(got.provenance) == json.dumps(wanted.provenance)
-
-
-def sections(text):
-    """Heading -> rows of numbers, of a LAMMPS data file."""
-    found, rows = {}, None
-    for line in text.splitlines()[1:]:
-        words = line.split("#")[0].split()
-        if (words and words[0].isalpha()) or line.startswith("d_a0"):
-            rows = found.setdefault(words[0], [])
-        elif words and rows is not None:
-            rows.append([float(word) for word in words])
-    return {name: np.array(rows) for name, rows in found.items()}
-
-
-@in_one_folder
-@given(packing=random_packings.packings())
-def test_lammps_data(tmp_path, packing):
-    """Image flags unwrap to the packing; the box is that of the header; bonds run round every polygon."""
-    table = write_data(tmp_path / "p.data", packing)
-    text = (tmp_path / "p.data").read_text()
-    head = {line.split()[-1]: line.split() for line in text.splitlines() if line.endswith(("xhi", "yhi", "yz"))}
-    box = [[float(head["xhi"][1]), 0.0], [float(head["yz"][0]), float(head["yhi"][1])]]
-    assert np.array_equal(box, packing.box)
-    found = sections(text)
-    atoms = found["Atoms"]
-    wrapped, image = atoms[:, -6:-4], atoms[:, -3:-1]
-    scale = 1 + np.abs(packing.positions).max()
-    np.testing.assert_allclose(wrapped + image @ packing.box, packing.positions, rtol=0, atol=4e-16 * scale)
-    inside = wrapped @ np.linalg.inv(packing.box)
-    assert inside.min() > -1e-12 and inside.max() < 1 + 1e-12
-    kind = atoms[:, -7].astype(int)
-    sizes = packing.diameters if packing.model == "sp" else packing.params["a0"]
-    assert np.array_equal(table.values[kind - 1], sizes[packing.particle])
-    if packing.model == "dp":
-        assert np.array_equal(atoms[:, 1], packing.particle + 1)
-        assert np.array_equal(found["Bonds"][:, 2:] - 1, np.column_stack([np.arange(len(kind)), packing.successor]))
-        assert np.array_equal(found["d_a0"][:, 1], sizes[packing.particle])
-
-
-@in_one_folder
-@given(frames=sweeps())
-def test_lammps_dump(tmp_path, frames):
-    """Positions as they are; bounds of the box as LAMMPS defines them."""
-    write_dump(tmp_path / "run.dump", frames)
-    parts = (tmp_path / "run.dump").read_text().split("ITEM: TIMESTEP\n")[1:]
-    for step, (part, packing) in enumerate(zip(parts, frames, strict=True)):
-        lines = part.splitlines()
-        assert int(lines[0]) == step and int(lines[2]) == len(packing.positions)
-        (low, high, xy), (bottom, top, _) = (map(float, line.split()) for line in lines[4:6])
-        low, high = low - min(0.0, xy), high - max(0.0, xy)
-        assert [[high - low, 0], [xy, top - bottom]] == pytest.approx(packing.box, rel=1e-14, abs=1e-14)
-        rows = np.array([line.split() for line in lines[8:]], dtype=float)
-        assert rows[:, 3:5].tobytes() == packing.positions.tobytes()
-        assert np.array_equal(rows[:, 2], types(packing).types[packing.particle])
-        if packing.model == "sp":
-            assert np.array_equal(2 * rows[:, 6], packing.diameters)

@@ -1,6 +1,5 @@
 """The explorer in a real browser: what it shows is what the library computes, by mouse, touch and keyboard."""
 
-import base64
 import re
 from pathlib import Path
 
@@ -204,27 +203,6 @@ def test_fits_a_phone_and_takes_fingers(browser, page):
         browser.run(f"{EXPLORER}.toggle('{name}')")
     browser.run(f"{EXPLORER}.show(3); {EXPLORER}.drawNow()")
     assert browser.overhang() == 0 and browser.errors() == []
-
-
-def test_dark_and_printed(browser, page):
-    def paper():
-        return browser.run(f"{EXPLORER}.drawNow(); return getComputedStyle(document.body).backgroundColor")
-
-    browser.open(page)
-    light, white = picture(browser), paper()
-    browser.open(page, media={"prefers-color-scheme": "dark"})
-    assert picture(browser) != light and paper() != white == "rgb(255, 255, 255)"
-    asked = f"[{EXPLORER}.scene.colours.paper, {EXPLORER}.measure()]"
-    browser.run(f"addEventListener('beforeprint', () => window.printed = {asked})")
-    assert base64.b64decode(browser.devtools("Page.printToPDF")["data"]).startswith(b"%PDF")
-    colour, (*_, sharpness) = browser.run("return window.printed")
-    assert colour == "#ffffff" and sharpness > 2
-    assert browser.run(f"return {EXPLORER}.printing") is False
-    browser.devtools("Emulation.setEmulatedMedia", media="print")
-    controls = ["[type=range]", ".toggles", ".keys", ".zoom"]
-    shown = "return values.map(selector => getComputedStyle(document.querySelector(selector)).display)"
-    assert set(browser.run(shown, *controls)) == {"none"}
-    assert browser.run("return getComputedStyle(document.querySelector('.curves, .curve-figure')).display") == "block"
 
 
 def test_one_state_needs_no_slider_and_several_explorers_share_a_page(browser, sweep, tmp_path):

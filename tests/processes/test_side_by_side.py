@@ -121,15 +121,3 @@ def test_a_program_ends_with_the_process_that_started_it():
         program = psutil.Process(int(parent.stdout.readline()))
         parent.kill()
     assert not psutil.wait_procs([program], timeout=10)[1]
-
-
-@pytest.mark.slow
-def test_nothing_of_linux_alone_is_needed_at_import(tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(
-        "import os\nfor n in ('get', 'set'): delattr(os, f'sched_{n}affinity')\n"
-    )
-    code = "import importlib, pathlib, jamlab\nfor file in sorted(pathlib.Path(jamlab.__path__[0]).rglob('*.py')):\n"
-    code += "    name = '.'.join(file.relative_to(jamlab.__path__[0]).with_suffix('').parts)\n"
-    code += "    name.endswith('__') or importlib.import_module('jamlab.' + name)"
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    subprocess.run([sys.executable, "-W", "ignore", "-c", code], env=environment, check=True)

@@ -15,7 +15,6 @@ from jamlab.protocols.box_relaxation import shear_curvature
 from jamlab.protocols.relaxation import relax
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
-ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
 
 
 @pytest.fixture(scope="module", params=["sp", "dp"])
@@ -96,12 +95,3 @@ def test_shear_curvature_is_the_second_difference_of_relaxed_energies():
                 energies.append(relax(session).evaluation.energy)
         difference = (energies[0] - 2 * energies[1] + energies[2]) / h**2 / packing.area
         assert found[a, a] == pytest.approx(difference, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_large_packing_just_above_onset_meets_its_pressure():
-    """8192 disks at p = 1e-5, half a CPU minute: FIRE of the usual kind alone did not end in 700 000 steps."""
-    p = jamlab.pack(8192, 1e-5, 2)
-    assert p.converged and p.max_force <= 1e-12
-    assert jamlab.evaluate(p).pressure == pytest.approx(1e-5, rel=1e-7)
-    assert jamlab.shear_modulus(p, angle=ANGLES).min() > 0

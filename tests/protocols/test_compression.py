@@ -67,21 +67,6 @@ def test_states_near_onset_are_log_spaced():
     assert [p.provenance["target"] for p in states] == pytest.approx(np.add(onset.onset, wanted), abs=1e-9)
 
 
-@pytest.mark.slow
-def test_followed_basin_is_that_of_small_steps(start):
-    """Two states 0.01 apart, pressures foretold to 1 %, against a hundred steps each without foresight."""
-    followed = list(jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", error=1e-2))
-    brute = list(jamlab.compress(start, start.phi + 0.02, 1e-4, by="phi"))
-    assert len(followed) == 2 and len(brute) == 200
-    for one, two in zip(followed, (brute[99], brute[-1]), strict=True):
-        assert one.phi == pytest.approx(two.phi, abs=2e-6)
-        assert unlike(one, two) < 1e-5
-        assert jamlab.evaluate(one).energy == pytest.approx(jamlab.evaluate(two).energy, rel=1e-3)
-        assert np.array_equal(jamlab.contacts(one).pairs, jamlab.contacts(two).pairs)
-        assert 0 < one.provenance["step_error"] <= 1e-2
-        assert "step_error" not in two.provenance
-
-
 @pytest.mark.parametrize("by", ["phi", "rho"])
 def test_small_excursion_comes_back(start, by):
     """Energies on the way down are those on the way up."""

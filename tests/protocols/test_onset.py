@@ -1,7 +1,6 @@
 """Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -46,24 +45,6 @@ def test_disks_jam_isostatically():
     assert len({p.onset for p in packings.values()}) == 4
     sizes = np.unique(packings[1].diameters, return_counts=True)
     assert sizes[0] == pytest.approx([2 / 2.4, 2.8 / 2.4]) and sizes[1].tolist() == [32, 32]
-
-
-@pytest.mark.slow
-def test_twenty_seeds_of_disks():
-    """Mean phi_J of Boromand et al. table 1, 0.84, within its spread at N = 64; all but a few exactly isostatic."""
-    packings = [jamlab.jam(model="sp", n=64, seed=seed) for seed in range(1, 21)]
-    for seed, p in enumerate(packings, start=1):
-        assert_onset(p, "sp", 64, seed, 1e-12)
-    assert 0.83 < np.mean([p.onset for p in packings]) < 0.845
-    assert sum(isostatic(p) for p in packings) >= 18
-
-
-@pytest.mark.slow
-def test_droplets_from_scratch_jam_too():
-    """Compressed as droplets from phi = 0.20, as the paper does, instead of carried by disks."""
-    p = jamlab.jam("dp", 8, 3, start="scratch", gamma=0.1, ka=50.0)
-    assert_onset(p, "dp", 8, 3, 1e-10)
-    assert p.provenance["start"] == "scratch"
 
 
 def test_droplets_jam():
@@ -149,42 +130,6 @@ def _assert_held(packing):
     assert why_no_modulus(packing)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [12, 32])
-def test_every_onset_of_droplets_is_a_minimum(n):
-    for seed in range(1, 21):
-        _assert_held(jamlab.jam("dp", n=n, seed=seed))
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_slide_goes_downhill_until_it_goes_uphill(sign):
-    """Whichever way a mode points: energy -x^2/2 of one disk, and a wall at x = 0.03."""
-    start = jamlab.Packing("sp", [[3.0, 0], [0, 3]], [[0.0, 1], [1, 1]], {"eps": 1.0}, "eps", np.ones(2))
-
-    def forces_at(positions):
-        x = positions[0, 0] + 0.001  # already off the saddle, to the right
-        forces = np.zeros((2, 2))
-        forces[0, 0] = 1e-9 * x - max(0.0, x - 0.031)
-        return 0.0, forces
-
-    session = SimpleNamespace(evaluate=lambda: SimpleNamespace(pressure=1e-3), forces_at=forces_at)
-    found = saddles.slid(session, start, sign * np.array([[1.0, 0], [0, 0]]), 1e-12, jamlab.SolverSettings())
-    assert found[0, 0] == pytest.approx(0.03, abs=1e-9) and found[1].tolist() == [1, 1]
-    assert -1e-12 < forces_at(found)[1][0, 0] < 0  # the wall pushes back, with less than the tolerance
-
-
-def test_droplets_shift_turn_and_deform_along_the_path_of_a_slide():
-    """Positions and their derivatives; a turn keeps the shape of a droplet."""
-    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
-    positions, mode = np.vstack([square, square + 3]), np.vstack([square @ [[0, 1], [-1, 0]], 1e-2 * square])
-    packing = SimpleNamespace(particle=np.repeat([0, 1], 4), positions=positions)
-    path = saddles._path(packing, mode)
-    np.testing.assert_allclose(path(0.0), [positions, mode], atol=1e-15)
-    np.testing.assert_allclose((path(0.7 + 1e-6)[0] - path(0.7 - 1e-6)[0]) / 2e-6, path(0.7)[1], atol=1e-9)
-    turned = path(0.7)[0][:4]
-    np.testing.assert_allclose(np.hypot(*(turned - turned.mean(0)).T), np.sqrt(0.5))
-
-
 def test_the_search_ends_where_nothing_can_jam():
     """Three triangles whose edges are longer than half the box; and four droplets, which took 25 tries once."""
     with pytest.raises(jamlab.JamlabError):
@@ -232,14 +177,3 @@ def test_disks_that_balance_on_a_saddle_leave_it():
     found = jamlab.relaxed(square)
     assert found.converged and elasticity.unstable_directions(found) is None
     assert jamlab.evaluate(found).energy < jamlab.evaluate(square).energy
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_size_ratio_of_20_ends_in_as_many_minimisations_as_one_of_2(seed):
-    """States that slide along a curved valley as they lose contacts are relaxed, or known to unjam, in one go."""
-    seen = []
-    sizes = [20.0] * 2 + [1.0] * 200
-    onset = jamlab.jam(n=202, seed=seed, sizes=sizes, progress=lambda share, words: seen.append(share))
-    c = jamlab.contacts(onset)
-    assert onset.converged and c.count == c.isostatic and len(seen) < 200

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
-from jamlab.protocols.box_shear import relax_with_box_shear
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
 
@@ -109,11 +107,6 @@ def test_folded_polygons_are_undone(dp_dense):
         assert session.positions() == pytest.approx(moved, abs=1e-13)
 
 
-@pytest.mark.slow
-def test_a_seed_whose_droplets_flew_apart_finds_its_onset():
-    assert jamlab.jam("dp", 64, 104).converged
-
-
 LOOSE, TIGHT = 1e-9, 1e-13
 
 
@@ -141,16 +134,6 @@ def test_the_tolerance_asked_for_is_met_and_recorded(onset, kind):
         assert jamlab.evaluate(p).max_force == pytest.approx(p.max_force, abs=1e-14)
 
 
-@pytest.mark.parametrize("minimizer", [relax, relax_with_box_shear])
-def test_both_minimisers_take_and_record_it(minimizer):
-    p = next(jamlab.compress(jamlab.jam(n=16, seed=1), to=0.9, step=0.1))
-    with Session(at_phi(p, p.phi + 1e-3)) as session:
-        found = minimizer(session, 1e-7)
-        assert found.converged and found.tolerance == 1e-7 and found.evaluation.max_force <= 1e-7
-        found = minimizer(session, near=True)
-        assert found.tolerance == force_tolerance("sp") == defaults("sp.minimum")["force"]
-
-
 def test_what_moves_particles_or_the_box_clears_the_mark(onset):
     p = onset[LOOSE]
     moved = {"positions": p.positions + 1e-9, "params": {"eps": 2.0}, "diameters": 1.1 * p.diameters}
@@ -166,25 +149,6 @@ USUAL = jamlab.SolverSettings()
 
 def changed(solver, **numbers):
     return replace(USUAL, **{solver: replace(getattr(USUAL, solver), **numbers)})
-
-
-@pytest.mark.parametrize(
-    ("make", "solver", "numbers"),
-    [
-        (lambda how: jamlab.jam(n=16, seed=1, settings=how), "onset", {"decompressions": 0}),
-        *(
-            (lambda how: jamlab.pack(n=16, pressure=1e-2, seed=1, settings=how), solver, numbers)
-            for solver, numbers in (
-                ("pressure", {"ladder": ((3e-2, 0.0),)}),
-                ("box_relaxation", {"rounds": 0}),
-                ("border", {"last_shift": 0.0}),
-            )
-        ),
-    ],
-)
-def test_numbers_that_no_solver_can_work_with_end_the_work(make, solver, numbers):
-    with pytest.raises(jamlab.ConvergenceError):
-        make(changed(solver, **numbers))
 
 
 def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense):

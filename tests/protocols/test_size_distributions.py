@@ -14,7 +14,6 @@ from jamlab.protocols.random_start import droplet_params, random_disks
 from jamlab.protocols.size_distributions import SizeDistribution, sizes_record
 from studies.stability.plain_physics import plain_complex_modulus, plain_shear_modulus
 from tests.support.reference import evaluate as plain_sums
-from tests.support.tiled_packings import tiled
 
 NAMED = [
     "monodisperse",
@@ -70,17 +69,6 @@ def assert_same_sums(found, expected):
     assert found.energy == pytest.approx(expected.energy, rel=1e-12)
     assert np.abs(found.forces - expected.forces).max() < 1e-12
     assert np.abs(found.stress - expected.stress).max() < 1e-12
-
-
-def assert_doubling_changes_nothing(one):
-    """What four cells side by side have in common with one; the four."""
-    four = tiled(one, 2)
-    first, second = jamlab.evaluate(one), jamlab.evaluate(four)
-    assert second.energy == pytest.approx(4 * first.energy, rel=1e-10)
-    assert np.abs(second.stress - first.stress).max() < 1e-10
-    assert jamlab.contacts(four).z == pytest.approx(jamlab.contacts(one).z, rel=1e-10)
-    assert jamlab.packing_fraction(four) == pytest.approx(jamlab.packing_fraction(one), rel=1e-10)
-    return four
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +153,6 @@ def test_droplets_of_one_to_ten_are_those_of_plain_loops(droplets):
     assert np.diff(droplets.offsets).tolist() == np.maximum(3, np.rint(14.5 * own)).tolist()
     assert_same_sums(found := jamlab.evaluate(droplets), plain_sums(droplets))
     assert found.pressure > 1e-4
-    assert_doubling_changes_nothing(droplets)
     voids, rho = jamlab.voids(droplets), jamlab.packing_fraction(droplets)
     assert voids.area.sum() == pytest.approx((1 - rho) * droplets.area, rel=1e-9)
     assert jamlab.tessellation(droplets).area.sum() == pytest.approx(droplets.area, rel=1e-9)
@@ -192,20 +179,6 @@ def test_disks_of_one_to_ten_are_handed_over():
     assert made.converged and made.n == 10
     assert jamlab.packing_fraction(made) == pytest.approx(jamlab.packing_fraction(disks), abs=2e-6)
     assert np.diff(jamlab.to_polygons(disks, delta=0.1, vertices=12).offsets).tolist() == [12] * 10
-
-
-def test_outlines_make_the_droplets_that_they_came_from(droplets):
-    """In another unit, wrapped into the box, and some of them clockwise."""
-    shapes = np.split(3.0 * droplets.positions, droplets.offsets[1:-1])
-    box = 3.0 * droplets.box
-    shapes = [shape - np.floor(shape @ np.linalg.inv(box)) @ box for shape in shapes]
-    shapes = [shape[::-1] if m % 2 else shape for m, shape in enumerate(shapes)]
-    law = {name: value for name, value in droplets.params.items() if name != "a0"}
-    p = jamlab.from_outlines(shapes, box, rest_areas=9.0 * droplets.params["a0"], **law)
-    assert p.params["a0"] == pytest.approx(droplets.params["a0"], rel=1e-12)
-    assert p.polygon_areas == pytest.approx(droplets.polygon_areas, rel=1e-10)
-    assert jamlab.evaluate(p).energy == pytest.approx(jamlab.evaluate(droplets).energy, rel=1e-9)
-    assert jamlab.from_outlines(shapes, box, **law).params["a0"].shape == (10,)
 
 
 def test_a_campaign_of_droplets_of_any_sizes(tmp_path):

@@ -9,7 +9,6 @@ import jamlab
 from jamlab import ContactDamping
 from jamlab.mechanics.force_network import force_network
 from jamlab.rheology.damping import damping_matrix, law_of_record
-from jamlab.rheology.nonlinear_drag import equivalent_time
 
 LAWS = (
     jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, arms="contact"),
@@ -35,14 +34,6 @@ def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
     stress = 1e-3 * float(np.hypot(found.storage[0], found.loss[0]))
     same = jamlab.nonlinear_modulus(packing, [0.3], damping=film, stress=stress)
     assert same.tau == pytest.approx(found.tau, rel=1e-3) and same.loss == pytest.approx(found.loss, rel=1e-3)
-
-
-def test_lengths_of_the_equivalent_drag_are_mean_diameters():
-    packing = jamlab.pack(16, 1e-2, 1)
-    large = {name: 3 * getattr(packing, name) for name in ("positions", "box", "diameters")}
-    larger = packing.with_state(**large, params={"k": 2.0})
-    found = jamlab.nonlinear_modulus(larger, [1e-2, 1.0], 0.5, 2e-5)
-    assert found.tau == pytest.approx(equivalent_time([1e-2, 1.0], 1e-5, 0.5), rel=1e-9)
 
 
 @pytest.mark.parametrize("given", [{}, {"alpha": 0.5, "damping": LAWS[0], "stress": 1e-5}, {"alpha": 0.5}])

@@ -1,12 +1,9 @@
 """Spectra of several packings: mean and band, what is written, and what is refused."""
 
-import csv
-import re
 from dataclasses import replace
 
 import h5py
 import numpy as np
-import pandas as pd
 import pytest
 
 import jamlab
@@ -71,23 +68,6 @@ def test_packings_that_differ_are_never_averaged():
     measured = jamlab.measure(same[0])
     assert first.packings["g"][0] == pytest.approx(measured["g"], rel=1e-12)
     assert first.packings["g0"][0] == pytest.approx(measured["g_x"], rel=1e-8)
-
-
-@pytest.mark.parametrize(("ending", "separator"), [(".csv", ","), (".tsv", "\t")])
-@pytest.mark.parametrize("points", [2, len(OMEGA)])
-def test_table_opens_as_pyrheo_and_rheojax_read_it(three, tmp_path, points, ending, separator):
-    """pyRheo: columns by name, separated by tabs. rheojax: the separator that Sniffer finds, columns by pattern."""
-    path = tmp_path / f"s{ending}"
-    few = replace(three, curves=three.curves[three.curves["omega"].isin(OMEGA[:points])])
-    save([few], jamlab.ContactDamping(), path)
-    found = pd.read_csv(path, delimiter=separator)
-    assert list(found.columns) == ["Angular Frequency", "Storage Modulus", "Loss Modulus"]
-    assert np.array_equal(found["Angular Frequency"], few.omega)
-    assert np.array_equal(found["Storage Modulus"], few.band("storage")[0])
-    assert np.array_equal(found["Loss Modulus"], few.band("loss")[0])
-    assert csv.Sniffer().sniff(path.read_text(), delimiters=[",", "\t", ";", "|", " "]).delimiter == separator
-    patterns = ("angular frequency", r"storage\s+modulus", r"loss\s+modulus")
-    assert [[bool(re.search(p, c.lower())) for c in found.columns] for p in patterns] == np.eye(3, dtype=bool).tolist()
 
 
 def test_several_kinds_in_a_table_unknown_endings_and_places_are_refused(tmp_path):

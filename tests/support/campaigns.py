@@ -2,12 +2,10 @@
 
 import contextlib
 import json
-import os
 import subprocess
 import sys
 
 import pandas as pd
-from fake_slurm import install
 
 from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
@@ -98,25 +96,6 @@ def assert_same(one, other, tables=TABLES):
     for name in one.finished():
         for p, q in zip(one.packings(name), other.packings(name), strict=True):
             assert (p.positions.tobytes(), p.box.tobytes()) == (q.positions.tobytes(), q.box.tobytes())
-
-
-def compression(path, name="c", n=16, seeds=4, step=0.01):
-    """A campaign file of disks that are compressed from onset."""
-    changes = {"n": n, "seeds": seeds, "compress": {"to": 0.94, "step": step}, "observables": ["voids"]}
-    return written(path, name, **changes)
-
-
-def on_slurm(folder, seeds, seconds, workers, **faults):
-    """Run the campaign `c.toml` of disks at onset, each of at least so many seconds, on SLURM of this machine."""
-    written(folder / "c.toml", n=8, seeds=seeds, compress=None, onset=True, observables=["slow:slow"])
-    with open(folder / "c.toml", "a") as file:
-        file.write('[slurm]\nwalltime = "00:01:00"\n')
-    (folder / "slow.py").write_text(f"import time\n\ndef slow(packing):\n    time.sleep({seconds})\n    return 1.0\n")
-    path = install(folder / "slurm", **faults)
-    environment = os.environ | {"PATH": f"{path}:{os.environ['PATH']}", "PYTHONPATH": os.pathsep.join(sys.path)}
-    words = ["campaign", "run", "c.toml", "--slurm", "--workers", str(workers), "--json"]
-    line = [sys.executable, "-m", "jamlab.cli", *words]
-    return subprocess.run(line, capture_output=True, text=True, check=False, cwd=folder, env=environment)
 
 
 @contextlib.contextmanager

@@ -98,19 +98,6 @@ def test_netcdf_boxes_have_lattice_vectors_as_columns(tmp_path):
     assert 1e-8 < jamlab.read(tmp_path / "sheared.nc").rounding < 1e-6
 
 
-@pytest.mark.parametrize(
-    "name, damage",
-    [("rad", lambda v: v[:, :3]), ("box", lambda v: v * np.nan), ("pos", lambda v: v.astype("f4")[:, :5])],
-)
-def test_a_damaged_netcdf_says_what_and_where(tmp_path, name, damage):
-    with h5py.File(GOODRICH[0]) as source, h5py.File(tmp_path / "bad.nc", "w") as file:
-        file.attrs["_NCProperties"] = "version=2"
-        for key in ("pos", "rad", "box"):
-            file[key] = damage(source[key][()]) if key == name else source[key][()]
-    with pytest.raises(jamlab.StorageError):
-        jamlab.read(tmp_path / "bad.nc")
-
-
 SQUARE = 'Lattice="4 0 0 0 4 0 0 0 4"'
 FOUR = [f"A {x} {y} 0 0.9" for x in (1.0, 3.0) for y in (1.0, 3.0)]
 
@@ -155,22 +142,6 @@ def test_three_dimensions_or_an_open_box_are_no_packing(tmp_path):
     ):
         with pytest.raises(jamlab.InputError):
             read_one_xyz(tmp_path / "p.xyz", **given)
-
-
-@pytest.mark.parametrize(
-    "lines, error",
-    [
-        (["1", "Properties=pos:R:3", "0 0 0"], jamlab.InputError),
-        (["1", 'Lattice="1 0 0 0 1 1 0 0 1" Properties=pos:R:3', "0 0 0"], jamlab.InputError),
-        (["2", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0 0 0"], jamlab.StorageError),
-        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=force:R:3', "0 0 0"], jamlab.InputError),
-        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0.51 0.5 0"], jamlab.InputError),
-    ],
-)
-def test_an_xyz_that_is_no_packing_is_refused(tmp_path, lines, error):
-    (tmp_path / "bad.xyz").write_text("\n".join(lines) + "\n")
-    with pytest.raises(error):
-        jamlab.read(tmp_path / "bad.xyz")
 
 
 TORUS = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])

@@ -167,25 +167,6 @@ def test_z_is_given_only_where_rounding_cannot_change_it(sp_jammed):
         assert np.isnan(jamlab.measure(rounded, ["rattlers"])["rattlers"]) != certain
 
 
-@noisy
-def test_hdf5_through_the_reader_of_mdanalysis(tmp_path):
-    written = [disks(1, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in TILTS[:3]]
-    jamlab.write(tmp_path / "p.h5", written)
-    jamlab.write_dump(tmp_path / "p.dump", written)
-    dump, h5 = str(tmp_path / "p.dump"), str(tmp_path / "p.h5")
-    u = MDAnalysis.Universe(dump, h5, topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
-    for back, packing in zip(jamlab.from_universe(u, written[0].diameters / 2), written, strict=True):
-        np.testing.assert_allclose(back.positions, packing.positions, atol=2e-6)
-        np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
-    kinds = {"topology_format": "LAMMPSDUMP", "format": "LAMMPSDUMP", "additional_columns": ["radius"]}
-    dump = MDAnalysis.Universe(dump, **kinds)
-    for back, packing in zip(jamlab.from_universe(dump), written, strict=True):
-        assert (back.diameters == packing.diameters).all()
-        np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
-    dump.trajectory.close()
-    u.trajectory.close()
-
-
 def write_gsd(path, packings):
     """As HOOMD does: positions around the origin, wrapped; tilt factors; float32."""
     hoomd = pytest.importorskip("gsd.hoomd")
