@@ -60,5 +60,5 @@ def test_droplets_jam_alike_at_any_energy(eps):
 
 
 def test_droplets_whose_own_forces_drown_those_of_contacts_are_refused():
-    with pytest.raises(jamlab.InputError, match=r"ka = 3e\+08 eps: rounding .* give ka up to 1e\+06 eps"):
+    with pytest.raises(jamlab.InputError, match=r"3e\+08"):
         jamlab.jam("dp", 6, 1, eps=1e-6)

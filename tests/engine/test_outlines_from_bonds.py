@@ -117,28 +117,26 @@ def test_polygons_that_come_and_go(tmp_path, ranks):
         assert found[f"state-{name}-ran"] == pytest.approx(found[f"state-{name}-read"], rel=1e-12), name
 
 
-CHAIN = r"molecule 1 \(atom \d+\) make an open chain"
-TANGLE = r"molecule 1 \(atom \d+\) branch"
 OPEN = "group one id 12 13\ndelete_bonds one bond 1\n"
 NOT_AN_OUTLINE = {
-    "vertex": ("group one id 3\ndelete_atoms group one bond yes\n", CHAIN),
-    "edge": ("group one id 3 4\ndelete_bonds one bond 1 remove special\n", CHAIN),
-    "edge switched off": ("group one id 3 4\ndelete_bonds one bond 1\n", CHAIN),
-    "branch": ("create_bonds single/bond 1 1 4\n", TANGLE),
-    "two rings": ("group one molecule 1 2\nset group one mol 1\n", TANGLE),
-    "ring and chain": (f"{OPEN}group two molecule 1 2\nset group two mol 1\n", TANGLE),
+    "vertex": "group one id 3\ndelete_atoms group one bond yes\n",
+    "edge": "group one id 3 4\ndelete_bonds one bond 1 remove special\n",
+    "edge switched off": "group one id 3 4\ndelete_bonds one bond 1\n",
+    "branch": "create_bonds single/bond 1 1 4\n",
+    "two rings": "group one molecule 1 2\nset group one mol 1\n",
+    "ring and chain": f"{OPEN}group two molecule 1 2\nset group two mol 1\n",
 }
 
 
 @pytest.mark.parametrize("style", ["pair", "fix"])
-@pytest.mark.parametrize(("change", "message"), NOT_AN_OUTLINE.values(), ids=NOT_AN_OUTLINE.keys())
-def test_bonds_that_are_no_outline_are_refused(lmp, tmp_path, change, message, style):
+@pytest.mark.parametrize("change", NOT_AN_OUTLINE.values(), ids=NOT_AN_OUTLINE.keys())
+def test_bonds_that_are_no_outline_are_refused(lmp, tmp_path, change, style):
     """By the pair style and by the fix, each alone, before anything moves."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(4)))
     deck = outlines.deck("data") + "run 0\n"
     outlines.commands(lmp, deck.replace(outlines.AREA, "") if style == "pair" else deck + "pair_style none\n")
     outlines.commands(lmp, "special_bonds lj 1 1 1 coul 1 1 1\n" + change)
-    with pytest.raises(Exception, match=message) as refused:
+    with pytest.raises(Exception, match=r"molecule 1 \(atom \d+\)") as refused:
         lmp.command("run 0")
     assert ("Pair style circuloline: " if style == "pair" else "Fix polygon/area: ") in str(refused.value)
 
@@ -146,9 +144,9 @@ def test_bonds_that_are_no_outline_are_refused(lmp, tmp_path, change, message, s
 def test_all_ranks_refuse_with_one_line(tmp_path):
     """Printed before any of them stops: the message of one that calls MPI_Abort is lost now and then."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(4)))
-    change = "pair_style none\nspecial_bonds lj 1 1 1 coul 1 1 1\n" + NOT_AN_OUTLINE["vertex"][0]
+    change = "pair_style none\nspecial_bonds lj 1 1 1 coul 1 1 1\n" + NOT_AN_OUTLINE["vertex"]
     code, output = launch(tmp_path, outlines.deck("data") + change + "run 0\n", 2)
-    told = re.findall(r"^ERROR: Fix polygon/area: the bonds of molecule 1 .* open chain", output, re.MULTILINE)
+    told = re.findall(r"^ERROR: Fix polygon/area: .*molecule 1", output, re.MULTILINE)
     assert code != 0 and "MPI_Abort" not in output and len(told) == 1
 
 

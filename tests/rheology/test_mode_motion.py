@@ -67,5 +67,5 @@ def test_what_dissipates_in_slow_and_in_fast_modes():
 def test_refusals():
     with pytest.raises(InputError):
         jamlab.mode_motion(jamlab.pack(16, 1e-2, 1))
-    with pytest.raises(InputError, match="share 'shape': use one of translation"):
+    with pytest.raises(InputError, match="'shape'"):
         jamlab.mode_motion(dense()).share("shape")
