@@ -1,16 +1,12 @@
 """Droplets, walls and disks in one box: data files of LAMMPS in any numbering, and energy, forces and contacts by plain
 loops over their laws.
 
-`Scene` has one droplet type, one of walls and one of disks, in an orthogonal box; `mixture` two of each at random in a
-box that leans, with a law for each pair of types.
+`Scene` has one droplet type, one of walls and one of disks, in an orthogonal box.
 """
 
-import math
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
-import shapely
 
 # contacts by plain loops ---------------------------------------------------------------------------------------------
 
@@ -26,18 +22,14 @@ class Outline:
     points: np.ndarray
     type: int = RING
     a0: float = 1.0
-    closed: bool | None = None
     tags: np.ndarray | None = None
-
-    def __post_init__(self):
-        self.closed = self.type == RING if self.closed is None else self.closed
 
     @property
     def bonds(self):
         """Pairs of numbers in `points`."""
         k = np.arange(len(self.points))
         pairs = np.column_stack([k, np.roll(k, -1)])
-        return pairs if self.closed else pairs[:-1]
+        return pairs if self.type == RING else pairs[:-1]
 
     @property
     def edges(self):
@@ -50,11 +42,6 @@ class Outline:
         r = self.points - self.points[0]
         following = np.roll(r, -1, axis=0)
         return np.sum(r[:, 0] * following[:, 1] - r[:, 1] * following[:, 0]) / 2
-
-    def line(self, points):
-        if len(points) == 1:
-            return shapely.Point(points)
-        return (shapely.LinearRing if self.closed else shapely.LineString)(points)
 
 
 @dataclass
@@ -71,9 +58,9 @@ class Contact:
     energy: float
 
 
-def near(outlines, box, reach=1.3, first=0):
+def near(outlines, box, reach=1.3):
     """Every pair of outlines and of images of outlines once, where their boxes come near each other."""
-    for m, one in enumerate(outlines[first:], start=first):
+    for m, one in enumerate(outlines):
         for n, two in enumerate(outlines[: m + 1]):
             for image in IMAGES:
                 moved = two.points + np.array(image) @ box
@@ -253,13 +240,13 @@ def mixed(i, j):
     return np.sqrt(EPS[i] * EPS[j]), (WIDTH[i] + WIDTH[j]) / 2
 
 
-def contacts(state, laws=mixed):
-    """Every vertex meets every other outline once, at its closest point; a disk too; two disks once."""
+def contacts(state, laws=mixed, form="outline"):
+    """Of form outline every vertex meets every other outline once, at its closest point; a disk too; two disks once."""
     numbered = [
         replace(o, tags=np.arange(start, start + len(o.points)))
         for o, start in zip(state.outlines, state.starts[:-1], strict=True)
     ]
-    return list(all_contacts(numbered, np.diag(state.box), lambda i, j: (*laws(i, j), "outline")))
+    return list(all_contacts(numbered, np.diag(state.box), lambda i, j: (*laws(i, j), form)))
 
 
 def area_force(points, ka, a0):
@@ -274,120 +261,27 @@ def lengths(outline):
     return np.hypot(*(outline.points[outline.bonds[:, 1]] - outline.points[outline.bonds[:, 0]]).T)
 
 
-def energy(state, laws=mixed, gamma=GAMMA, ka=KA):
+def energy(state, laws=mixed, form="outline"):
     """Contacts, line tension of rings and walls, area of rings."""
-    total = sum(c.energy for c in contacts(state, laws))
+    total = sum(c.energy for c in contacts(state, laws, form))
     for o in state.outlines:
-        total += gamma * np.sum(lengths(o)) + (ka / 2 * (o.area - o.a0) ** 2 if o.type == RING else 0.0)
+        total += GAMMA * np.sum(lengths(o)) + (KA / 2 * (o.area - o.a0) ** 2 if o.type == RING else 0.0)
     return total
 
 
-# mixtures ------------------------------------------------------------------------------------------------------------
-
-DISKS, WALLS = (5, 6), (3, 4)  # types; 1 and 2 are droplets
-STRENGTHS = (1.0, 1.7, 0.8, 2.0, 1.3, 0.9)
-WIDTHS = (0.25, 0.3, 0.2, 0.28, 0.5, 0.7)  # of a disk: its diameter
-GIVEN = {(1, 5): (2.2, 0.45), (2, 3): (0.6, 0.31)}  # eps and width of pairs that are not mixed
-MIXED = {(1, 2): "segment/smooth", (1, 3): "segment", (1, 5): "segment", (3, 5): "segment/smooth", (5, 6): "segment"}
-
-
-def law_of(a, b, form):
-    """eps, width and form of two types; form "mixed": outline, but for the pairs of MIXED."""
-    a, b = min(a, b), max(a, b)
-    usual = math.sqrt(STRENGTHS[a - 1] * STRENGTHS[b - 1]), (WIDTHS[a - 1] + WIDTHS[b - 1]) / 2
-    return *GIVEN.get((a, b), usual), MIXED.get((a, b), "outline") if form == "mixed" else form
-
-
-def evaluate(outlines, box, form):
-    """Energy, forces by tag, pressure tensor, and what tells a contact: tags, types, force, vector, energy."""
-    forces, virial, rows = np.zeros((sum(len(o.points) for o in outlines), 2)), np.zeros((2, 2)), []
-    for c in all_contacts(outlines, box, partial(law_of, form=form)):
-        for tag, share in zip((c.vertex, c.tail, c.head), (1.0, c.t - 1.0, -c.t), strict=True):
-            forces[tag - 1] += share * c.force
-        virial += np.outer(c.separation, c.force)
-        rows.append((c.vertex, c.tail, c.head, *c.types, *c.force, *c.separation, c.energy))
-    rows = np.array(sorted(rows))
-    return rows[:, -1].sum(), forces, virial / np.linalg.det(box), rows
-
-
-def coefficients(form):
-    """pair_coeff lines: each type, then the pairs that are not mixed."""
-    lines = [f"pair_coeff {k} {k} {e} {width}" for k, (e, width) in enumerate(zip(STRENGTHS, WIDTHS, strict=True), 1)]
-    for pair in GIVEN.keys() | (MIXED if form == "mixed" else {}).keys():
-        eps, width, way = law_of(*pair, form)
-        lines.append(f"pair_coeff {pair[0]} {pair[1]} {eps!r} {width!r} {way}")
-    return "\n".join(lines)
-
-
-def fits(new, outlines, box):
-    """No edge crosses another, and no distance is so small that finite differences lose digits."""
-    one = new.line(new.points)
-    for _, two, moved in near([*outlines, new], box, 0.8, first=len(outlines)):
-        if one.distance(two.line(moved)) < 0.4 * law_of(new.type, two.type, "outline")[1]:
-            return False
-    return True
-
-
-def shape(rng, kind):
-    """A random outline of a type, around the origin."""
-    if kind in DISKS:
-        return np.zeros((1, 2)), False
-    if kind == 3:
-        steps = rng.uniform(0.3, 0.7, rng.integers(1, 5))
-        turns = rng.uniform(0, 2 * np.pi) + np.cumsum(rng.uniform(-0.9, 0.9, len(steps)))
-        line = np.cumsum(steps[:, None] * np.column_stack([np.cos(turns), np.sin(turns)]), axis=0)
-        return np.vstack([[0, 0], line]), False
-    count = rng.integers(4, 12)
-    turns = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count * rng.choice([-1, 1])
-    return rng.uniform(0.25, 0.5, count)[:, None] * np.column_stack([np.cos(turns), np.sin(turns)]), True
-
-
-def mixture(seed, tilt, kinds=(4, 3, 3, 3, 1, 2, 1, 2, 1, 6, 6, 5, 5, 5), width=3.1, height=3.1):
-    """Outlines at random places of a box, some a little outside; their atom IDs mean nothing."""
-    rng = np.random.default_rng(seed)
-    box = np.array([[width, 0.0], [tilt * width, height]])
-    outlines = []
-    for kind in kinds:
-        for _ in range(3000):
-            points, closed = shape(rng, kind)
-            new = Outline(points + rng.uniform(-0.2, 1.2, 2) @ box, kind, closed=closed)
-            if fits(new, outlines, box):
-                outlines.append(new)
-                break
-    return number(outlines, rng), box
-
-
-def number(outlines, rng):
-    """Give the points atom IDs in any order."""
-    tags = rng.permutation(sum(len(o.points) for o in outlines)) + 1
-    for o, ends in zip(outlines, np.cumsum([len(o.points) for o in outlines]), strict=True):
-        o.tags = tags[ends - len(o.points) : ends]
-    return outlines
-
-
-def seam():
-    """A wall through the periodic boundary; a disk and a droplet lie where its end is next to its own image."""
-    ring = 0.3 * np.column_stack([np.cos(np.arange(7)), np.sin(np.arange(7))])
-    wall = np.column_stack([np.linspace(0.0, 1.9, 4), [0.5, 0.52, 0.47, 0.49]])
-    outlines = [Outline(wall, 3), Outline(np.array([[1.93, 0.75]]), 6), Outline(ring - [0.02, 0.0], 1)]
-    return number(outlines, np.random.default_rng(6)), np.array([[2.0, 0.0], [0.3, 2.5]])
-
-
-def write(path, outlines, box):
-    """Data file; half of the disks belong to no molecule."""
-    atoms, bonds = [], []
-    for m, o in enumerate(outlines, start=1):
-        molecule = 0 if o.type == 5 else m
-        atoms += [
-            f"{tag} {molecule} {o.type} {x:.17g} {y:.17g} 0" for tag, (x, y) in zip(o.tags, o.points, strict=True)
-        ]
-        bonds += o.tags[o.bonds].tolist()
-    tilted = f"{box[1, 0]:.17g} 0 0 xy xz yz\n" if box[1, 0] else ""
-    path.write_text(
-        f"mixture\n\n{len(atoms)} atoms\n6 atom types\n{len(bonds)} bonds\n1 bond types\n2 extra bond per atom\n\n"
-        f"0 {box[0, 0]:.17g} xlo xhi\n0 {box[1, 1]:.17g} ylo yhi\n-0.5 0.5 zlo zhi\n{tilted}\nAtoms # molecular\n\n"
-        + "\n".join(atoms)
-        + "\n\nBonds\n\n"
-        + "\n".join(f"{k} 1 {a} {b}" for k, (a, b) in enumerate(bonds, start=1))
-        + "\n"
-    )
+def forces(state, form):
+    """(atoms, 2) of all of them, in order of the atom numbers."""
+    found = np.zeros_like(state.points)
+    for c in contacts(state, form=form):
+        for number, share in ((c.vertex, 1.0), (c.tail, c.t - 1.0), (c.head, -c.t)):
+            found[number] += share * c.force
+    for start, o in zip(state.starts, state.outlines, strict=False):
+        own = found[start : start + len(o.points)]
+        if o.type == RING:
+            own += area_force(o.points, KA, o.a0)[1]
+        if o.type != DISK:
+            a, b = o.bonds.T
+            pull = GAMMA * (o.points[b] - o.points[a]) / lengths(o)[:, None]
+            np.add.at(own, a, pull)
+            np.subtract.at(own, b, pull)
+    return found
