@@ -79,18 +79,3 @@ def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
     assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
     for name in ("flow", "oscillation", "creep"):
         assert set(campaign.table(name)["unsettled"]) == {7.0}
-
-
-@pytest.mark.slow
-def test_rate_0_is_quasistatic_shear_and_last_takes_one_state(tmp_path):
-    flow = {"rates": [0.0, 1.0], "strain": 1.0, "discard": 0.1, "step": 0.05, "background": 1e-2, "last": True}
-    changes = {"pressures": [2e-2, 1e-2], "seeds": 1, "damping": {"contact": [1.0]}, "flow": flow}
-    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
-    run_here(campaign)
-    table = campaign.table("flow")
-    assert table["state"].tolist() == [1, 1] and table["target_pressure"].tolist() == [1e-2, 1e-2]
-    still, fast = table.to_dict("records")
-    found = jamlab.quasistatic_shear(jamlab.pack(n=16, pressure=1e-2, seed=1), 1.1, 0.05)
-    assert still["stress"] == pytest.approx(found.steady(discard=0.1).value, rel=1e-9) and still["dissipation"] == 0
-    assert still["peak_stress"] == pytest.approx(found.peak.stress, rel=1e-9)
-    assert fast["stress"] > 3 * still["stress"]

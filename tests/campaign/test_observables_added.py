@@ -7,7 +7,7 @@ import pytest
 from campaigns import assert_same, read_campaign_file, run_here, written
 
 import jamlab
-from jamlab.campaign import driver, observables
+from jamlab.campaign import driver
 from jamlab.campaign import states as making
 from jamlab.campaign.campaign import export, merge
 from jamlab.campaign.folder import read_task_file
@@ -94,18 +94,6 @@ def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimizat
     assert len(later.table("states")) and len(later.table("voids"))
 
 
-@pytest.mark.slow
-def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
-    path = tmp_path / "c.toml"
-    spectra = {"observables": ["spectra"], "omega": [1.0]}
-    run(written(path, **SHORT, **spectra))
-    monkeypatch.setattr(observables, "linear_modulus", lambda *_, **__: pytest.fail("measured again"))
-    run(written(path, **SHORT, observables=["spectra", "voids"], omega=[1.0]))
-    campaign = jamlab.open_campaign(written(path, **SHORT, observables=["spectra"], omega=[2.0]))
-    with pytest.raises(pytest.fail.Exception):  # other frequencies are another table
-        run_here(campaign)
-
-
 def test_state_keys_depend_on_what_states_depend_on(tmp_path):
     def key(**changes):
         content = jamlab.open_campaign(written(tmp_path / "c.toml", **changes)).content
@@ -169,19 +157,6 @@ def test_two_own_observables_of_one_column_are_not_mixed(tmp_path):
         campaign.table("states")
     assert "'twice_phi'" in str(caught.value)
     assert (campaign.table("states", sweep="again")["twice_phi"] == 0).all()
-
-
-@pytest.mark.slow
-def test_workers_import_from_the_folder_of_the_campaign_file(tmp_path):
-    """Added to a finished campaign, and run by workers; then opened by its folder."""
-    run(written(tmp_path / "c.toml", **SHORT))
-    path = written(tmp_path / "c.toml", **SHORT, observables=["own_numbers:twice_phi"])
-    done = jamlab.open_campaign(path).run(1)
-    assert (done.finished, done.failed) == (2, 0)
-    path.write_text(path.read_text().replace("twice_phi", "largest"))
-    (tmp_path / "c" / "campaign.toml").write_text(path.read_text())
-    done = jamlab.open_campaign(tmp_path / "c").run(1)
-    assert (done.finished, done.failed) == (2, 0)
 
 
 RAISED = [("geometry.contact_network", "CONTACTS_DEFINITION"), ("protocols.target_pressure", "PRESSURE_PROTOCOL")]

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from campaigns import dask_worker, names, read_campaign_file, written
+from campaigns import names, read_campaign_file, written
 from commands import call
 
 import jamlab
@@ -36,19 +36,6 @@ def test_workers_hold_the_cores_of_their_ranks():
         with pytest.raises(InputError) as caught:
             _ = Workers(ranks=9).expected
         assert "ranks = 9" in str(caught.value) and "8 cores" in str(caught.value)
-
-
-@pytest.mark.slow
-def test_a_scheduler_needs_workers_that_hold_as_many_cores(tmp_path, scheduler):
-    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **PRESSED, ranks=2))
-    with dask_worker(scheduler):
-        with pytest.raises(InputError):
-            while True:  # until the worker is there
-                with Workers(scheduler=scheduler, ranks=2).crew():
-                    pass
-    with dask_worker(scheduler, "--resources", "cores=2"):
-        done = campaign.run(scheduler=scheduler)
-    assert (done.finished, done.failed) == (2, 0)
 
 
 @pytest.mark.slow

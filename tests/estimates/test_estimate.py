@@ -111,23 +111,6 @@ def test_differences_between_levels_lie_on_a_line_and_say_how_far_it_bends():
             assert abs(found.value - (shape(rho) - OFF)) < 3 * found.error < 3 * most
 
 
-@pytest.mark.slow
-def test_intervals_hold_where_the_table_is_part_of_the_error():
-    """Table and packings are drawn anew in 1000 cases; carried droplets serve half of them."""
-    rng = np.random.default_rng(1)
-    held = {CARRIED: [], reference_way(): []}
-    for k in range(1000):
-        error = 0.05 if k % 2 else 0.02
-        plan = plan_mean("z", 0.9, error, table=table(100, seed=10 * k))
-        mean = 4.6 - OFF if plan.choice.way == CARRIED else 4.6
-        found, _ = filled(plan, error, gaussian(mean, SPREAD, rng))
-        held[plan.choice.way].append(
-            abs(np.mean(found.good) + plan.choice.correction["z"] - 4.6) <= found.error <= error
-        )
-    assert min(map(len, held.values())) > 200
-    assert 0.93 < np.mean(held[CARRIED] + held[reference_way()]) < 0.97
-
-
 def test_packings_are_added_where_they_scatter_more_than_the_table_says():
     plan = plan_mean("z", 0.9, 0.03, table=table())
     found, stopped = filled(plan, 0.03, gaussian(4.6, 2 * SPREAD, np.random.default_rng(2)))

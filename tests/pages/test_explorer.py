@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.packing.deformation import at_phi
 
 STATES = Path(__file__).parents[1] / "figures" / "states"
@@ -203,21 +202,3 @@ def test_fits_a_phone_and_takes_fingers(browser, page):
         browser.run(f"{EXPLORER}.toggle('{name}')")
     browser.run(f"{EXPLORER}.show(3); {EXPLORER}.drawNow()")
     assert browser.overhang() == 0 and browser.errors() == []
-
-
-def test_one_state_needs_no_slider_and_several_explorers_share_a_page(browser, sweep, tmp_path):
-    disks, path = jamlab.read(STATES / "disks.h5"), tmp_path / "two.html"
-    both = explorer_fragment([disks]) + explorer_fragment(sweep[:2])
-    path.write_text(f"<!doctype html><meta charset='utf-8'>{explorer_assets()}{both}")
-    browser.open(path)
-
-    def each(what):
-        return browser.run(f"return [...document.querySelectorAll('.explorer')].map(section => {what})")
-
-    assert each("section.querySelectorAll('[type=range]').length") == [0, 1]
-    assert each("section.querySelectorAll('svg').length") == [0, 3]
-    one, other = each("(section.explorer.drawNow(), section.explorer.parts.canvas.toDataURL())")
-    assert one != other
-    browser.run("document.querySelectorAll('.explorer')[1].explorer.show(1)")
-    assert each("section.explorer.current") == [0, 1]
-    assert "[k]" in browser.element(".numbers").text and browser.errors() == []

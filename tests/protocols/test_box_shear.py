@@ -126,13 +126,3 @@ def test_shear_of_the_box_does_the_work_that_is_counted(dp_dense):
         up, down = (jamlab.evaluate(follow_box(dp_dense, h * shear, None)).energy for h in (1e-6, -1e-6))
         assert (up - down) / 2e-6 == pytest.approx(-dp_dense.area * work, rel=1e-4, abs=1e-6)
         assert abs(work) > 1e-4
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_onset_of_sheared_droplets_has_no_shear_stress(seed):
-    """Where the onset in a square box is loose once the box may shear, the next one up is found."""
-    packing = jamlab.jam("dp", 16, seed, ensemble="shear-stabilized")
-    pressure = jamlab.evaluate(packing).pressure
-    assert residue(packing) * pressure <= max(1e-8 * pressure, packing.max_force)
-    assert packing.onset > jamlab.jam("dp", 16, seed).onset

@@ -59,28 +59,12 @@ def test_droplets_jam():
     assert a0[-1] / a0[0] == pytest.approx((17 / 12) ** 2) and np.sqrt(a0[[0, -1]]).mean() == pytest.approx(1)
 
 
-@pytest.mark.slow
-def test_droplets_with_the_printed_contact_form_do_not_converge_and_say_so():
-    """Eq 8 to the letter: its minima sit at kinks, so no state bears load with a small force imbalance."""
-    with pytest.raises(jamlab.ConvergenceError):
-        jamlab.jam(model="dp", n=12, seed=1, contact="segment")
-
-
 @pytest.mark.parametrize(("model", "n"), [("sp", 32), ("dp", 8)])
 def test_one_seed_gives_one_packing_bit_for_bit(model, n):
     """Within one process and whatever ran before."""
     first, second = jamlab.jam(model=model, n=n, seed=5), jamlab.jam(model=model, n=n, seed=5)
     assert first.positions.tobytes() == second.positions.tobytes()
     assert first.box.tobytes() == second.box.tobytes() and first.onset == second.onset
-
-
-@pytest.mark.slow
-def test_onset_needs_a_backbone():
-    """Two disks that press on each other's images through the box are no packing: the search goes on from there."""
-    p = jamlab.jam(n=4, seed=1, ensemble="shear-stabilized")
-    c = jamlab.contacts(p)
-    assert_onset(p, "sp", 4, 1, 1e-12)
-    assert c.backbone == 4 and c.count == c.isostatic + 3  # a crystal
 
 
 @pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.slow)])

@@ -258,25 +258,6 @@ def test_tables_that_are_no_packing_are_refused(tmp_path, name, content, error):
         jamlab.read(tmp_path / name, box=[5.0, 5.0])
 
 
-def test_diameters_that_a_gsd_file_does_not_say_are_asked_for(tmp_path):
-    hoomd = pytest.importorskip("gsd.hoomd")
-    frame = hoomd.Frame()
-    frame.particles.N = 6
-    frame.particles.position = np.column_stack([POSITIONS, np.zeros(6)])
-    frame.configuration.box = [4.0, 5.0, 1.0, 0.1, 0.0, 0.0]
-    frame.log["particles/spin"] = np.ones(6)
-    for sizes in (None, RADII):
-        frame.particles.diameter = None if sizes is None else 2 * sizes
-        with hoomd.open(tmp_path / "p.gsd", "w") as file:
-            file.append(frame)
-        if sizes is None:
-            with pytest.raises(InputError):
-                jamlab.read(tmp_path / "p.gsd")
-        given = {"radii": RADII} if sizes is None else {}
-        p = jamlab.read(tmp_path / "p.gsd", **given)
-        assert p.diameters == pytest.approx(2 * RADII, rel=1e-6) and p.provenance["unread"] == ["log/particles/spin"]
-
-
 def test_other_columns_and_sections_of_lammps_files_are_named(tmp_path):
     p = jamlab.pack(n=8, pressure=1e-2, seed=1)
     jamlab.write_dump(tmp_path / "p.dump", [p])

@@ -11,7 +11,7 @@ from wandering_packings import assert_same, disks, polygons
 
 import jamlab
 from jamlab.errors import ConvergenceError, InputError, StorageError
-from jamlab.packing.lammps_files import types, wrap
+from jamlab.packing.lammps_files import types
 
 TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
 FLOAT32 = 6.5  # digits
@@ -74,29 +74,6 @@ def test_a_part_of_a_universe():
         jamlab.from_universe(u.select_atoms("resid 99"))
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("tilt", TILTS[:3])
-def test_wrapped_and_shuffled_droplets_become_whole(seed, tilt):
-    """Bonds alone say what is whole: vertices of all droplets mixed, inside the box, bonds in any order."""
-    packing = polygons(seed, tilt)
-    rng = np.random.default_rng(seed)
-    count = len(packing.positions)
-    place = rng.permutation(count)  # vertex k becomes atom place[k]
-    inside, _ = wrap(packing)
-    u = MDAnalysis.Universe.empty(count, trajectory=True)
-    positions = np.zeros((count, 3), dtype=np.float32)
-    positions[place, :2] = inside
-    u.atoms.positions = positions
-    u.dimensions = jamlab.universe(packing).dimensions
-    u.add_TopologyAttr("bonds", rng.permutation(np.column_stack([place[packing.successor], place])))
-    lowest = np.array([place[a:b].min() for a, b in zip(packing.offsets[:-1], packing.offsets[1:], strict=True)])
-    particles = np.argsort(lowest)
-    (read,) = jamlab.from_universe(u, params=packing.params | {"a0": packing.params["a0"][particles]})
-    assert (np.diff(read.offsets) == np.diff(packing.offsets)[particles]).all()
-    np.testing.assert_allclose(read.polygon_areas, packing.polygon_areas[particles], rtol=2e-5)
-    assert (read.positions[read.offsets[:-1]] == positions[lowest[particles], :2]).all()
-
-
 def test_a_ring_around_the_box_is_no_droplet():
     u = bare([[0, 0.5, 0], [1, 0.5, 0], [2, 0.5, 0]], [3, 3, 1, 90, 90, 90])
     u.add_TopologyAttr("bonds", [(0, 1), (1, 2), (2, 0)])
@@ -130,15 +107,6 @@ def test_what_a_universe_lacks_is_asked_for():
     named = bare(flat)
     named.add_TopologyAttr("names", ["large", "small"])
     assert jamlab.from_universe(named, {"large": 0.7, "small": 0.5})[0].diameters.tolist() == [1.4, 1.0]
-
-
-def test_packings_of_different_sweeps_make_no_universe():
-    with pytest.raises(InputError):
-        jamlab.universe([disks(0, 0.0), disks(0, 0.0).with_state(params={"eps": 9.0})])
-    with pytest.raises(InputError):
-        jamlab.universe([])
-    with pytest.raises(InputError):
-        jamlab.universe([1])
 
 
 @pytest.mark.parametrize("fixture", ["sp_jammed", "dp_dense"])
@@ -252,10 +220,3 @@ def test_moduli_of_relaxed_frames_only(sp_jammed):
     found.run(backend="multiprocessing", n_workers=2)
     np.testing.assert_allclose(found.results.g, jamlab.shear_modulus(sp_jammed, average=True), rtol=1e-3)
     assert (found.results.z == jamlab.contacts(sp_jammed).z).all()
-
-
-def test_a_frame_that_is_no_packing_is_named():
-    u = jamlab.universe([disks(0, 0.0), disks(0, 0.0)])
-    u.trajectory.dimensions_array[1] = 0
-    with pytest.raises(InputError):
-        jamlab.PackingAnalysis(u, ("rho",)).run()
