@@ -145,7 +145,8 @@ def tables(
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
 ) -> None:
     """Measure a table of jamlab/estimates."""
-    from studies.estimate_tables import SEEDS, make_table, measure_errors
+    from studies.estimate_tables import SEEDS, make_table
+    from studies.flow_errors import measure_runs
 
     check_choice("table", name, ("ways", "flow-errors"))
     file = out / f"{name.replace('-', '_')}.csv.xz"
@@ -153,7 +154,7 @@ def tables(
     if name == "ways":
         make_table(file, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
     else:
-        measure_errors(file, progress=tell)
+        measure_runs(file, progress=tell)
     out_console.print(f"wrote {file}", soft_wrap=True)
 
 
@@ -186,7 +187,6 @@ def reduce(
     campaign: Annotated[Path, typer.Argument(help="File or folder of a campaign.")],
     out: Annotated[Path, typer.Option(help="Folder of tables.")] = Path("jamlab-tables"),
     commit: Annotated[str, typer.Option(help="Commit to record.")] = "unknown",
-    add: Annotated[bool, typer.Option("--add", help="Keep packings that the folder has already.")] = False,
     only: Annotated[list[str] | None, typer.Option("--only", help="A table to write; default: all.")] = None,
     force: Force = False,
     as_json: Json = False,
@@ -196,8 +196,8 @@ def reduce(
     from studies.reference_data import reduce as write_tables
 
     expect_output(out)
-    check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=force or add)
-    written = write_tables(campaign, out, commit, add, only or [])
+    check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=force)
+    written = write_tables(campaign, out, commit, only or [])
     if as_json:
         print_json({"out": str(out), "files": [path.name for path in written]})
     else:

@@ -20,13 +20,11 @@ LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apar
 DEFAULT_LAW = {name: float(defaults("dp")[name]) for name in LAW}
 PACKING = ["model", "n", "seed", *LAW]
 DAMPING = ["law", "beta", "eta_f"]
-SHARED, OBSERVABLE = "shared_fraction", "observables:shared_fraction"
+SHARED = "shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
 RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
 _MET = 1e-5  # a sweep ends so close to its last packing fraction, on either side
 _WIDEST = 0.03  # states further apart are no neighbours: one between them did not converge
-
-
 PACKING_OF_STATES = ["model", "n", "seed"]
 STABILIZED = "shear-stabilized"
 # whose G is averaged: all packings; those that resist shear along x, at each state; boxes sheared until they are stable
@@ -118,7 +116,7 @@ def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     sums = counted.groupby(["task", "state"], as_index=False)[["voids", "three", "shape_of_three"]].sum()
     rows = _join_states(states, sums)
     if SHARED not in rows:
-        raise InputError(f"the table states has no {SHARED}: add {OBSERVABLE!r} to the observables of the campaign")
+        raise InputError(f"the table states has no {SHARED}: add 'observables:{SHARED}' to those of the campaign")
     return rows[rows["model"] == "dp"].rename(columns={SHARED: "overlap"})
 
 
@@ -189,41 +187,30 @@ OWN = (
 BESIDE = ("sheared", "mean_approach", "mean_sliding", "mean_nonaffine", *OWN)  # and means beside medians
 # what packings from before lack: G along x, rho by eq 12 as printed, z without contacts that only stop a droplet
 LATER = ("g_x", "rho_printed", "z_strong", "rattlers_strong", "d_z_strong", *BESIDE)
-_FLOW = (  # what tells packings, laws and settings of flows apart; rho follows from the others
-    *("model", "n", "seed", "ensemble", "phi", "target_pressure", "law", "beta", "eta_f", "alpha"),
-    *("background", "tolerance"),
-)
-_OF_PACKING = ("model", "n", "seed", "ensemble")
-# what tells the packings of each table, and the laws that they were measured under, apart
-KEYS: dict[str, tuple[str, ...]] = {
-    "states": _OF_PACKING,
-    "stabilized_disks": _OF_PACKING[:3],
-    "onset": _OF_PACKING,
-    "void_counts": _OF_PACKING,
-    "spectra": ("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"),
-    "quasistatic": ("n", "seed", "ensemble", "pressure", "prestress"),
-    "correlation": ("n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"),
-    "flow": (*_FLOW, "rate"),
-    "oscillation": (*_FLOW, "omega", "amplitude"),
-    "droplet_modes": (*PACKING, *DAMPING),
-    "droplet_voids": tuple(PACKING),
+_OF = ("model", "n", "seed", "ensemble")  # what tells packings apart; with laws and settings of flows
+_FLOW = (*_OF, "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha", "background", "tolerance")
+_SHEARED = ("n", "seed", "ensemble", "pressure", "prestress")
+_MOVED = ("approach", "sliding", "nonaffine", *BESIDE)
+_FLOWED = ("stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
+COLUMNS = {  # of the tables that figures are drawn from
+    "states": (*_OF, *STATES[3:], *LATER),
+    "stabilized_disks": (*_OF[:3], "state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),
+    "onset": (*_OF, "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
+    "void_counts": (*_OF, "onset", "rho", "sides", "voids", "area", "shape"),
+    "spectra": (
+        *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"),
+        *("omega", "storage", "loss", "g0", "eta0", "eta_inf", "converged"),
+    ),
+    "quasistatic": (*_SHEARED, *_MOVED),
+    "correlation": (*_SHEARED, "law", "beta", "eta_f", "omega", "box", "delta", "c"),
+    "flow": (*_FLOW, "rate", *_FLOWED, "peak_stress", "peak_strain", "converged"),
+    "oscillation": (
+        *(*_FLOW, "omega", "amplitude", "storage", "loss", "third_over_first", "error"),
+        *("equivalent_storage", "equivalent_loss", "equivalent_time", "converged"),
+    ),
+    "droplet_modes": (*PACKING, *DAMPING, "rho", "rate", "strength", *MOTIONS, "sliding"),
+    "droplet_voids": (*PACKING, "state", "rho", "overlap", "voids", "three", "shape_of_three"),
 }
-_FLOWED = ("stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure", "flow_pressure_error")
-_OSCILLATED = ("storage", "loss", "third_over_first", "error")
-_MEASURED: dict[str, tuple[str, ...]] = {
-    "states": (*STATES[3:], *LATER),
-    "stabilized_disks": ("state", "rho", "phi", "z", "g", "g_x", "d_rho", "d_phi", "d_z"),
-    "onset": ("rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
-    "void_counts": ("onset", "rho", "sides", "voids", "area", "shape"),
-    "spectra": ("omega", "storage", "loss", "g0", "eta0", "eta_inf", "converged"),
-    "quasistatic": ("approach", "sliding", "nonaffine", *BESIDE),
-    "correlation": ("omega", "box", "delta", "c"),
-    "flow": ("rho", "stress", *_FLOWED, "peak_stress", "peak_strain", "converged"),
-    "oscillation": ("rho", *_OSCILLATED, "equivalent_storage", "equivalent_loss", "equivalent_time", "converged"),
-    "droplet_modes": ("rho", "rate", "strength", *MOTIONS, "sliding"),
-    "droplet_voids": ("state", "rho", "overlap", "voids", "three", "shape_of_three"),
-}
-COLUMNS = {name: (*KEYS[name], *measured) for name, measured in _MEASURED.items()}
 NAMES = tuple(COLUMNS)
 
 

@@ -1,10 +1,13 @@
-"""What runs of flow beside simpler models promise of other packings: the table of runs, reduced to a grid of errors.
+"""The table behind `choose_flow`: runs of flow beside simpler models, reduced to a grid of errors that they promise.
 
-`flow_errors.csv.xz` beside this file holds the runs; `jamlab/estimates/flow_errors.json` what follows from them.
+`flow_errors.csv.xz` beside this file holds the runs, and with them the conditions of a new measurement;
+`jamlab/estimates/flow_errors.json` what follows from them.
 """
 
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Iterator
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +15,24 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.estimates.flow_errors import SIZE, SLIDING_BETAS, STOKES, Flow, FlowErrors
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, SLIDING_BETAS, STOKES, Flow, FlowErrors, mean_overlap
 from jamlab.estimates.ways import read_table
+from jamlab.flow.flow_curve import flow_curve
+from jamlab.flow.oscillate import oscillate
+from jamlab.packing.packing import Packing
+from jamlab.protocols.target_pressure import pack
+from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.damping import ContactDamping, StokesDrag
+from jamlab.rheology.nonlinear_drag import nonlinear_modulus
 from jamlab.statistics.confidence import exceeded_by_few
+from studies.estimate_tables import measure_packed
 
 COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
 KINDS = ("oscillation", "flow")
 _CONDITION = ["alpha", "drag", "amplitude"]
+TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
+STEADY: dict[str, Any] = {"strain": 3.0, "background": BACKGROUND}  # of the averages of steady flow
 _FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
 
 
@@ -36,6 +50,55 @@ def read_runs(path: Path | None = None) -> pd.DataFrame:
     """Read the runs of this folder, or those of a file written by `python -m studies tables flow-errors`."""
     path = path or Path(__file__).with_name("flow_errors.csv.xz")
     return read_table(path, path.name, COLUMNS, "python -m studies tables flow-errors")
+
+
+def measure_runs(out: Path, runs: pd.DataFrame | None = None, **how: Any) -> pd.DataFrame:
+    """Measure runs anew, at the conditions of some, all by default, and save them after every packing; goes on where it
+    stopped. `how`: of `studies.tables.measure`."""
+    packings = (read_runs() if runs is None else runs).groupby(["part", "seed"], sort=False)
+    tasks = {f"{part}, seed {seed}": partial(_rows_of_packing, rows) for (part, seed), rows in packings}
+    facts = {**STEADY, "tolerance": TOLERANCE, "cycles": CYCLES}
+    measure_packed(out, tasks, facts, **how)
+    return read_runs(out)
+
+
+def _rows_of_packing(runs: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    """Rows of one packing, one for every condition that has an answer."""
+    one = runs.iloc[0]
+    packing = pack(int(one["n"]), float(one["pressure"]), int(one["seed"]))
+    linear: dict[float, float] = {}  # stress at a rate, which every alpha is compared with
+    for row in runs[["kind", *_CONDITION, "beta"]].itertuples(index=False):
+        flow, began = Flow(*row), time.process_time()
+        try:
+            error, scatter = _oscillation(packing, flow) if flow.kind == "oscillation" else _flow(packing, flow, linear)
+        except (ConvergenceError, InputError):  # no answer, or a frequency that no run reaches
+            continue
+        facts = {"part": one["part"], "seed": one["seed"], "n": packing.n, "pressure": mean_overlap(packing)}
+        yield flow._asdict() | facts | {"error": error, "scatter": scatter, "seconds": time.process_time() - began}
+
+
+def _oscillation(packing: Packing, wanted: Flow) -> tuple[float, float]:
+    """Relative error of G* without running, and the number of cycles that running took."""
+    stokes, alpha = wanted.alpha == STOKES, wanted.alpha or 1.0
+    law = StokesDrag(eta_f=0.0) if stokes else ContactDamping(wanted.beta, alpha=alpha)
+    amplitude = wanted.amplitude * mean_overlap(packing)
+    omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
+    run = oscillate(packing, omega, amplitude, law, tolerance=TOLERANCE, cycles=CYCLES)
+    true = complex(run.storage, run.loss)
+    small = complex_modulus(packing, [omega], law) if stokes else None
+    found = small or nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
+    simple = complex(found.storage[0], found.loss[0])
+    return abs(simple - true) / abs(true), run.cycles
+
+
+def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[float, float]:
+    """Relative error of linear drag at the rate to the power alpha; and of the mean at unit strain."""
+    if wanted.drag not in linear:
+        linear[wanted.drag] = float(flow_curve(packing, [wanted.drag], ContactDamping(wanted.beta), **STEADY).stress[0])
+    law = ContactDamping(wanted.beta, alpha=wanted.alpha)
+    curve = flow_curve(packing, [wanted.drag ** (1.0 / wanted.alpha)], law, **STEADY)
+    error = 0.0 if wanted.alpha == 1.0 else abs(linear[wanted.drag] / curve.stress[0] - 1.0)
+    return float(error), float(curve.stress_stderr[0] / curve.stress[0] * STEADY["strain"] ** 0.5)
 
 
 def reduce_runs(rows: pd.DataFrame) -> FlowErrors:

@@ -15,7 +15,7 @@ from jamlab.packing.hdf5 import read_all, read_observables
 from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.storage.atomic_file import make_folder
 from jamlab.storage.verified_file import versions
-from studies.ensemble_tables import COLUMNS, KEYS, NAMES, EnsembleTables
+from studies.ensemble_tables import COLUMNS, NAMES, EnsembleTables
 from studies.html_page import Section
 from studies.tables import DATA, MANIFEST, AbsentTableError, read_manifest, read_table, write_table
 
@@ -42,17 +42,15 @@ def open_tables(source: Path | None) -> EnsembleTables:
     return EnsembleTables(open_campaign(source).table, {"campaign": str(source), **versions()})
 
 
-def reduce(source: Path, folder: Path, commit: str, add: bool = False, only: Sequence[str] = ()) -> list[Path]:
-    """Write the tables of a campaign that figures are drawn from; with `add`, packings stay that the campaign lacks."""
+def reduce(source: Path, folder: Path, commit: str, only: Sequence[str] = ()) -> list[Path]:
+    """Write the tables of a campaign that figures are drawn from."""
     for name in only:
         check_choice("only", name, NAMES)
-    return write_tables(EnsembleTables(open_campaign(source).table), folder, commit, add, only or NAMES)
+    return write_tables(EnsembleTables(open_campaign(source).table), folder, commit, only or NAMES)
 
 
-def write_tables(
-    tables: EnsembleTables, folder: Path, commit: str, add: bool = False, names: Sequence[str] = NAMES
-) -> list[Path]:
-    """Write those of the tables that have rows; with `add`, packings stay that are only in those of the folder."""
+def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES) -> list[Path]:
+    """Write those of the tables that have rows."""
     made: dict[str, pd.DataFrame] = {}
     for name in names:
         with suppress(InputError, AbsentTableError, KeyError):
@@ -60,31 +58,14 @@ def write_tables(
             made[name] = round_numbers(table[[column for column in COLUMNS[name] if column in table]])
     if not made:
         raise InputError(f"{folder}: no table has rows: finish some tasks of the campaign first")
-    if add:
-        made = {name: add_packings(name, table, folder) for name, table in made.items()}
     make_folder(folder)
     return [write_table(folder, name, table, commit, kind="parquet") for name, table in made.items()]
 
 
-def add_packings(name: str, new: pd.DataFrame, folder: Path) -> pd.DataFrame:
-    """Add the packings of a folder's table that a new one lacks."""
-    try:
-        old = read_table(folder, name)
-    except AbsentTableError:
-        return new
-    here, there = (pd.MultiIndex.from_frame(round_numbers(t[list(KEYS[name])], 6).fillna(-1)) for t in (new, old))
-    return pd.concat([new, old[~there.isin(here)]], ignore_index=True)
-
-
-def round_numbers(table: pd.DataFrame, digits: int | None = None) -> pd.DataFrame:
+def round_numbers(table: pd.DataFrame) -> pd.DataFrame:
     """Round the numbers of a table to the digits that are kept."""
-    floats = table.select_dtypes("float")
-    return table.assign(
-        **{
-            str(name): [float(f"{value:.{digits or _DIGITS.get(str(name), 6)}g}") for value in column]
-            for name, column in floats.items()
-        }
-    )
+    digits = {str(name): _DIGITS.get(str(name), 6) for name in table.select_dtypes("float")}
+    return table.assign(**{name: [float(f"{v:.{digits[name]}g}") for v in table[name]] for name in digits})
 
 
 MODELS = ("sp", "dp")

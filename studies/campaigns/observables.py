@@ -1,6 +1,5 @@
 """Observables of the campaigns beside this file: numbers as one of the papers defines them, which jamlab has not."""
 
-from collections.abc import Callable
 from dataclasses import astuple, replace
 
 import numpy as np
@@ -40,22 +39,6 @@ def rho_printed(packing: Packing) -> float:
     """Packing fraction of disks by [B] eq 12 as printed, which counts what three disks share twice; it passes 1 near
     phi = 1.24, where the exact rho is 0.998."""
     return add_triples(packing, 2)
-
-
-def rho_without_arcs(packing: Packing) -> float:
-    """Packing fraction of disks by [B] eq 9 with the lens of eq 10 as printed: (1/2) sqrt((s-r)(r-d)(r+d)(r+s)),
-    without its two arccos terms; zero for nested disks."""
-    near, radius = touching_disks(packing), _radii(packing)
-    r, s, d = np.hypot(*near.r.T), radius[near.i] + radius[near.j], radius[near.i] - radius[near.j]
-    lenses = 0.5 * np.sqrt(np.maximum((s - r) * (r - d) * (r + d) * (r + s), 0.0)).sum()
-    return packing.phi - float(lenses / packing.area)
-
-
-APPROXIMATE: dict[str, Callable[[Packing], float]] = {
-    "triples": add_triples,
-    "paper-pairs": rho_without_arcs,
-    "paper-triples": rho_printed,
-}
 
 
 def _radii(packing: Packing) -> Array:

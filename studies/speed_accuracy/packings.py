@@ -67,7 +67,9 @@ _STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "paper": (1e-2, 3e-3, 1e-3
 def search_onset(seed: int) -> Iterator[Trial]:
     """Search from one random start by every step."""
     search = partial(_find, seed)
-    panel = Panel("", search("paper", float(defaults("onset")["step_paper"])), 1e-8, operator.sub, {"runs": 1})
+    panel = Panel(
+        "onset of one packing", search("paper", float(defaults("onset")["step_paper"])), 1e-8, operator.sub, {"runs": 1}
+    )
     for way, steps in _STEPS.items():
         for step in steps:
             default = way == "bisection" and step == float(defaults("onset")["step"])

@@ -10,7 +10,7 @@ from jamlab.estimates.choice import Why
 from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
 from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from studies import estimate_tables as measurement
+from studies.flow_errors import STEADY
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 
@@ -142,7 +142,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
 def test_steady_flow_runs_as_its_errors_were_measured(packing):
     film = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.4)
     curve = film.run(packing)
-    assert curve.background == measurement._FLOW["background"] == BACKGROUND
+    assert curve.background == STEADY["background"] == BACKGROUND
     assert curve.strain + curve.discard == pytest.approx(film.strain)
 
 

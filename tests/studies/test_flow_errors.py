@@ -7,10 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import jamlab
 from jamlab.estimates.flow_errors import SLIDING_BETAS, Flow, shipped_errors
-from studies import estimate_tables as measurement
-from studies.flow_errors import COLUMNS, Part, checks_kept, promises, read_runs, reduce_runs
+from studies.flow_errors import COLUMNS, Part, checks_kept, measure_runs, promises, read_runs, reduce_runs
 
 AT = Flow("oscillation", 1.0, 1.0, 1.0)
 
@@ -84,10 +82,9 @@ def test_the_factor_of_other_damping_is_what_few_runs_exceed():
     assert table.kept("flow", 3.0) == (0, 0)
 
 
-def test_rows_of_the_table_are_measured(monkeypatch):
-    """Each part at the conditions that it names; a condition that no run reaches has no row."""
-    packing = jamlab.pack(n=64, pressure=1e-2, seed=1)
-    flows = [Flow("oscillation", 1.0, 1.0, 1e-3), Flow("oscillation", 0.5, 1e-6, 1e-3)]
-    monkeypatch.setitem(measurement._PARTS, Part.CHECK, lambda seed: (packing, flows))
-    (row,) = measurement._rows_of_part(Part.CHECK, 101)
-    assert row.keys() == set(COLUMNS) and row["error"] < 0.01 and row["pressure"] == pytest.approx(1e-2, rel=1e-5)
+def test_rows_of_the_table_are_measured(tmp_path):
+    """At the conditions of given runs; one that no run reaches has no row."""
+    flows = [("oscillation", Part.CHECK, 1, 64, 1e-2, alpha, drag, 1e-3, 1.0) for alpha, drag in ((1, 1), (0.5, 1e-6))]
+    made = measure_runs(tmp_path / "runs.csv.xz", pd.DataFrame(flows, columns=list(COLUMNS[:-3])))
+    (row,) = made.to_dict("records")
+    assert row.keys() >= set(COLUMNS) and row["error"] < 0.01 and row["pressure"] == pytest.approx(1e-2, rel=1e-5)

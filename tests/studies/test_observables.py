@@ -18,7 +18,6 @@ from studies.campaigns.observables import (
     add_triples,
     count_motions,
     rho_printed,
-    rho_without_arcs,
     root_mean_squares,
     shared_fraction,
 )
@@ -60,12 +59,6 @@ def test_triples_bound_rho_from_above(seed, scale):
     assert exact <= triples + 1e-12
     assert jamlab.exact_method(packing) == "cells" or triples == pytest.approx(exact, rel=1e-12)
     assert shared_fraction(packing) == pytest.approx(packing.phi - exact, abs=1e-12)
-
-
-def test_lens_as_printed_lacks_its_arcs():
-    packing = disks([[1.0, 1.0], [2.0, 1.0]], [2.0, 2.0], np.diag([5.0, 5.0]))
-    expected = (2 * np.pi - 0.5 * np.sqrt(3)) / 25  # (1/2) sqrt((2 - 1)(1 - 0)(1 + 0)(1 + 2))
-    np.testing.assert_allclose(rho_without_arcs(packing), expected, rtol=1e-14)
 
 
 def test_what_two_droplets_share_is_the_area_common_to_their_outlines():
