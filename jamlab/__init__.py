@@ -3,22 +3,21 @@
 States       jam, pack, compress, relaxed, scene, to_polygons, from_outlines -> Packing; evaluate; Session: LAMMPS
 All at once  measure, measure_all: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, orientational_order,
-             particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,
-             exact_method, self_crossings
+             particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes,
              held_motions: what contacts hold, counted
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
              dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
              plot_pipkin, read_flow; quasistatic_shear: without time
-Files        read, read_all, read_observables, write, write_data, write_dump, read_points
+Files        read, read_all, write, write_data, write_dump, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost
-Settings     SolverSettings, FireSettings, KrylovSettings: numbers of solvers; Border: how a box may deform
-Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
-Micrographs  micrograph, synthetic_micrograph, follow
+Settings     SolverSettings: numbers of solvers
+Pictures     every result has .plot(ax); write_page: a sweep to look through
+Micrographs  micrograph, synthetic_micrograph
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;
              JamlabWarning: a result that is right and may surprise
 

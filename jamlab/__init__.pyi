@@ -2,8 +2,6 @@ __version__: str
 
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
-from .engine.box_border import Border as Border
-from .engine.disk_fire import FireSettings as FireSettings
 from .engine.session import Evaluation as Evaluation
 from .engine.session import Session as Session
 from .engine.session import evaluate as evaluate
@@ -24,7 +22,6 @@ from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
 from .estimates.model_choice import scene as scene
 from .figures.explorer.write_page import write_page as write_page
-from .figures.packing_pictures import geometry_figure as geometry_figure
 from .flow.creep import CreepRun as CreepRun
 from .flow.creep import creep as creep
 from .flow.flow_curve import FlowCurve as FlowCurve
@@ -48,7 +45,6 @@ from .geometry.contact_network import contacts as contacts
 from .geometry.contact_network import without_rattlers as without_rattlers
 from .geometry.orientational_order import OrientationalOrder as OrientationalOrder
 from .geometry.orientational_order import orientational_order as orientational_order
-from .geometry.packing_fraction import exact_method as exact_method
 from .geometry.packing_fraction import packing_fraction as packing_fraction
 from .geometry.particle_shape import ContactLengths as ContactLengths
 from .geometry.particle_shape import area_ratios as area_ratios
@@ -78,13 +74,9 @@ from .mechanics.vibrations import zero_modes as zero_modes
 from .micrographs.measured_droplets import Micrograph as Micrograph
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
-from .micrographs.tracks import Tracks as Tracks
-from .micrographs.tracks import follow as follow
-from .packing.hdf5 import read_observables as read_observables
 from .packing.hdf5 import write as write
 from .packing.lammps_files import write_data as write_data
 from .packing.lammps_files import write_dump as write_dump
-from .packing.outlines import self_crossings as self_crossings
 from .packing.packing import Packing as Packing
 from .protocols.compression import compress as compress
 from .protocols.droplets_from_disks import to_polygons as to_polygons
@@ -109,7 +101,6 @@ from .rheology.mode_motion import mode_motion as mode_motion
 from .rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from .rheology.nonlinear_drag import equivalent_time as equivalent_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
-from .rheology.reduced_model import KrylovSettings as KrylovSettings
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .statistics.read_points import read_points as read_points

@@ -8,7 +8,6 @@ from typing import Any
 
 from jamlab.checks import check_choice
 from jamlab.figures.explorer.write_page import explorer_assets
-from studies import micrograph_errors
 from studies.beyond import droplet_modes, droplet_voids, polydispersity
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
@@ -88,8 +87,8 @@ def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
 def groups() -> dict[str, Group]:
     """The groups by name, which is that of their page."""
     assets, overview = explorer_assets(), Overview(forest.TITLE, forest.forest, forest.forest_rows)
-    measured = (size_scaling.STUDY, *_figures({"micrograph-errors": micrograph_errors.micrograph_errors}))
-    charts, maps = (*(chart.study for chart in CHARTS.values()), *measured), [each.study for each in MAPS.values()]
+    charts = (*(chart.study for chart in CHARTS.values()), size_scaling.STUDY)
+    maps = [each.study for each in MAPS.values()]
     return {
         "papers": Group(
             "Figures of both papers",

@@ -23,13 +23,10 @@ from jamlab.storage.table_file import write_table
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
-    from jamlab.micrographs.tracks import Tracks
 
 
-STACKS = (".tif", ".tiff")
-PICTURES = (".png", ".jpg", ".jpeg", ".bmp", *STACKS)
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 ALLOWED = {  # options, by what is measured
-    "several pictures": ("--overlay", "--csv", "--memory"),
     "a picture": ("--overlay", "--csv", "--packing", "--labels"),
     "a file of packings": (),
 }
@@ -38,8 +35,7 @@ ALLOWED = {  # options, by what is measured
 Source = Annotated[
     Path | None,
     typer.Argument(
-        help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder or TIFF of many; a track table (CSV). "
-        "None with --labels."
+        help="File of jamlab, LAMMPS or GSD; a picture of droplets; a table of disks (CSV). None with --labels."
     ),
 ]
 Pixel = Annotated[
@@ -49,12 +45,8 @@ Pixel = Annotated[
 Film = Annotated[
     float | None, typer.Option(help="Picture: widest gap between droplets in contact, in pixels; default: measured.")
 ]
-Contrast = Annotated[
-    str, typer.Option(help="Picture: dark, bright or ring (dark walls, light on both sides); default: seen.")
-]
-Labels = Annotated[
-    Path | None, typer.Option(help="Label image, mask, or outlines (JSON, beside their picture), to be measured.")
-]
+Contrast = Annotated[str, typer.Option(help="Picture: dark or bright droplets; default: seen.")]
+Labels = Annotated[Path | None, typer.Option(help="Label image or mask, to be measured.")]
 Overlay = Annotated[
     Path | None,
     typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png")),
@@ -66,7 +58,6 @@ OfDroplets = Annotated[
     ),
 ]
 Csv = Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.", callback=written_as("table"))]
-Memory = Annotated[int, typer.Option(help="Several pictures: so many in a row may miss a droplet, which is kept.")]
 
 
 def analyze(
@@ -81,16 +72,15 @@ def analyze(
     packing: OfDroplets = None,
     model: Annotated[str, typer.Option(help="Model of that packing: dp (droplets) or sp (disks).")] = "dp",
     csv: Csv = None,
-    memory: Memory = 0,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
     source = file or labels
     if source is None:
-        raise InputError("no FILE is given: name a file, a picture or a folder, or a label image by --labels")
+        raise InputError("no FILE is given: name a file or a picture, or a label image by --labels")
     kind = _kind(source) if file is not None else "a picture"
-    given = {"--overlay": overlay, "--csv": csv, "--packing": packing, "--labels": labels, "--memory": memory or None}
+    given = {"--overlay": overlay, "--csv": csv, "--packing": packing, "--labels": labels}
     if wrong := [name for name, value in given.items() if value is not None and name not in ALLOWED[kind]]:
         raise InputError(f"{', '.join(wrong)}: not for {source.name}, {kind}; leave it out")
     for path in (overlay, csv, packing):
@@ -98,9 +88,7 @@ def analyze(
             check_target(path, source, replace=force)
             expect_output(path)
     how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
-    if kind == "several pictures":
-        _analyze_tracks(source, how | {"memory": memory}, overlay, csv, as_json)
-    elif kind == "a picture":
+    if kind == "a picture":
         from jamlab.micrographs.micrograph import micrograph
 
         found = micrograph(file, labels=labels, periodic=periodic, **how)
@@ -120,37 +108,7 @@ def analyze(
 
 
 def _kind(source: Path) -> str:
-    ending = source.suffix.lower()
-    if source.is_dir() or (ending in STACKS and _pages(source) > 1):
-        return "several pictures"
-    if ending == ".csv" and source.is_file():  # tracks, or disks with their places
-        with source.open(encoding="utf-8", errors="replace") as table:
-            return "several pictures" if "particle" in table.readline(1000) else "a file of packings"
-    return "a picture" if ending in PICTURES else "a file of packings"
-
-
-def _analyze_tracks(source: Path, how: dict[str, Any], overlay: Path | None, csv: Path | None, as_json: bool) -> None:
-    from jamlab.figures.save_picture import save_picture
-    from jamlab.micrographs.tracks import follow
-
-    tracks = follow(source, **({} if source.suffix.lower() == ".csv" else how))
-    if overlay is not None:
-        figure: Any = tracks.plot().figure
-        save_picture(figure, overlay)
-    if csv is not None:
-        write_table(tracks.table, csv)
-    print_tracks(source.name, tracks, as_json)
-
-
-def _pages(file: Path) -> int:
-    """Number of pages of a TIFF; one of what is none, which is refused where it is read."""
-    from PIL import Image
-
-    try:
-        with Image.open(file) as image:
-            return int(getattr(image, "n_frames", 1))
-    except (OSError, ValueError, SyntaxError):
-        return 1
+    return "a picture" if source.suffix.lower() in PICTURES else "a file of packings"
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:
@@ -173,7 +131,7 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
 
 
 DOUBT = "?"  # beside every doubtful number
-SIDES = {"bright": "bright on dark", "dark": "dark on bright", "ring": "with dark walls", "labels": "as labelled"}
+SIDES = {"bright": "bright on dark", "dark": "dark on bright", "labels": "as labelled"}
 MOST_SIDES = 6  # voids with more are one entry of the table
 
 
@@ -192,7 +150,7 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     print_note("±: standard error of the mean over droplets; within: largest error of this image's own value (95 %)")
     print_note(f"{found.cut} more are cut by the edge, and not counted; {found.rattlers.sum()} rattlers{marks['z']}")
     radius = f"radius {found.means['radius'].text('.4g')}{marks['area']}"
-    print_note(f"{found.sizes}{marks['area']}, {radius}; lengths in {length}; droplets {SIDES[found.contrast]}")
+    print_note(f"{radius}; lengths in {length}; droplets {SIDES[found.contrast]}")
     if found.contrast in ("bright", "dark"):
         blur = f"blur {found.blur:.1f} pixels"
         print_note(f"light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, {blur}")
@@ -201,13 +159,11 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
     sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}"] if more else []
     print_note(", ".join(sides) + marks["voids"] if sides else "no voids")
-    if small := int((~found.measurable).sum()):
-        print_note(f"{small} droplets are below the limit of detection, where others are missed")
     low, high = found.z_range
     if low <= high:  # not nan
         gap = found.film + found.fringe
         print_note(f"z is {low:.2f} to {high:.2f} with wider and narrower gaps than {gap:.2g} {length} as contacts")
-    for note in (*found.label_notes, _balance(found), f"quality: {found.quality}"):
+    for note in (*found.label_notes, f"quality: {found.quality}"):
         print_note(note)
     for reason in found.reasons:
         print_note(f"{DOUBT} {reason}")
@@ -217,49 +173,14 @@ def _digits(value: float) -> str:
     return f"{value:.4g}" if value == value else ""
 
 
-def _balance(found: "Micrograph") -> str:
-    """How far forces by shape balance on a droplet, or why there are none."""
-    import numpy as np
-
-    try:
-        residual = found.forces.residual
-    except InputError as refused:
-        return str(refused)
-    known = residual[np.isfinite(residual)]
-    if not len(known):
-        return "no forces of droplets: no free wall to read a pressure off"
-    return f"forces by shape leave {np.median(known):.0%} of what presses on a droplet unbalanced (median)"
-
-
-def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
-    """Print what happened between the pictures, a row for each."""
-    strains, rows = ["strain_xx", "strain_yy", "strain_xy", "d2min"], []
-    for frame in sorted(tracks.table["frame"].unique()):
-        part = tracks.table[tracks.table["frame"] == frame]
-        kinds = tracks.events[tracks.events["frame"] == frame]["kind"]
-        row: dict[str, float | None] = {"frame": frame.item(), "droplets": len(part)}
-        row |= {kind: int((kinds == kind).sum()) for kind in ("gained", "lost", "T1")}
-        row |= {name: float(part[name].mean()) if part[name].notna().any() else None for name in strains}
-        rows.append(row)
-    if as_json:
-        print_json({"followed": tracks.count, "spacing": tracks.spacing, "frames": rows})
-        return
-    cells = [["" if value is None else f"{value:.3g}" for value in row.values()] for row in rows]
-    print_table(f"droplets of {name}, followed", list(rows[0]), cells)
-    print_note(f"{tracks.count} droplets are in every frame; strain and D2min from the frame before, means")
-
-
 def _json(found: "Micrograph") -> dict[str, object]:
-    numbers: dict[str, float] = {"count": found.count, "measurable": int(found.measurable.sum()), "cut": found.cut}
+    numbers: dict[str, float] = {"count": found.count, "cut": found.cut}
     numbers |= {**found.measure(), "voids": len(found.voids.sides)}
-    sizes = found.sizes
-    measured = {"mean_radius": sizes.mean, "spread": sizes.spread, "ratio": sizes.ratio, "large": sizes.large}
     return {
         **{name: [value] for name, value in numbers.items()},
         "standard_error": {name: mean.error for name, mean in found.means.items()},
         "interval_95": {name: mean.interval for name, mean in found.means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
-        "sizes": {"kind": sizes.kind, **measured},
         "numbers": {
             name: {"value": number.value, "interval": number.interval, "quality": number.quality}
             for name, number in found.numbers.items()

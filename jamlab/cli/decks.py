@@ -51,8 +51,7 @@ def deck(
     """
     import subprocess
 
-    from jamlab.engine.deck_defaults import settings
-    from jamlab.engine.mpi_ranks import check_ranks, lammps_line
+    from jamlab.engine.deck_defaults import check_ranks, lammps_line, settings
     from jamlab.processes.child import child_environment
 
     path = _path_of(name)
@@ -102,7 +101,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     import numpy as np
 
     import jamlab
-    from jamlab.engine.mpi_ranks import law_settings
+    from jamlab.engine.deck_defaults import law_settings
 
     with warnings.catch_warnings(record=True) as notes:
         warnings.simplefilter("always")

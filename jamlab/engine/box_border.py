@@ -23,11 +23,6 @@ class Border:
     Attributes:
         strains: (m, 2, 2) M_a, upper triangles: COMPRESSION, SHEARS or both in one array.
         pressure: outside; without meaning where no strain changes the area.
-
-    Example:
-        >>> square = jamlab.Border(np.array([[[1.0, 0.0], [0.0, 1.0]]]), pressure=0.01)  # free to change its size
-        >>> round(square.excess(0.03 * np.eye(2)), 12)  # a stress that is too high, over sqrt(2) = |M|
-        0.028284271247
     """
 
     strains: Array

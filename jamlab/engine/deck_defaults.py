@@ -4,14 +4,21 @@ A line `# [NAME]` of a deck or part opens a section; the lines `variable NAME in
 this module reads, so each is written once.
 """
 
+import os
 import re
+import sys
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from jamlab.errors import EngineError, StorageError
+import numpy as np
+
+from jamlab.errors import EngineError, InputError, StorageError
 from jamlab.kernels.installed_files import installed
+from jamlab.packing.lammps_files import MAX_TYPES, types
+from jamlab.packing.packing import Packing
+from jamlab.processes.dying_program import dying_line
 from jamlab.storage.atomic_file import atomic_file, make_folder
 
 _INDEX = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
@@ -100,3 +107,46 @@ def _parsed(text: str) -> float | str:
         return float(text)
     except ValueError:
         return text
+
+
+COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
+_FEW = 8  # ranks that any machine may run, if slowly
+
+
+def check_ranks(ranks: int, one: bool = False) -> None:
+    """Refuse what is no number of threads or MPI ranks; `one`: more than one, for droplets, which have one.
+
+    Raises:
+        InputError: naming the value.
+    """
+    most = max(os.cpu_count() or 1, _FEW)
+    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
+        raise InputError(f"ranks = {ranks!r}: must be a whole number of processors of this machine, 1 to {most}")
+    if ranks > 1 and one:
+        raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
+
+
+def law_settings(packing: Packing) -> dict[str, object]:
+    """Variables by which a deck knows the force law of a packing and, of disks, their diameters by type.
+
+    Raises:
+        InputError: more sizes than types, which decks take a size from.
+    """
+    found = packing.kind.lammps_variables(packing)
+    if not packing.kind.sizes_by_atom:
+        if (table := types(packing)).classes:
+            raise InputError(f"more than {MAX_TYPES} sizes of disks: decks take a size from its type; use Python")
+        found |= {f"d{k}": d for k, d in enumerate(table.values, start=1)}
+    return found
+
+
+def lammps_line(path: Path, variables: Mapping[str, object], ranks: int, *words: str) -> list[str]:
+    """Command line of plain `lmp` for a deck, on some ranks of this machine; it ends with this process and needs
+    `child_environment`. `words`: more of its arguments."""
+    programs = Path(sys.executable).parent
+    # inside a job of SLURM mpiexec would ask it to start the ranks
+    line: list[object] = [programs / "mpiexec", "-launcher", "fork", "-n", ranks] if ranks > 1 else []
+    line += [programs / "lmp", "-in", path, "-nocite", *words]
+    for name, value in {"dir": path.parent, **variables}.items():
+        line += ["-var", name, f"{value:.17g}" if isinstance(value, float) else value]
+    return dying_line([str(word) for word in line])

@@ -30,13 +30,6 @@ class FireSettings:
         tmin: shortest time step over the first.
         dtgrow, dtshrink: factors of the time step.
         alpha0, alphashrink: how much the velocity is turned towards the force: at first, and its factor.
-
-    Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> short = jamlab.FireSettings(timestep=0.02, tmax=10.0, dmax=0.1)
-        >>> with jamlab.Session(p) as session:
-        ...     session.minimize(1e-9, style="fire", steps=10_000, fire=short).max_force < 1e-9
-        True
     """
 
     timestep: float

@@ -24,10 +24,9 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import Border
-from jamlab.engine.deck_defaults import deck, defaults
+from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import FireSettings, minimize_disks
 from jamlab.engine.installation import check_lammps, start_lammps
-from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
@@ -97,8 +96,7 @@ class Session:
     Args:
         packing: what to build, in natural units: mean size and stiffness of order one, as `jam` and `pack` make them.
         newton: LAMMPS' newton setting; results agree to rounding.
-        ranks: processors for `minimize`, SP: threads of FIRE, MPI ranks of conjugate gradients; all else runs on one.
-            Pays from about 10 000 disks.
+        ranks: threads of FIRE over disks, which pay from about 10 000 disks; all else runs on one.
 
     Raises:
         InputError: the packing is in units far from its natural ones.
@@ -274,10 +272,6 @@ class Session:
                 return self.evaluate()
             if border is not None or fire is not None:
                 raise InputError(f"border, fire: box {self._packing.box.tolist()} is less than three diameters wide")
-        if self._ranks > 1 and not types(self._packing).classes:  # decks take a size from its type
-            effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
-            self.set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
-            return self.evaluate()
         self.use_minimizer(style)
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):

@@ -1,4 +1,4 @@
-"""Pictures of packings side by side, of their curves and moduli, and of all that is measured of their geometry."""
+"""Pictures of packings side by side, of their curves and moduli, and of their overlaps."""
 
 from __future__ import annotations
 
@@ -11,11 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from jamlab.checks import checked
 from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.power_cells import disk_cells
-from jamlab.geometry.tessellation import tessellation
-from jamlab.geometry.voids.voids import voids
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import (
@@ -90,28 +87,6 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
         Patch(facecolor=OVERLAP, label="overlap"),
     ]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=2)
-
-
-@checked
-def geometry_figure(packing: Packing) -> Figure:
-    """Draw overlaps, voids and cells of one packing side by side.
-
-    Example:
-        >>> figure = jamlab.geometry_figure(jamlab.pack(n=32, pressure=1e-2, seed=1))
-        >>> len(figure.axes) >= 3
-        True
-    """
-    figure = Figure(figsize=(16.5, 6.6), layout="constrained")
-    axes = figure.subplots(1, 3)
-    draw_overlaps(axes[0], packing, "overlaps")
-    found = voids(packing)
-    found.plot(axes[1])
-    rho = 1 - found.area.sum() / packing.area
-    axes[1].set_title(rf"{len(found.area)} voids, $\rho$ = {rho:.4f}", fontsize=12)
-    kind = "power cells" if packing.model == "sp" else "set-Voronoi cells"
-    tessellation(packing).plot(axes[2])
-    axes[2].set_title(kind, fontsize=12)
-    return figure
 
 
 def _chords(packing: Packing) -> NDArray[np.float64]:

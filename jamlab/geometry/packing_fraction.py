@@ -24,7 +24,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
         packing: SP or DP.
         method: one of
 
-            * "exact": rho, area of the union of the particles, by the cheapest exact way, see `exact_method`.
+            * "exact": rho, area of the union of the particles.
             * "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
             * "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
               Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
@@ -48,32 +48,15 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
     return methods[method](packing)
 
 
-@checked
-def exact_method(packing: Packing) -> str:
-    """Name the way in which `packing_fraction(packing, "exact")` finds rho.
-
-    Returns:
-        SP: "pairs" where no lens of two disks overlaps another, so that eq 9 is exact, else "cells". DP: "boundary",
-        1 minus the voids of the packing, to rounding; where outlines of polygons cross, which no contact form allows
-        at rest, "outlines": what `particle_areas` sums, to about 1e-7 (see `rims`).
-
-    Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> jamlab.exact_method(p)
-        'pairs'
-    """
-    return packing.kind.cover(packing)[1]
-
-
 def cover_by_disks(packing: Packing) -> tuple[float, str]:
-    """rho of an SP packing, and the way taken: "pairs" or "cells" (see `exact_method`)."""
+    """rho of an SP packing, and the way taken: "pairs" where no lens of two disks overlaps another, else "cells"."""
     if cuts_overlap(disk_chords(packing)):
         return fraction_by_cells(packing), "cells"
     return fraction_by_pairs(packing), "pairs"
 
 
 def cover_by_droplets(packing: Packing) -> tuple[float, str]:
-    """rho of a DP packing, and the way taken: "boundary" or "outlines" (see `exact_method`)."""
+    """rho of a DP packing, and the way taken: "boundary", 1 minus the voids, or, where outlines cross, "outlines"."""
     try:
         return 1.0 - float(bound_voids(packing).area.sum() / packing.area), "boundary"
     except BoundaryError:

@@ -1,1 +1,1 @@
-"""Micrographs of droplets: reading, light and noise, annotations, segmentation, walls, shapes, quality, overlays."""
+"""Micrographs of droplets: reading, light and noise, segmentation, walls, shapes, quality, overlays."""

@@ -4,10 +4,7 @@ The level of droplets is averaged over their inner parts, the level of the groun
 middles of voids, where blur does not reach. Both begin as envelopes: polynomials of second degree, fitted by least
 squares that weigh pixels above and below differently (asymmetric least squares).
 
-What was drawn into a picture, scale bars, labels and frames, is neither droplets nor ground. Three signs, of which one
-is enough: pixels that are exactly alike where all others carry noise; bars, straight and level, that differ from
-droplets and ground around them; strokes brighter than any droplet or darker than any ground. Thin ones are filled in
-from beside them; what is thicker covers droplets as the edge of the picture does.
+Scale bars and labels that were drawn into a picture are taken for droplets or ground: cut them off.
 
 Sources: J. Immerkaer, Comput. Vis. Image Underst. 64, 300 (1996), for the noise; P. H. C. Eilers, Anal. Chem. 75, 3631
 (2003), for asymmetric least squares; N. Otsu, IEEE Trans. SMC 9, 62 (1979), for the first threshold.
@@ -67,13 +64,12 @@ def noise_level(grey: Array) -> float:
     return float(MAD * np.median(np.abs(ndimage.convolve(grey, kernel))))
 
 
-def remove_background(bright: Array, valid: Mask, noise: float) -> Darkness | None:
+def remove_background(bright: Array, noise: float) -> Darkness | None:
     """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise. `bright`: (h,
-    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations; `noise`: standard
-    deviation of the noise."""
-    first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
+    w) grey values, droplets brighter than the ground; `noise`: standard deviation of the noise."""
+    first = width_of_filter(noise / max(bright.std(), 1e-12))
     quiet = _blur(bright, first)
-    high, low = envelope(quiet, valid, ENVELOPE), envelope(quiet, valid, 1 - ENVELOPE)
+    high, low = envelope(quiet, ENVELOPE), envelope(quiet, 1 - ENVELOPE)
     radius, ground, opening, few = 0.0, 0, 0.0, _samples(bright.shape)
     for turn in range(REFINEMENTS + 2):
         contrast = float(np.median((high - low)[few]))
@@ -84,7 +80,7 @@ def remove_background(bright: Array, valid: Mask, noise: float) -> Darkness | No
         smooth = _blur(values, width)
         if turn > REFINEMENTS:
             break
-        level = 0.5 if radius else scikit_image().filters.threshold_otsu(smooth[valid])
+        level = 0.5 if radius else scikit_image().filters.threshold_otsu(smooth)
         mask = smooth < level
         radius = granulometry(mask)[0]
         if radius <= 0:
@@ -92,8 +88,8 @@ def remove_background(bright: Array, valid: Mask, noise: float) -> Darkness | No
         every = max(1, int(radius / FINE))
         thin = np.s_[::every, ::every]
         inner = every * distance_inside(mask[thin])
-        high = _droplet_level(bright, valid[thin] & (inner > max(INNER * radius, 1.5)), REACH * radius, every)
-        low, ground, opening = _ground_level(bright, (valid & ~mask)[thin], low, every)
+        high = _droplet_level(bright, inner > max(INNER * radius, 1.5), REACH * radius, every)
+        low, ground, opening = _ground_level(bright, ~mask[thin], low, every)
     light = np.quantile(step[few], [0.02, 0.98])
     return Darkness(
         values, smooth, noise / contrast, width, float(light[1] / light[0]), radius, ground, opening, contrast
@@ -129,13 +125,12 @@ def _samples(shape: tuple[int, ...]) -> tuple[slice, ...]:
     return tuple(slice(min(step, side) // 2, None, step) for side in shape)
 
 
-def envelope(grey: Array, valid: Mask, above: float) -> Array:
+def envelope(grey: Array, above: float) -> Array:
     """Surface of second degree that pixels are above of (`above` small) or below of (large)."""
     few = _samples(grey.shape)
     y, x = _grid(grey.shape)
-    kept = valid[few]
-    terms = _terms(y[few][kept], x[few][kept], 2)
-    return _surface(_asymmetric_fit(terms, grey[few][kept], above), grey.shape, 2)
+    terms = _terms(y[few].ravel(), x[few].ravel(), 2)
+    return _surface(_asymmetric_fit(terms, grey[few].ravel(), above), grey.shape, 2)
 
 
 def _asymmetric_fit(terms: Array, values: Array, above: float) -> Array:
@@ -227,99 +222,9 @@ def blur_of(darkness: Darkness) -> float:
     return float(np.sqrt(max(width**2 - own**2, 0.0)))
 
 
-LEAST_NOISE = 0.004  # of the range of the picture, one grey level of 8 bit: below, flat pixels are no sign
-LEAST_FLAT = 24  # pixels alike, side by side
-FLAT_SHARE = 0.25  # of the picture: where more is flat, droplets are overexposed or the picture is not noisy
-BEYOND = 0.3  # of the contrast, above droplets or below the ground
-NOISES = 5.0  # standard deviations of noise that strokes must stand out by
-BAR_LENGTH, BAR_ASPECT = 0.06, 4.0  # least length of a bar, of the width of the picture; least length over height
-LONGER = 1.3  # radii that a bar is longer than: voids are not
-BAR_FILL = 0.9  # of its bounding box that a bar fills
-BAR_EDGE = 0.75  # of the pixels around a bar that must differ from it
-GROW = 2  # pixels around what is found: blur and the edges of letters
-THIN = 0.3  # of the radius: half-thickness up to which droplets are seen through an annotation
-
-
-def find_flat(grey: Array, noise: float) -> Mask:
-    """(h, w) pixels that are exactly as their neighbours in a picture with noise."""
-    if noise < LEAST_NOISE:
-        return np.zeros(grey.shape, dtype=bool)
-    flat = ndimage.maximum_filter(grey, 3) == ndimage.minimum_filter(grey, 3)
-    if not 0 < flat.mean() < FLAT_SHARE:
-        return np.zeros(grey.shape, dtype=bool)
-    flat = ndimage.binary_dilation(flat, np.ones((3, 3)))  # the middles of areas of 3 x 3
-    label, _ = ndimage.label(flat)
-    size = np.bincount(label.ravel())
-    size[0] = 0
-    return np.asarray(size[label] >= LEAST_FLAT)
-
-
-def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:
-    """(h, w) bars and strokes in a picture without its background. `darkness`: (h, w) denoised, 0 in droplets and 1
-    on the ground; `noise`: standard deviation of what noise is left in it; `radius`: typical radius of droplets,
-    pixels."""
-    beyond = max(BEYOND, NOISES * noise)
-    found = np.zeros(darkness.shape, dtype=bool)
-    for mask, height in ((darkness < -beyond, np.inf), (darkness > 1 + beyond, np.inf), (darkness > 0.6, 0.5 * radius)):
-        found |= _bars(mask, darkness, height, LONGER * radius)
-    near = ndimage.binary_dilation(found, iterations=int(radius)) if found.any() else found
-    return np.asarray(found | (near & ((darkness < -beyond) | (darkness > 1 + beyond))))
-
-
-def _bars(mask: Mask, darkness: Array, highest: float, longest_void: float) -> Mask:
-    """Level bars in a mask: long, filled, and unlike what is above and below them."""
-    length = max(int(BAR_LENGTH * mask.shape[1]), int(longest_void), 12)
-    label, _ = ndimage.label(ndimage.grey_opening(mask.astype(np.uint8), (1, length), mode="constant"))
-    bars = np.zeros(mask.shape, dtype=bool)
-    for piece in scikit_image().measure.regionprops(label):
-        rows, columns = piece.image.shape
-        if columns < BAR_ASPECT * rows or rows < 2 or rows > highest or piece.extent < BAR_FILL:
-            continue
-        around = tuple(slice(max(side.start - 4, 0), side.stop + 4) for side in piece.slice)
-        ring = ~ndimage.binary_dilation(label[around] == piece.label, iterations=2)
-        level = np.median(darkness[piece.slice][piece.image])
-        if (np.abs(darkness[around][ring] - level) > BEYOND).mean() > BAR_EDGE:
-            bars[piece.slice] |= piece.image
-    return bars
-
-
-def sort_annotations(drawn: Mask, radius: float) -> tuple[Mask, Mask]:
-    """Grow what was found by its blurred edges and part it by thickness. Returns (h, w) pixels that are thin, through
-    which droplets are seen, and (h, w) those that are thick and count as outside of the picture."""
-    if not drawn.any():
-        return drawn, drawn
-    grown = ndimage.binary_dilation(drawn, np.ones((3, 3)), iterations=GROW)
-    label, count = ndimage.label(grown)
-    thickness = ndimage.maximum(distance_inside(grown), label, np.arange(1, count + 1))
-    thick = np.concatenate([[False], thickness > THIN * radius])[label]
-    return grown & ~thick, thick
-
-
-def fill_in(values: Array, holes: Mask) -> Array:
-    """Give pixels in holes of a picture the values of the nearest ones beside them. `values`, `holes`: (h, w)."""
-    if not holes.any():
-        return values
-    nearest = ndimage.distance_transform_edt(holes, return_distances=False, return_indices=True)
-    return np.asarray(values[tuple(nearest)])
-
-
-def read_darkness(grey: Array) -> tuple[Darkness, Mask, float]:
-    """Darkness of a picture of bright droplets, with what was drawn into it filled in; (h, w) pixels that count as
-    outside for it, and the share of the picture that was drawn over."""
-    noise = noise_level(grey)
-    flat = find_flat(grey, noise)
-    _, grown = sort_annotations(flat, 0.0)
-    darkness = remove_background(fill_in(grey, grown), ~grown, noise)
+def read_darkness(grey: Array) -> Darkness:
+    """Darkness of a picture of bright droplets."""
+    darkness = remove_background(grey, noise_level(grey))
     if darkness is None:
         raise InputError("no droplets stand out from light and noise: check the picture")
-    left = darkness.noise / max(2 * np.sqrt(np.pi) * darkness.filter, 1.0)  # behind a Gaussian of that width
-    drawn = flat | find_drawn(darkness.smooth, left, darkness.radius)
-    thin, thick = sort_annotations(drawn, darkness.radius)
-    hidden = thin | thick
-    if hidden.any():
-        again = remove_background(fill_in(grey, hidden), ~hidden, noise)
-        if again is None:
-            raise InputError("no droplets stand out from light and noise beside bars and labels: cut them off")
-        values, smooth = (np.where(thick, 1.0, field) for field in (again.values, again.smooth))  # droplets end there
-        darkness = replace(again, values=values, smooth=smooth)
-    return darkness, thick, float(hidden.mean())
+    return darkness

@@ -9,21 +9,17 @@ An object is a connected region of one number. In this order:
 2. Objects off the edge that are far smaller than droplets, below a gap in the distribution of sizes, and too small to
    show a shape, are specks: they are set aside.
 3. What an object encloses belongs to it: a droplet has no holes, and no droplet lies in another.
-4. Two objects that together are rounder than either, of which one is odd, are pieces of one droplet.
 
 Every other object is a droplet. A mask is first parted into droplets at its necks. What a rule changed is a note, with
-the number of droplets by which the count may be off for it; objects of a size class of their own are such a number.
+the number of droplets by which the count may be off for it.
 """
 
 from __future__ import annotations
 
-import json
-import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,7 +34,6 @@ from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_dro
 ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
 TRIED = 256  # pixels along a side on which a mask and its inverse are compared
 FLAT, FEW_REGIONS = 0.5, 4  # share of pixels as those above and beside; regions to a level: of a picture of labels
-TWICE = 0.75  # of the smaller of two outlines that the other covers: one droplet
 LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw them for the eye
 
 
@@ -48,11 +43,6 @@ class Labelled:
 
     labels: Indices  # (h, w) int64, from 1 without gaps; 0 is the ground
     areas: Array  # (n,) pixels
-    coverage: Array  # (h, w) share of each pixel that is labelled
-    pieces: int  # number of labels that lie in several pieces
-    light_areas: Array  # (n,) pixels of the light inside walls; `areas` where labels are all that is known
-    light_share: float  # of the picture that it covers
-    names: Indices  # (n,) number that each had before
     notes: tuple[Note, ...] = ()  # what was found in labels of another program and changed
 
     @cached_property
@@ -63,10 +53,11 @@ class Labelled:
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
-    """Read labels: an image of whole numbers, or outlines. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP
-    of 8, 16 or 32 bit, NPY, or outlines as JSON or as ImageJ's ROI or ZIP. Black and white, with two values, is a mask:
-    its pieces, parted where several droplets touch, are droplets; `shape`: of the picture; None if there is none."""
-    values, notes = _numbers(source, shape)
+    """Read labels. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP of 8, 16 or 32 bit, or NPY. Black and
+    white, with two values, is a mask: its pieces, parted where several droplets touch, are droplets; `shape`: of the
+    picture; None if there is none."""
+    values = _numbers(source)
+    notes: list[Note] = []
     if shape is not None and values.shape != shape:
         raise InputError(f"labels are {values.shape}, the picture is {shape}: give labels of this picture, uncropped")
     if not np.isfinite(values.astype(np.float64)).all() or (values != np.rint(values)).any():
@@ -76,11 +67,10 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
     kinds = np.unique(values)
     if len(kinds) == 1:
         raise InputError(f"every pixel has the label {kinds[0]:g}: there is no ground, or no droplet")
-    if len(kinds) == 2 and not notes:
-        values, parted = part_mask(_upright(values == kinds[1]))
-        notes = notes + parted
+    if len(kinds) == 2:
+        values, notes = part_mask(_upright(values == kinds[1]))
     values, found = sort_objects(values.astype(np.int64))
-    return replace(labelled(values), notes=tuple(notes + found))
+    return labelled(values, tuple(notes + found))
 
 
 def looks_labelled(values: NDArray[Any]) -> bool:
@@ -113,10 +103,9 @@ def _upright(mask: Mask) -> Mask:
     return mask
 
 
-def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> tuple[NDArray[Any], list[Note]]:
-    """(h, w) numbers of a file or an array, and what was found in outlines."""
-    read = _read(Path(source), shape) if isinstance(source, str | Path) else np.asarray(source)
-    values, notes = read if isinstance(read, tuple) else (read, [])
+def _numbers(source: str | Path | ArrayLike | Mask) -> NDArray[Any]:
+    """(h, w) numbers of a file or an array."""
+    values = _read(Path(source)) if isinstance(source, str | Path) else np.asarray(source)
     if values.ndim == 3:
         if 1 < values.shape[2] < LIKELY_COLOURS or (values[..., :3] != values[..., :1]).any():
             raise InputError(f"labels are colours, {values.shape}: save the label image itself, one number a pixel")
@@ -124,93 +113,30 @@ def _numbers(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | Non
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")
     check_pixels(values.shape)
-    return values, notes
+    return values
 
 
-def _read(path: Path, shape: tuple[int, ...] | None) -> NDArray[Any] | tuple[NDArray[Any], list[Note]]:
-    """Numbers of a file, by its ending; of outlines with what was found in them."""
-    ending = path.suffix.lower()
+def _read(path: Path) -> NDArray[Any]:
+    """Numbers of a file, by its ending."""
+    if path.suffix.lower() != ".npy":
+        return read_values(path, numbers=True)
     try:
-        if ending == ".npy":
-            return np.asarray(np.load(path, allow_pickle=False))
-        if ending == ".json":
-            return _fill_outlines(json.loads(path.read_text(encoding="utf-8")), shape)
-        if ending in (".zip", ".roi"):
-            return _fill_outlines(_read_rois(path), shape)
-    except InputError:
-        raise
-    except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, BadZipFile, struct.error) as error:
+        return np.asarray(np.load(path, allow_pickle=False))
+    except (OSError, ValueError, EOFError) as error:
         lines = str(error).splitlines() or [type(error).__name__]
-        raise InputError(
-            f"{path} cannot be read as labels ({lines[0]}): save whole numbers as TIFF, PNG or NPY, or outlines as JSON"
-        ) from None
-    return read_values(path, numbers=True)
+        raise InputError(f"{path} cannot be read as labels ({lines[0]}): save them as TIFF, PNG or NPY") from None
 
 
-def _read_rois(path: Path) -> list[Array]:
-    """Outlines that ImageJ keeps, (k, 2) x and y each."""
-    try:
-        import roifile
-    except ImportError:
-        raise InputError("ROI of ImageJ need roifile: install it with pip install 'jamlab[imagej]'") from None
-    found = roifile.roiread(path)
-    return [np.asarray(roi.coordinates(), dtype=np.float64) for roi in (found if isinstance(found, list) else [found])]
-
-
-def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> tuple[Indices, list[Note]]:
-    """Labels of outlines: a list of rings of (x, y) in pixels. A pixel in several outlines belongs to the nearest pixel
-    that is in one alone; of two outlines of one droplet the first is kept."""
-    if not isinstance(content, list):
-        raise InputError("outlines must be a list of rings of points (x, y); of GeoJSON give the outer rings")
-    if shape is None:
-        raise InputError("outlines need their picture beside them, which says how large it is")
-    pixels: list[Indices] = []  # of every outline, in the flattened picture
-    twice = 0
-    labels, covers = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
-    for number, ring in enumerate(content, 1):
-        points = np.asarray(ring, dtype=np.float64)
-        if points.ndim != 2 or points.shape[1] < 2 or len(points) < 3 or not np.isfinite(points[:, :2]).all():
-            raise InputError(f"outline {number} is {points.shape}: must be three or more points (x, y), all finite")
-        inside = scikit_image().draw.polygon(points[:, 1], points[:, 0], shape)
-        own = np.ravel_multi_index(inside, shape).astype(np.int64)
-        others = [pixels[k - 1] for k in np.unique(labels[inside]) if k]
-        if any(len(np.intersect1d(own, other)) > TWICE * min(len(own), len(other)) for other in others):
-            twice, own = twice + 1, own[:0]
-        pixels.append(own)
-        covers.flat[own] += 1
-        labels.flat[own] = number
-    several = covers > 1
-    notes = [Note(f"{twice} outlines lie on others: they are left out", twice)] if twice else []
-    if several.any():
-        share = several.sum() / (covers > 0).sum()
-        nearest = ndimage.distance_transform_edt(covers != 1, return_distances=False, return_indices=True)
-        labels = np.where(several, labels[tuple(nearest)], labels)
-        notes.append(Note(f"outlines overlap on {share:.2g} of their area: it is divided", area=float(several.sum())))
-    return labels, notes
-
-
-def labelled(values: ArrayLike, finer: int = 1, light: Indices | None = None) -> Labelled:
-    """Number labels anew, without gaps. `values`: (f h, f w) labels, 0 for the ground; `finer`: f, the number of labels
-    to a pixel of the picture, along either side; `light`: (f h, f w) the same of the light inside walls, if known."""
-    fine = np.asarray(values).astype(np.int64)
-    middle = fine[finer // 2 :: finer, finer // 2 :: finer]
-    kept = np.unique(middle[middle > 0])
-    fine, middle = (
-        np.where(np.isin(part, kept), np.searchsorted(kept, part) + 1, 0).astype(np.int64) for part in (fine, middle)
-    )
-    h, w = middle.shape
-    coverage = (fine > 0).astype(np.float64).reshape(h, finer, w, finer).mean(axis=(1, 3))
-    areas = np.bincount(fine.ravel(), minlength=len(kept) + 1)[1:] / finer**2
-    pieces = in_pieces(middle, scikit_image().measure.label(middle, connectivity=2))
-    if light is None:
-        return Labelled(middle, areas, coverage, pieces, areas, float(coverage.mean()), kept)
-    inside = np.bincount(light.ravel(), minlength=int(kept[-1]) + 1 if len(kept) else 1)[kept] / finer**2
-    return Labelled(middle, areas, coverage, pieces, inside, float((light > 0).mean()), kept)
+def labelled(values: Indices, notes: tuple[Note, ...] = ()) -> Labelled:
+    """Number labels anew, without gaps. `values`: (h, w) labels, 0 for the ground."""
+    kept, short = np.unique(values, return_inverse=True)
+    labels = short.reshape(values.shape).astype(np.int64) + (kept[0] > 0)
+    return Labelled(labels, np.bincount(labels.ravel())[1:].astype(np.float64), notes)
 
 
 def label_darkness(found: Labelled) -> Darkness:
     """Labels as a picture without its background, noise or blur: droplets are 0, the ground is 1."""
-    dark = 1.0 - found.coverage
+    dark = (found.labels == 0).astype(np.float64)
     return Darkness(dark, dark, 0.0, 0.0, 1.0, _radius(found.areas, 0.5), 0, 0.0, 1.0)
 
 
@@ -232,13 +158,9 @@ def _radius(areas: Array, share: float) -> float:
 GAP = 1.5  # ratio of successive radii, in order of size, above which specks end
 SPECK = 0.25  # of the typical radius: larger objects are no specks
 UNRESOLVED = 4.0  # pixels, radius: nor are those that show a shape
-DEBRIS = 2.0  # pixels, radius: specks from here on may be droplets of a small size class
-CLASS_GAP, CLASS_SHARE = 2.0, 0.1  # ratio of radii between size classes; of the area that a class of droplets covers
-ODD_PIECE, ROUNDER = 0.72, 1.05  # roundness of one of two pieces, at most; of both together over that of the rounder
 LINE = 2  # pixels without a label between two pieces, at most
 AROUND, LEAST_AROUND = 0.5, 8  # share of all other objects that the ground lies beside, and their number
 CONVEX, PEPPER = 0.9, 2  # area over that of the convex hull, and pixels, of holes in a mask that are no voids
-MOST_PIECES = 3000  # pairs that may be pieces: noise has more, and no droplets
 PARTED = 0.1  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
 
 
@@ -248,7 +170,6 @@ class Note:
 
     text: str
     doubt: int = 0  # droplets by which the count may be off for it
-    area: float = 0.0  # pixels by which the area of all droplets may be off for it
 
 
 def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
@@ -259,13 +180,13 @@ def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
     if ground:
         notes.append(Note(f"label {ground} lies around the others: it is taken for the ground"))
     objects = scikit_image().measure.label(np.where(names == ground, 0, names), connectivity=2).astype(np.int64)
-    pieces = in_pieces(names, objects)
-    objects = _joined(_filled(_without_specks(objects, notes), notes), notes)
-    torn = in_pieces(names, objects)
+    pieces = _in_pieces(names, objects)
+    objects = _filled(_without_specks(objects, notes), notes)
+    torn = _in_pieces(names, objects)
     if torn or pieces:
         text = f"{pieces} labels lie in several pieces; of {torn} of them each piece counts as a droplet"
-        notes.append(Note(text))
-    return objects, notes + _of_another_size(objects)
+        notes.append(Note(text, torn))
+    return objects, notes
 
 
 def part_mask(mask: Mask) -> tuple[Indices, list[Note]]:
@@ -336,9 +257,7 @@ def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
         return objects
     specks = order[: last[-1] + 1]
     low, high = (round(np.pi * radii[specks[k]] ** 2) for k in (0, -1))
-    doubt = int((radii[specks] >= DEBRIS).sum())
-    may_be = f"; {doubt} of them may be droplets" if doubt else ""
-    notes.append(Note(f"{len(specks)} specks of {low} to {high} pixels are set aside{may_be}", doubt))
+    notes.append(Note(f"{len(specks)} specks of {low} to {high} pixels are set aside", len(specks)))
     return np.where(np.isin(objects, specks), 0, objects)
 
 
@@ -360,62 +279,7 @@ def _filled(objects: Indices, notes: list[Note]) -> Indices:
     return found
 
 
-def _joined(objects: Indices, notes: list[Note]) -> Indices:
-    found, count = objects.copy(), 0
-    while True:
-        boxes = ndimage.find_objects(found)
-        areas = np.bincount(found.ravel(), minlength=len(boxes) + 1)
-        depth = distance_inside(np.pad(found, 1).astype(np.uint32))[1:-1, 1:-1]
-        inner = np.zeros(len(boxes) + 1)
-        np.maximum.at(inner, found.ravel(), depth.ravel())
-        own = np.pi * inner**2 / np.maximum(areas, 1)
-        pairs = _beside(found)
-        odd = (own[pairs].min(axis=1) < ODD_PIECE) & (areas[pairs].sum(axis=1) >= np.pi * UNRESOLVED**2)
-        better = []
-        for a, b in pairs[odd].tolist() if odd.sum() <= MOST_PIECES else ():
-            box, both = _together(found, boxes, a, b)
-            together = np.pi * distance_inside(both).max() ** 2 / both.sum()
-            if together > ROUNDER * max(own[a], own[b]):
-                better.append((together, a, b, box, both))
-        if not better:
-            break
-        used: set[int] = set()
-        for _, a, b, box, both in sorted(better, key=lambda part: -part[0]):
-            if used.isdisjoint((a, b)):
-                used |= {a, b}
-                part = both[tuple(slice(LINE + 1, LINE + 1 + side.stop - side.start) for side in box)]
-                found[box][part & np.isin(found[box], (0, a, b))] = a
-                count += 1
-    if count:
-        notes.append(Note(f"{count} labels are pieces of others that they make round: they are joined", count))
-    return found
-
-
-def _together(objects: Indices, boxes: list[tuple[slice, slice]], a: int, b: int) -> tuple[tuple[slice, ...], Mask]:
-    """Bounding box of two objects, and the two in it, without the line between them and padded by its width and one."""
-    sides = zip(boxes[a - 1], boxes[b - 1], strict=True)
-    box = tuple(slice(min(p.start, q.start), max(p.stop, q.stop)) for p, q in sides)
-    both = np.pad((objects[box] == a) | (objects[box] == b), LINE + 1)
-    return box, np.asarray(ndimage.binary_closing(both, np.ones((3, 3)), iterations=LINE // 2 + 1)) | both
-
-
-def in_pieces(names: Indices, objects: Indices) -> int:
+def _in_pieces(names: Indices, objects: Indices) -> int:
     """Number of labels that lie in several objects."""
     own = np.unique(np.stack([names.ravel(), objects.ravel()])[:, (names > 0).ravel() & (objects > 0).ravel()], axis=1)
     return int((np.unique(own[0], return_counts=True)[1] > 1).sum())
-
-
-def _of_another_size(objects: Indices) -> list[Note]:
-    """Objects off the edge that are so small, beside others, that they may be no droplets."""
-    radii, inner, typical = _radii(objects)
-    order = np.sort(radii[inner])
-    if not len(order):
-        return []
-    gaps = np.flatnonzero(np.append(order[1:], typical) >= CLASS_GAP * order)
-    share = np.cumsum(order**2) / (order**2).sum()
-    classes = [int(k) + 1 for k in gaps if order[k] < typical and share[k] < CLASS_SHARE]
-    count = int(max((order < SPECK * typical).sum(), *classes, 0))
-    if not count:
-        return []
-    text = f"{count} labels have radii of {order[0]:.1f} to {order[count - 1]:.1f} pixels, half of the area of all lies"
-    return [Note(f"{text} in larger ones than {typical:.1f}: they may be no droplets", count)]

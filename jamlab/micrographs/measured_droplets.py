@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,10 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import Array, Indices, Mask
-from jamlab.errors import InputError
-from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, LEAST_ROOM, ShapeForces, ShapePressures, shape_forces
-from jamlab.micrographs.droplet_sources import LEAST_RING
-from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, SizeDistribution, mean_of, share_of
+from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, mean_of, share_of
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.packing_of_picture import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -27,7 +23,6 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
 DPI = 150  # of an overlay
-RING_NUMBERS = ("count", "area")  # of rings, that `quality` speaks of
 INCHES = 9.0  # longer side of the picture in an overlay
 FONT = (3.0, 11.0)  # points: smaller numbers of droplets are left out, none is larger
 LARGEST_SIDE = 2400  # pixels drawn: a larger picture is thinned
@@ -40,8 +35,7 @@ class Micrograph:
     Attributes:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
-        areas: (n,) with half of each film; of labels up to their edges, of rings up to the darkest line of their walls.
-        interiors: (n,) areas without films; of rings that of the light inside their walls, as hands draw it.
+        areas: (n,) with half of each film; of labels up to their edges.
         shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
@@ -51,11 +45,9 @@ class Micrograph:
         rim: (n,) bool, whole droplets beside open ground at the edge of the picture, where a wall that may hold them is
             not seen; z leaves them out.
         rho: packing fraction of all that the picture shows, films included.
-        interior_fraction: share of the picture that interiors cover, cut ones with them.
         voids: sides, areas and centres of the voids, and P_l.
-        sizes: mean, spread and kind of the sizes: monodisperse, bidisperse, polydisperse.
         cut: number of droplets cut by the edge of the picture or by a label.
-        contrast: how droplets were told from the ground: "bright", "dark", "ring" or "labels".
+        contrast: how droplets were told from the ground: "bright", "dark" or "labels".
         blur: standard deviation of the blur, pixels.
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
@@ -63,9 +55,8 @@ class Micrograph:
         fringe: gap beyond a film that passes for a contact, in the unit of length.
         z_range: lowest and highest z if fringes from 0.7 to 1.4 times as wide pass for contacts, from 0.2 times between
             labels far apart; nan if all rattle.
-        numbers: count, area (mean), interior_fraction, rho, z, shape_rim, voids (count), each with `value`, the
-            `interval` that holds the true one of this picture, its own `quality` and `reasons`; of rings, count and
-            area are those of the light inside `measurable` ones.
+        numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, the `interval` that holds the
+            true one of this picture, its own `quality` and `reasons`.
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.
@@ -73,7 +64,6 @@ class Micrograph:
         outlines: n outlines, (k, 2) each, in pixels of the picture.
         cut_outlines: the same of droplets that are cut.
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
-        beside: n arrays (k,): droplet that each point of an outline touches, cut ones after whole ones; -1 for none.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -88,7 +78,6 @@ class Micrograph:
     labels: Indices
     centres: Array
     areas: Array
-    interiors: Array
     shape: Array
     cells: Array
     contacts: Indices
@@ -96,9 +85,7 @@ class Micrograph:
     rattlers: Mask
     rim: Mask
     rho: float
-    interior_fraction: float
     voids: PictureVoids
-    sizes: SizeDistribution
     cut: int
     contrast: str
     blur: float
@@ -115,13 +102,12 @@ class Micrograph:
     outlines: tuple[Array, ...] = field(repr=False)
     cut_outlines: tuple[Array, ...] = field(repr=False)
     touching: Array = field(repr=False)
-    beside: tuple[Indices, ...] = field(repr=False)
 
     def __repr__(self) -> str:
         means = self.means
         shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"), ("radius", "radius", ".4g"))
         numbers = ", ".join(f"{name} = {means[key].text(form)}" for name, key, form in shown)
-        return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.sizes}; {self.quality})"
+        return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.quality})"
 
     @property
     def count(self) -> int:
@@ -129,24 +115,9 @@ class Micrograph:
         return len(self.areas)
 
     @property
-    def measurable(self) -> Mask:
-        """(n,) droplets above the limit of detection: of rings, `interiors` as large as a disc of 4 pixels in radius.
-
-        Smaller ones that are seen are kept, but others are missed: of nine real foams with hand-drawn interiors that
-        the search was fitted to, the count is off by 3.4 % (median) in all, and by 0.0 % above the limit. Of other
-        pictures all droplets count.
-        """
-        limit = LEAST_RING * (self.pixel or 1.0) if self.contrast == "ring" else 0.0
-        return np.asarray(self.interiors >= np.pi * limit**2)
-
-    @property
     def quality(self) -> str:
-        """Result of checks that need no truth: "good" if all `numbers` are, of rings if count and area are.
-
-        Otherwise "doubtful". Which numbers can be trusted is said by each of `numbers`.
-        """
-        counted = RING_NUMBERS if self.contrast == "ring" else tuple(self.numbers)
-        return "doubtful" if any(self.numbers[name].reasons for name in counted) else "good"
+        """Result of checks that need no truth: "good" if all `numbers` are, else "doubtful"."""
+        return "doubtful" if any(number.reasons for number in self.numbers.values()) else "good"
 
     @property
     def unit(self) -> str:
@@ -210,49 +181,6 @@ class Micrograph:
                 "quality": self.quality,
             }
         )
-
-    @property
-    def pressures(self) -> ShapePressures:
-        """Pressures of whole droplets above that of the voids, by the curvature of their free walls (Laplace).
-
-        In line tension over length, with standard errors learnt on rendered droplets.
-
-        Raises:
-            InputError: droplets or voids are too small, or droplets are known by labels or dark walls, for which no
-                error was learnt.
-        """
-        return self._mechanics[0]
-
-    @property
-    def forces(self) -> ShapeForces:
-        """Forces of contacts, in line tensions, by the length of flats; `residual` is what is left on each droplet.
-
-        Raises:
-            InputError: as for `pressures`.
-
-        Example:
-            >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.95, step=0.03)
-            >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 300), periodic=True)
-            >>> bool((m.pressures.value > 0).all()), float(np.median(m.forces.residual)) < 0.2
-            (True, True)
-        """
-        return self._mechanics[1]
-
-    @cached_property
-    def _mechanics(self) -> tuple[ShapePressures, ShapeForces]:
-        scale = self.pixel or 1.0
-        radius = float(np.sqrt(np.median(self.areas) / np.pi)) / scale
-        if self.contrast not in ("bright", "dark"):
-            raise InputError(f"no forces of droplets by {self.contrast}: errors were learnt on bright and dark ones")
-        if radius < LEAST_RADIUS:
-            raise InputError(f"droplets are {radius:.0f} pixels in radius: forces need {LEAST_RADIUS:.0f} or more")
-        if radius * (1 - self.rho) < LEAST_ROOM:
-            room = f"radius times 1 - rho is {radius * (1 - self.rho):.1f} pixels"
-            raise InputError(f"voids are too small for forces: {room}, {LEAST_ROOM:g} or more are needed")
-        gap = self.fringe / scale
-        pressures, forces = shape_forces(self.outlines, self.beside, self.centres / scale, gap)
-        value, error, length = pressures.value / scale, pressures.error / scale, forces.length * scale
-        return ShapePressures(value, error), replace(forces, length=length)
 
     def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.

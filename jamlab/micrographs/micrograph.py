@@ -1,9 +1,9 @@
 """Micrographs of droplets: measure in a picture what is measured in a simulated packing.
 
-In order: read the picture, find out whether droplets are bright, dark or rings, divide it by its background, fill in
-scale bars, find droplets, measure the gaps along the walls of their cells, and judge whether the numbers can be
-trusted. Labels of another program replace all but the last two. The edge of the picture is an edge: droplets that it
-cuts are marked and not counted, but they hold and touch others.
+In order: read the picture, find out whether droplets are bright or dark, divide it by its background, find droplets,
+measure the gaps along the walls of their cells, and judge whether the numbers can be trusted. Labels of another program
+replace all but the last two. The edge of the picture is an edge: droplets that it cuts are marked and not counted, but
+they hold and touch others.
 
 The packing fraction is one minus the darkness of all voids over the area that the picture shows. That share needs no
 whole droplets, so that large droplets, which the edge cuts more often, weigh as much as they should (Horvitz-Thompson
@@ -26,18 +26,18 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
-from jamlab.micrographs.droplet_sources import DropletSource, GreyDroplets, LabelledDroplets, RingDroplets
+from jamlab.micrographs.droplet_sources import DropletSource, GreyDroplets, LabelledDroplets
 from jamlab.micrographs.illumination import noise_level, read_darkness, remove_background
-from jamlab.micrographs.labels import ROUGH, label_segments, labelled, looks_labelled, read_labels
+from jamlab.micrographs.labels import looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
-from jamlab.micrographs.picture_numbers import Number, PictureVoids, find_voids, size_distribution
+from jamlab.micrographs.picture_numbers import Number, PictureVoids, find_voids
 from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, doubt_known, find_doubts
-from jamlab.micrographs.ring_segmentation import find_rings
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
 from jamlab.micrographs.walls import THICKEST_FILM, shape_factor
 
-CONTRASTS = ("auto", "dark", "bright", "ring")
+CONTRASTS = ("auto", "dark", "bright")
+TRIED = 256  # pixels along a side on which bright and dark are tried
 LARGEST = 1e100  # size of a pixel, so that areas are finite
 MARGIN = 0.3  # of the picture, repeated around a periodic one: more than half of the largest droplet and its cell
 
@@ -54,20 +54,20 @@ def micrograph(
 ) -> Micrograph:
     """Find and measure the droplets of a picture, and say whether the numbers can be trusted.
 
-    Handles uneven light, noise, blur, scale bars and labels. How large the errors are, by each of these, is drawn by
-    `python -m studies draw micrograph-errors`; beyond what can be handled `quality` is "doubtful", with `reasons`.
+    Handles uneven light, noise and blur; beyond what can be handled `quality` is "doubtful", with `reasons`. Cut off
+    scale bars first. Droplets with dark walls and light on both sides, as bubbles in brightfield, need `labels`.
 
     Args:
         picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours; with `labels` it may be left out.
         pixel: size of a pixel in the unit of length wanted; None measures lengths in pixels.
         film: widest gap, in pixels, between droplets in contact; None takes it from the gaps of the picture.
         periodic: the picture is one period of a periodic one, as rendered from a simulation.
-        contrast: droplets are "bright" on dark ground, "dark" on bright ground, or "ring": dark walls with light on
-            both sides, as bubbles and oil in brightfield. "auto" finds out: the one under which droplets are roundest.
+        contrast: droplets are "bright" on dark ground or "dark" on bright ground. "auto" finds out: the one under which
+            droplets are roundest.
         labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
             of the picture but its size is then used. Of a mask, True in droplets, the pieces are droplets, parted at
-            their necks where several touch. Specks are set aside, holes are filled and pieces of one droplet are
-            joined; `label_notes` tell how many, and intervals are as much wider.
+            their necks where several touch. Specks are set aside and holes are filled; `label_notes` tell how many,
+            and intervals are as much wider.
         channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
@@ -91,6 +91,10 @@ def micrograph(
     for name, value in (("pixel", pixel), ("film", film)):
         if value is not None and not 1 / LARGEST <= value <= LARGEST:  # beyond, areas are 0 or infinite
             raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
+    if contrast == "ring":
+        raise InputError(
+            'contrast is "ring": dark walls are not sought; label the droplets by Cellpose or StarDist and give labels='
+        )
     check_choice("contrast", contrast, CONTRASTS)
     check_choice("channel", channel, CHANNELS)
     if picture is None and labels is None:
@@ -102,66 +106,38 @@ def micrograph(
         if periodic or contrast != CONTRASTS[0]:
             raise InputError("with labels there is nothing to find: leave out `periodic` and `contrast`")
         found = read_labels(labels, None if grey is None else grey.shape)
-        return Measurement(found.coverage if grey is None else grey, LabelledDroplets(found, film)).result(pixel)
+        shown = (found.labels > 0).astype(np.float64) if grey is None else grey
+        return Measurement(shown, LabelledDroplets(found, film)).result(pixel)
     assert grey is not None and picture is not None
     if contrast == "auto":
         if looks_labelled(np.asarray(picture)):
-            raise InputError(
-                "the picture has the levels of labels or of a mask: give it as labels=, or --labels in the shell; of a "
-                "photograph say the contrast"
-            )
+            levels = "the picture has the levels of labels or of a mask"
+            raise InputError(f"{levels}: give it as labels= or --labels; of a photograph say the contrast")
         contrast = find_contrast(grey)
     margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
-    find = _find_rings if contrast == "ring" else _find_by_grey
-    return Measurement(grey, find(grey, contrast, margin, film), margin).result(pixel)
-
-
-def _find_rings(grey: Array, contrast: str, margin: int, film: float | None) -> DropletSource:
-    """Droplets with dark walls, as labels, of a picture repeated around itself."""
-    rings = find_rings(np.pad(grey, margin, mode="wrap"))
-    if rings is None or not rings.labels.any():
-        raise InputError(f"no droplet with a dark wall around it: check `contrast` ({contrast}) and the picture")
-    return RingDroplets(labelled(rings.labels, rings.finer, rings.light), film, rings)
+    return Measurement(grey, _find_by_grey(grey, contrast, margin, film), margin).result(pixel)
 
 
 def _find_by_grey(grey: Array, contrast: str, margin: int, film: float | None) -> DropletSource:
     """Bright or dark droplets of a picture repeated around itself."""
-    darkness, thick, annotated = read_darkness(grey if contrast == "bright" else 1 - grey)
-    wide = darkness.wrapped(margin)
-    segments = find_droplets(wide.smooth, darkness.noise)
+    darkness = read_darkness(grey if contrast == "bright" else 1 - grey).wrapped(margin)
+    segments = find_droplets(darkness.smooth, darkness.noise)
     if segments is None:
         raise InputError(f"no droplet found: check `contrast` ({contrast}) and the picture")
-    return GreyDroplets(contrast, wide, segments, film, np.pad(thick, margin, mode="wrap"), annotated)
-
-
-TRIED = 256  # pixels along a side on which bright and dark are tried
-TRIED_RINGS = 512  # pixels along a side of the middle of the picture, in which walls are looked for
-LEAST_COVER = 0.2  # of the middle of the picture that rings must fill
+    return GreyDroplets(contrast, darkness, segments, film)
 
 
 def find_contrast(grey: Array) -> str:
-    """Whether droplets are bright, dark or rings: those under which they are roundest."""
+    """Whether droplets are bright or dark: those under which they are roundest."""
     step = max(1, round(max(grey.shape) / TRIED))
     small = scikit_image().transform.downscale_local_mean(grey, (step, step)) if step > 1 else grey
-    bright, dark = _roundness_of_bright(small), _roundness_of_bright(1 - small)
-    rings = _roundness_of_rings(grey)
-    if rings > max(bright, dark):
-        return "ring"
+    bright, dark = (_roundness(values) for values in (small, 1 - small))
     return "bright" if bright >= dark else "dark"
 
 
-def _roundness_of_bright(grey: Array) -> float:
-    darkness = remove_background(grey, np.ones(grey.shape, dtype=bool), noise_level(grey))
+def _roundness(grey: Array) -> float:
+    darkness = remove_background(grey, noise_level(grey))
     return roundness(None if darkness is None else find_droplets(darkness.smooth, darkness.noise))
-
-
-def _roundness_of_rings(grey: Array) -> float:
-    middle = tuple(slice(max(0, (size - TRIED_RINGS) // 2), (size + TRIED_RINGS) // 2) for size in grey.shape)
-    rings = find_rings(grey[middle])
-    if rings is None or (rings.labels > 0).mean() < LEAST_COVER:
-        return 0.0
-    segments = label_segments(labelled(rings.labels))
-    return roundness(replace(segments, inner=segments.inner + ROUGH))
 
 
 class Measurement:
@@ -208,9 +184,8 @@ class Measurement:
 
     def _shown(self) -> Mask:
         """Pixels over which rho is measured: the picture, or the cells in its middle if its edge is ground."""
-        shown = np.zeros(self.droplets.thick.shape, dtype=bool)
+        shown = np.zeros(self.droplets.outside.shape, dtype=bool)
         shown[self.window] = True
-        shown &= ~self.droplets.thick
         outer, pairs = self.rim.copy(), self.droplets.walls.pairs
         outer[pairs[outer[pairs].any(axis=1)]] = True  # their neighbours too face the open ground
         inner = shown & ~outer[self.droplets.segments.cells]
@@ -219,66 +194,49 @@ class Measurement:
     def _checks(self, areas: Array, rattlers: Mask, z: float) -> Checks:
         """What the quality rests on."""
         droplets, shown = self.droplets, self._shown()
-        walls, segments, darkness = droplets.walls, droplets.segments, droplets.darkness
-        void, area, beyond = shown & walls.void_pixels, float(shown.sum()), walls.widest - walls.film
-        thick = walls.film > THICKEST_FILM * segments.radius
-        apart = droplets.labelled and thick  # no films, but ground
-        counted = shown if droplets.contrast == "labels" or apart else void
-        least = 0.2 if thick else 0.7  # of wide gaps half may be none
+        walls, radius, darkness = droplets.walls, droplets.segments.radius, droplets.darkness
+        area, beyond = float(shown.sum()), walls.widest - walls.film
+        counted = shown if droplets.labelled else shown & walls.void_pixels  # of labels films are ground
+        least = 0.2 if walls.film > THICKEST_FILM * radius else 0.7  # of wide gaps half may be none
         low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (least, 1.4))
+        inner = self.whole & ~self.rim
         return Checks(
             whole=self.whole,
-            roundness=droplets.roundness(areas),
-            closed=droplets.closed(),
-            radii=np.sqrt(areas / np.pi),
+            roundness=np.pi * droplets.segments.inner**2 / areas,
             rho=1 - float(darkness.values[counted].sum()) / area,
             rho_by_pixels=1 - float((darkness.smooth[counted] > 0.5).sum()) / area,
             z=(z, low, high),
-            blind=0.5 * beyond / segments.radius,
-            loose=int((rattlers & self.whole & ~self.rim).sum()),
-            held=int((self.whole & ~self.rim).sum()),
+            blind=0.5 * beyond / radius,
+            loose=int((rattlers & inner).sum()),
+            held=int(inner.sum()),
             unsure=self.unsure,
             open_edge=self._open(),
-            unstable=droplets.unstable(self.whole),
-            widest=droplets.widest(self.window),
         )
 
     def _voids(self, scale: float) -> PictureVoids:
         """Voids with their centres in the window, in the unit of length."""
-        droplets, segments = self.droplets, self.droplets.segments
-        darkness = droplets.darkness.values
-        found = find_voids(droplets.walls.void, segments.cells, darkness, droplets.outside, segments.radius)
+        droplets = self.droplets
+        cells, radius = droplets.segments.cells, droplets.segments.radius
+        found = find_voids(droplets.walls.void, cells, droplets.darkness.values, droplets.outside, radius)
         place = found.centroid - self.margin
         inside = ((place >= 0) & (place < self.grey.shape[::-1])).all(axis=1)
         return PictureVoids(found.sides[inside], found.area[inside] * scale**2, place[inside] * scale)
-
-    def _beside(self, number: int, names: Indices) -> Indices:
-        """(k,) droplet that each point of an outline touches, from 0; cut ones after the whole ones; -1 for none."""
-        cells, beside = self.droplets.segments.cells, self.droplets.walls.beside
-        x, y = np.rint(self.droplets.outlines[number]).astype(np.int64).T
-        inside = np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)
-        other = np.where(cells[inside] == number, beside[inside], cells[inside])
-        other = np.where(beside[inside] < 0, -1, other)
-        return np.where(other < 0, -1, np.where(names[other] > 0, names[other] - 1, int(names.max()) + other))
 
     def result(self, pixel: float | None) -> Micrograph:
         """Numbers of the droplets that are whole."""
         droplets, walls, margin = self.droplets, self.droplets.walls, self.margin
         cells, n = droplets.segments.cells, droplets.segments.count
         kept, cut = np.flatnonzero(self.whole), np.flatnonzero(~self.whole & self.seen)
-        scale = float(1.0 if pixel is None else pixel)
-        areas, (interiors, light) = droplets.areas(), droplets.interiors(self.window)
+        scale, areas = float(1.0 if pixel is None else pixel), droplets.areas()
         contacts, rattlers, z = self._coordination(walls.widest)
         checks = self._checks(areas, rattlers, z)
         names = np.full(n, -1)
         names[kept] = np.arange(1, len(kept) + 1)
-        centres = droplets.centres[:, ::-1] - margin
-        touching = walls.pairs[walls.touching]
+        centres, touching = droplets.centres[:, ::-1] - margin, walls.pairs[walls.touching]
         found = Micrograph(
             labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
             centres=centres[kept] * scale,
             areas=areas[kept] * scale**2,
-            interiors=interiors[kept] * scale**2,
             shape=np.array([shape_factor(droplets.outlines[k]) for k in kept]),
             cells=scale**2 * np.bincount(cells.ravel(), minlength=n)[kept].astype(np.float64),
             contacts=contacts[kept],
@@ -286,9 +244,7 @@ class Measurement:
             rattlers=rattlers[kept],
             rim=self.rim[kept],
             rho=checks.rho,
-            interior_fraction=light,
             voids=self._voids(scale),
-            sizes=size_distribution(areas[kept] * scale**2),
             cut=len(cut),
             contrast=droplets.contrast,
             blur=droplets.blur,
@@ -302,7 +258,6 @@ class Measurement:
             label_notes=tuple(note.text for note in droplets.notes),
             pixel=pixel,
             picture=self.grey,
-            beside=tuple(self._beside(int(k), names) for k in kept),
             outlines=tuple(droplets.outlines[k] - margin for k in kept),
             cut_outlines=tuple(droplets.outlines[k] - margin for k in cut),
             touching=centres[touching[self.whole[touching].any(axis=1)]],
@@ -311,20 +266,18 @@ class Measurement:
 
     def _judged(self, found: Micrograph, checks: Checks, scale: float) -> Micrograph:
         """The same with its numbers, how far each is known, and why it may be wrong. `scale`: of lengths."""
-        droplets = self.droplets
-        areas = (found.interiors[found.measurable] if found.contrast == "ring" else found.areas) / scale**2
-        values = {"count": float(len(areas)), "area": float(areas.mean()) if len(areas) else float("nan")}
-        values |= {name: found.measure()[name] for name in ("rho", "z", "shape_rim")}
-        values |= {"interior_fraction": found.interior_fraction, "voids": float(len(found.voids.sides))}
-        errors = droplets.errors(values, self.whole, areas, self.grey.size)
-        values["area"] *= scale**2
-        errors["area"] *= scale**2
-        doubts = find_doubts(droplets, checks)
-        doubts += doubt_few(found.count, found.means)
+        droplets, row = self.droplets, found.measure()
+        values = {"count": float(found.count), "area": float(found.areas.mean()) / scale**2}
+        values |= {name: row[name] for name in ("rho", "z", "shape_rim")} | {"voids": float(len(found.voids.sides))}
+        errors = droplets.errors(values, self.whole)
+        doubts = find_doubts(droplets, checks) + doubt_few(found.count, found.means)
         doubts += doubt_known(values, errors) if droplets.labelled else []
+        units = {"area": scale**2}
         numbers = {
             name: Number(
-                value, errors.get(name, np.nan), tuple(doubt.text for doubt in doubts if name in doubt.numbers)
+                value * units.get(name, 1.0),
+                errors[name] * units.get(name, 1.0),
+                tuple(doubt.text for doubt in doubts if name in doubt.numbers),
             )
             for name, value in values.items()
         }

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import struct
 import warnings
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,6 @@ from jamlab.arrays import Array, Mask
 from jamlab.errors import InputError
 
 MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
-MOST_STACK = 10 * MOST_PIXELS  # of all pages of a stack, which are read before the first is measured
 LEAST_SIDE = 8  # pixels
 CHANNELS = ("grey", "red", "green", "blue")
 REMEDY = "install it with pip install 'jamlab[images]'"
@@ -53,25 +50,6 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
     return np.asarray((values - values.min()) / np.ptp(values))
 
 
-def in_order(paths: Iterable[Path]) -> list[Path]:
-    """Sort files of a sequence by the numbers in their names, 2 before 10.
-
-    Raises:
-        InputError: "1.10" and "1.9" are among the names, of which one is first as a number and the other in parts.
-    """
-    names = sorted(paths)
-    orders = [sorted(names, key=lambda path: _numbers(path.stem, number)) for number in (r"\d+", r"\d+(?:\.\d+)?")]
-    for parts, decimals in zip(*orders, strict=True):
-        if parts != decimals:
-            raise InputError(f"{parts.name} and {decimals.name} have no clear order: name files by whole numbers")
-    return orders[0]
-
-
-def _numbers(name: str, number: str) -> list[tuple[float, str]]:
-    """Text and numbers of a name, by turns."""
-    return [(float(part), "") if k % 2 else (-1.0, part) for k, part in enumerate(re.split(f"({number})", name))]
-
-
 def check_pixels(shape: tuple[int, ...]) -> None:
     """Refuse more pixels than memory holds."""
     if shape[0] * shape[1] > MOST_PIXELS:
@@ -81,37 +59,21 @@ def check_pixels(shape: tuple[int, ...]) -> None:
 def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
     """Read an image file as it is. `path`: PNG, JPEG, BMP or TIFF of one page; `numbers`: of a picture with a palette
     give the numbers of its colours, as label images have them."""
-    return _read(path, numbers, several=False)[0]
-
-
-def read_pages(path: Path) -> list[NDArray[Any]]:
-    """Read every page of a TIFF, in order, as a picture of its own. `path`: TIFF of one size on all pages."""
-    return _read(path, numbers=False, several=True)
-
-
-def _read(path: Path, numbers: bool, several: bool) -> list[NDArray[Any]]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(path) as image:  # reads the size only
-                pages = getattr(image, "n_frames", 1)
-                _check_size(path, image.width, image.height, 1 if several else pages)
-                if image.width * image.height * pages > MOST_STACK:
-                    raise InputError(f"{path} has {pages} pages: cut it to {MOST_STACK:.0e} pixels in all")
-                found = []
-                for page in range(pages):
-                    image.seek(page)
-                    found.append(np.asarray(image) if numbers and image.mode == "P" else _pixels(image))
-                return found
+                _check_size(path, image.width, image.height, getattr(image, "n_frames", 1))
+                return np.asarray(image) if numbers and image.mode == "P" else _pixels(image)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         raise InputError(f"{path} is too large: cut it to {MOST_PIXELS:.0e} pixels at most") from None
     except InputError:
         raise
     # SyntaxError: what Pillow calls a broken PNG; KeyError, struct.error, TypeError: damaged tags of a TIFF
     except (OSError, ValueError, SyntaxError, EOFError, KeyError, TypeError, IndexError, struct.error) as error:
-        if path.suffix.lower() in (".tif", ".tiff") and not several:
-            return [_read_tiff(path, error)]  # Pillow knows no colours of 16 bit
+        if path.suffix.lower() in (".tif", ".tiff"):
+            return _read_tiff(path, error)  # Pillow knows no colours of 16 bit
         raise _refusal(path, error) from None
 
 
@@ -141,9 +103,9 @@ def _read_tiff(path: Path, first: Exception) -> NDArray[Any]:
         raise _refusal(path, first) from None
 
 
-def _check_size(path: Path, width: int, height: int, pages: int = 1) -> None:
+def _check_size(path: Path, width: int, height: int, pages: int) -> None:
     if pages > 1:
-        raise InputError(f"{path} has {pages} pages: save the one wanted by itself, or give all to jamlab.follow")
+        raise InputError(f"{path} has {pages} pages: save the one wanted by itself")
     if width * height > MOST_PIXELS:
         raise InputError(f"{path} has {width} x {height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most")
 

@@ -1,4 +1,4 @@
-"""Numbers of a picture: each with how far it is known, means over droplets, voids, and kinds of sizes."""
+"""Numbers of a picture: each with how far it is known, means over droplets, and voids."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ LEAST_VOID_SHARE = 1e-3  # of a droplet
 class Number:
     """A number of a picture, and whether it can be trusted.
 
-    The interval is about this picture, not about more droplets, of which `Micrograph.means` speak: of rings by how
-    likely each is a droplet (95 %), of bright and dark droplets the largest errors of good rendered pictures.
+    The interval is about this picture, not about more droplets, of which `Micrograph.means` speak: of bright and dark
+    droplets the largest errors of good rendered pictures.
     """
 
     value: float
@@ -127,51 +127,3 @@ def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, ra
     cut[np.unique(void[outside & (void >= 0)])] = True
     kept = ~cut & (area > max(LEAST_VOID, LEAST_VOID_SHARE * np.pi * radius**2)) & (sides >= 2)
     return PictureVoids(sides[kept].astype(np.int64), area[kept].astype(np.float64), centre[kept])
-
-
-ONE_SIZE = 0.07  # standard deviation of log radius up to which droplets have one size
-TWO_SIZES = 0.86  # of the variance that two groups explain: an even distribution 0.75, a normal one 0.64
-LEAST_GROUP = 0.05  # of the droplets in the smaller group
-LEAST = 8  # droplets: fewer have no distribution
-
-
-@dataclass(frozen=True)
-class SizeDistribution:
-    """Sizes of droplets."""
-
-    kind: str  # "monodisperse", "bidisperse", "polydisperse" or "too few"
-    mean: float  # mean radius, in the unit of length
-    spread: float  # standard deviation over mean of the radii
-    ratio: float  # bidisperse: mean radius of the large over that of the small; else nan
-    large: float  # bidisperse: number share of the large ones; else nan
-    explained: float  # share of the variance of log radius that the best two groups explain
-
-    __repr__ = short_repr
-
-    def __str__(self) -> str:
-        if self.kind == "bidisperse":
-            return f"bidisperse, ratio {self.ratio:.2f}, {self.large:.0%} large"
-        return f"{self.kind}, spread {self.spread:.0%}" if self.kind != "too few" else "too few droplets"
-
-
-def size_distribution(areas: Array) -> SizeDistribution:
-    """Sort droplets by size. `areas`: (n,) of whole droplets."""
-    radii = np.sort(np.sqrt(areas / np.pi))
-    mean = float(radii.mean()) if len(radii) else float("nan")
-    spread = float(radii.std() / mean) if len(radii) else float("nan")
-    nan = float("nan")
-    if len(radii) < LEAST:
-        return SizeDistribution("too few", mean, spread, nan, nan, nan)
-    log = np.log(radii)
-    few, sums = np.arange(1, len(log)), np.cumsum(log)
-    many = len(log) - few
-    between = few * many / len(log) ** 2 * (sums[:-1] / few - (sums[-1] - sums[:-1]) / many) ** 2
-    cut = int(between.argmax()) + 1
-    explained = float(between.max() / log.var()) if log.var() > 0 else nan
-    if log.std() < ONE_SIZE:
-        return SizeDistribution("monodisperse", mean, spread, nan, nan, explained)
-    share = 1 - cut / len(log)
-    if explained > TWO_SIZES and min(share, 1 - share) >= LEAST_GROUP:
-        ratio = float(radii[cut:].mean() / radii[:cut].mean())
-        return SizeDistribution("bidisperse", mean, spread, ratio, share, explained)
-    return SizeDistribution("polydisperse", mean, spread, nan, nan, explained)

@@ -1,4 +1,4 @@
-"""Render droplets as a camera would see them, with known truth: light, films, blur, noise, scale bar.
+"""Render droplets as a camera would see them, with known truth: light, films, blur, noise.
 
 These pictures test `jamlab.micrograph`, or any other program that measures droplets: the packing has what it must find.
 """
@@ -19,7 +19,6 @@ from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 
 FINER = 2  # samples a pixel, in each direction
-BAR = (0.2, 0.012, 0.04)  # length and height of a scale bar and its distance from the corner, of the width
 RANGES = {  # of the arguments
     **{"pixels": (32, 6000), "film": (0.0, 100.0), "blur": (0.0, 100.0), "noise": (0.0, 10.0)},
     **{"light": (1e-6, 1.0), "vignette": (0.0, 1 - 1e-6)},
@@ -36,7 +35,6 @@ def synthetic_micrograph(
     seed: int = 0,
     light: float = 1.0,
     vignette: float = 0.0,
-    scale_bar: bool = False,
     dark: bool = False,
 ) -> Array:
     """Render a packing of droplets.
@@ -51,7 +49,6 @@ def synthetic_micrograph(
         seed: of the noise.
         light: brightness at the right edge, 1 at the left; it falls evenly.
         vignette: part of the light that the corners lack; it falls with the square of the distance from the middle.
-        scale_bar: a white bar in the lower right corner of the picture with row 0 on top, drawn over everything else.
         dark: droplets are dark on a bright ground.
 
     Returns:
@@ -84,9 +81,6 @@ def synthetic_micrograph(
     falling = (1 - (1 - light) * 0.5 * (1 + x)) * (1 - vignette * 0.5 * (x**2 + y**2))
     picture = (1 - picture if dark else picture) * falling
     picture = picture + noise * np.random.default_rng(seed).normal(size=picture.shape)
-    if scale_bar:
-        length, height, corner = (max(round(part * w), 2) for part in BAR)
-        picture[h - corner - height : h - corner, w - corner - length : w - corner] = max(1.0, float(picture.max()))
     return np.asarray(picture)
 
 

@@ -51,7 +51,6 @@ class Walls:
     void_pixels: Mask  # (h, w) bool, pixels around a void whose darkness is its own, not that of a film
     width: Array  # (h, w) pixels, width of the gap at the pixels of walls, inf elsewhere
     inside: Array  # (h, w) pixels from each pixel to the end of its droplet, negative in gaps
-    beside: Indices  # (h, w) int64, droplet across the nearest wall where that is a film, -1 elsewhere
 
     def contacts(self, widest: float) -> Indices:
         """(k, 2) pairs with a gap up to `widest`."""
@@ -107,14 +106,7 @@ def find_walls(
     inside = 1 - 2 * darkness.values  # what is labelled is droplet
     if not labelled:
         inside = _inside(darkness, away, width[tuple(nearest)], half, blur)
-    beside = _across(cells, np.where(is_film, pair, -1)[tuple(nearest)])
-    return Walls(pairs, gaps, length, own, widest, touching, void, np.asarray(void_pixels), width, inside, beside)
-
-
-def _across(cells: Indices, pair: Indices) -> Indices:
-    """(h, w) other cell of the pair that a pixel is at, -1 at none."""
-    low, high = np.divmod(pair, int(cells.max()) + 1)
-    return np.where(pair < 0, -1, np.where(cells == low, high, low))
+    return Walls(pairs, gaps, length, own, widest, touching, void, np.asarray(void_pixels), width, inside)
 
 
 def _measure_strips(strips: Indices, wall: Mask, darkness: Darkness, half: float) -> tuple[Array, Array, Array]:
@@ -140,7 +132,7 @@ def _no_walls(cells: Indices, darkness: Darkness) -> Walls:
     none, pairs, shape = np.zeros(0), np.zeros((0, 2), dtype=np.int64), cells.shape
     void, width = np.full(shape, -1), np.full(shape, np.inf)
     inside = np.where(darkness.smooth < 0.5, 1.0, -1.0)
-    return Walls(pairs, none, none, 0.0, 0.0, none.astype(np.bool_), void, darkness.smooth > 0.5, width, inside, void)
+    return Walls(pairs, none, none, 0.0, 0.0, none.astype(np.bool_), void, darkness.smooth > 0.5, width, inside)
 
 
 def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: float) -> Array:
@@ -192,8 +184,8 @@ def outlines(cells: Indices, inside: Array) -> list[Array]:
 
     The outline of pixels is longer than that of the droplet by steps of a pixel, however fine they are; its first modes
     hold flats and corners but not the steps. More modes hold more of the corners, and more of the noise: outlines of a
-    packing at rho = 0.95, with rims and without noise, lose 0.009 of A with 8 modes and 0.004 with 16, but in the good
-    pictures of `micrograph_errors.csv` errors of A are -0.010 to 0.018 with 8 modes, -0.008 to 0.020 with 10, and pass
+    packing at rho = 0.95, with rims and without noise, lose 0.009 of A with 8 modes and 0.004 with 16, but in good
+    rendered pictures errors of A are -0.010 to 0.018 with 8 modes, -0.008 to 0.020 with 10, and pass
     0.024 with 16.
 
     Returns:

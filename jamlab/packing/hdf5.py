@@ -137,16 +137,8 @@ def read_all(path: FilePath) -> list[Packing]:
         return [_packing(path, file, frame) for frame in range(_count(file))]
 
 
-@checked
 def read_observables(path: FilePath) -> dict[str, Array]:
-    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`.
-
-    Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> jamlab.write("packing.h5", [p], {"z": [jamlab.contacts(p).z]})
-        >>> jamlab.read_observables("packing.h5")["z"].shape
-        (1,)
-    """
+    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
     with opened(path) as file:
         return {name: dataset(element, "value", "f")[()] for name, element in file["observables"].items()}
 

@@ -6,8 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.checks import checked
-from jamlab.errors import InputError
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
 
 
@@ -27,34 +25,13 @@ def polygon_areas(positions: Array, offsets: Indices) -> Array:
 _doubtful_outlines = kernel("doubtful_outlines", INTEGER, INTEGERS, REALS, FLAGS)
 
 
-@checked
 def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Polygons whose outline crosses itself; edges shrunk to rounding size do not count.
+    """(m,) polygons whose outline crosses itself, ascending; edges shrunk to rounding size do not count. Arguments as
+    in `Packing`.
 
     Contacts keep different polygons apart, but nothing in the energy of Boromand et al. keeps a polygon from folding
     over itself. A minimiser can do that far above onset or with weak line tension; no such state is a packing.
-
-    Args:
-        positions: (n_vertices, 2) float64, each polygon whole, as in `Packing.positions`.
-        offsets: (n + 1,) int64, as in `Packing.offsets`.
-
-    Returns:
-        (m,) int64, ascending.
-
-    Raises:
-        InputError: shapes that are not these, or offsets that do not cut the vertices into polygons.
-
-    Example:
-        >>> bow = np.array([[1.0, 1.0], [2.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
-        >>> square = bow[[0, 2, 1, 3]] + 2
-        >>> jamlab.self_crossings(np.vstack([square, bow]), np.array([0, 4, 8]))
-        array([1])
     """
-    positions, offsets = np.asarray(positions), np.asarray(offsets)
-    if positions.ndim != 2 or positions.shape[1] != 2 or offsets.ndim != 1 or len(offsets) < 1:
-        raise InputError(f"positions {positions.shape} and offsets {offsets.shape}: must be (vertices, 2) and (n + 1,)")
-    if offsets[0] != 0 or offsets[-1] != len(positions) or (np.diff(offsets) < 3).any():
-        raise InputError(f"offsets: must rise from 0 to {len(positions)}, the number of vertices, by 3 or more")
     positions, offsets = np.ascontiguousarray(positions, float), np.ascontiguousarray(offsets, np.int64)
     doubtful = np.empty(len(offsets) - 1, dtype=bool)
     if not _doubtful_outlines(len(doubtful), offsets, positions, doubtful):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.free_droplets import free_droplets
-from jamlab.rheology.reduced_model import SETTINGS, KrylovSettings, reduce
+from jamlab.rheology.reduced_model import reduce
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
@@ -118,7 +117,6 @@ def complex_modulus(
     direction: Direction = "simple",
     prestress: bool = True,
     method: str = "auto",
-    settings: KrylovSettings = SETTINGS,
 ) -> ComplexModulus:
     """G*(omega) of a packing under shear; rattlers are left out.
 
@@ -134,7 +132,6 @@ def complex_modulus(
         method: "reduced": rational Krylov space of about a dozen real factorisations for all frequencies. "direct": one
             complex factorisation per frequency, as in the paper. "dense": the whole relaxation spectrum, up to 1024
             sites. "auto": "dense" for small packings, else "reduced".
-        settings: numbers of the search for shifts, of method "reduced".
 
     Warns:
         JamlabWarning: G_xy, the static modulus, is negative: the packing would shear by itself.
@@ -153,9 +150,7 @@ def complex_modulus(
         >>> bool((s.error_bound < 1e-6).all())
         True
     """
-    found = linear_modulus(
-        packing, omega, damping, direction=direction, prestress=prestress, method=method, settings=settings
-    )
+    found = linear_modulus(packing, omega, damping, direction=direction, prestress=prestress, method=method)
     warn_of_negative(found.g0, stacklevel=5)
     return found
 
@@ -174,7 +169,6 @@ def linear_modulus(
     direction: Direction = "simple",
     prestress: bool = True,
     method: str = "auto",
-    settings: KrylovSettings = SETTINGS,
 ) -> ComplexModulus:
     """`complex_modulus` without its warning, for those who look at g0 themselves."""
     check_choice("method", method, METHODS)
@@ -187,8 +181,7 @@ def linear_modulus(
     limits = find_limits(motion)
     if method == "auto":
         method = "dense" if motion.moving <= _SMALL else "reduced"
-    reduced: _Solve = partial(_solve_reduced, settings=settings)
-    solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": reduced}[method]
+    solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
     modulus, error, elements = solve(motion, limits, frequencies)
     modulus = modulus + free.modulus(frequencies)
     unit = packing.unit_names.stress
@@ -258,8 +251,8 @@ def _solve_dense(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Sol
     return elements.modulus(omega), _estimate_rounding(motion, limits, found, basis, elements, omega), elements
 
 
-def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings) -> _Solution:
-    model = reduce(motion, limits, omega, settings)
+def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
+    model = reduce(motion, limits, omega)
     rounding = _estimate_rounding(motion, limits, model.modes, model.basis, model.spectrum, omega)
     return model.spectrum.modulus(omega), model.missing + rounding, model.spectrum
 

@@ -17,47 +17,16 @@ from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpect
 from jamlab.rheology.rounding_error import larger_relative
 from jamlab.rheology.slow_and_fast_limits import Limits
 
-
-@dataclass(frozen=True)
-class KrylovSettings:
-    """Numbers of the search for shifts. They steer its cost; what it misses shows in `ReducedModel.missing`.
-
-    Attributes:
-        steps: Krylov steps at a shift. With one the search may stop too early; with more it factorises less often, and
-            a factorisation costs as much as ten solves.
-        tolerance: relative error of G' and of G'' at which the search ends; of the size of the rounding error near
-            onset, 1e-10 to 1e-8.
-        quiet: updates in a row that change less than the tolerance and so end the search: one alone may be a shift
-            that happened to add nothing.
-        safety: factor on what the next update is expected to change, its residual times the most that any update has
-            changed for its own. That ends the search as well, after more updates than `quiet`.
-        most_shifts: limit of the search; two to six are used over ten decades.
-        per_decade: candidates for the next shift, in each decade of frequency.
-        margin: candidates reach this factor beyond the frequencies asked for: a Maxwell element is a decade wide and
-            a half on either side.
-        sketch: rows of the random projection by which residuals are compared; lengths err by sqrt(2/sketch), 3 %.
-        dependent: part of a new vector outside the space that is still a direction, not the rounding of ten thousand
-            products.
-
-    Example:
-        >>> p = jamlab.pack(n=16, pressure=1e-2, seed=1)
-        >>> often = jamlab.KrylovSettings(tolerance=1e-11, quiet=3)
-        >>> jamlab.complex_modulus(p, [0.01, 1.0], method="reduced", settings=often).method
-        'reduced'
-    """
-
-    steps: int = 12
-    tolerance: float = 1e-9
-    quiet: int = 2
-    safety: float = 10.0
-    most_shifts: int = 60
-    per_decade: int = 6
-    margin: float = 30.0
-    sketch: int = 2048
-    dependent: float = 1e-12
-
-
-SETTINGS = KrylovSettings()
+# they steer the cost; what the search misses shows in `ReducedModel.missing`
+STEPS = 12  # Krylov steps at a shift: with one the search may stop too early; a factorisation costs ten solves
+TOLERANCE = 1e-9  # relative error of G' and G'' at which the search ends; rounding near onset is 1e-10 to 1e-8
+QUIET = 2  # updates in a row below it that end the search: one alone may be a shift that happened to add nothing
+SAFETY = 10.0  # factor on what the next update may change, its residual times the most that any has changed for its own
+MOST_SHIFTS = 60  # two to six are used over ten decades
+PER_DECADE = 6  # candidates for the next shift
+MARGIN = 30.0  # candidates reach this factor beyond the frequencies: a Maxwell element is a decade wide
+SKETCH = 2048  # rows of the random projection by which residuals are compared; lengths err by sqrt(2/2048), 3 %
+DEPENDENT = 1e-12  # part of a new vector outside the space that is a direction, not the rounding of 10 000 products
 
 
 @dataclass(frozen=True)
@@ -72,21 +41,20 @@ class ReducedModel:
     missing: float
 
 
-def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings = SETTINGS) -> ReducedModel:
+def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedModel:
     """Reduce an equation of motion to the few coordinates that its response needs. `motion`: equation of motion;
-    `limits`: its limits; `omega`: (f,) positive frequencies at which the model is wanted; `settings`: numbers of the
-    search for shifts."""
-    space = _Space(motion, limits, settings)
+    `limits`: its limits; `omega`: (f,) positive frequencies at which the model is wanted."""
+    space = _Space(motion, limits)
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
-    candidates = _place_candidates(omega, settings)
+    candidates = _place_candidates(omega)
     solver = limits.solver
     shifts, changes = list[float](), list[float]()
     missing, gain = np.inf, 0.0
     model, found = space.model()
     before = model.modulus(omega)
     residual = space.residual(candidates, model, found)
-    while missing > settings.tolerance and len(candidates):
-        if len(shifts) == settings.most_shifts:
+    while missing > TOLERANCE and len(candidates):
+        if len(shifts) == MOST_SHIFTS:
             raise ConvergenceError(
                 f"G*(omega) still changes by {changes[-1]:.2g} after {len(shifts)} shifts: use method='direct'"
             )
@@ -97,7 +65,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: Kry
         solver.factorise(shift)
         vector = start
         chain = []
-        for _ in range(settings.steps):
+        for _ in range(STEPS):
             vector = solver.solve(vector)
             chain.append(vector)
             vector = _without_torques(motion, motion.b_qq @ vector)
@@ -109,10 +77,10 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: Kry
         before = after
         residual = space.residual(candidates, model, found)
         gain = max(gain, changes[-1] / largest if largest else 0.0)
-        if len(changes) >= settings.quiet:
-            missing = max(changes[-settings.quiet :])
-        if len(changes) > settings.quiet:
-            missing = min(missing, settings.safety * gain * float(residual.max(initial=0.0)))
+        if len(changes) >= QUIET:
+            missing = max(changes[-QUIET :])
+        if len(changes) > QUIET:
+            missing = min(missing, SAFETY * gain * float(residual.max(initial=0.0)))
     solver.forget()
     return ReducedModel(model, found, space.basis, np.array(shifts), missing)
 
@@ -124,29 +92,28 @@ def _without_torques(motion: EquationOfMotion, load: Array) -> Array:
     return forces
 
 
-def _place_candidates(omega: Array, settings: KrylovSettings) -> Array:
-    low, high = omega.min() / settings.margin, omega.max() * settings.margin
-    return np.geomspace(low, high, 1 + int(np.ceil(settings.per_decade * np.log10(high / low))))
+def _place_candidates(omega: Array) -> Array:
+    low, high = omega.min() / MARGIN, omega.max() * MARGIN
+    return np.geomspace(low, high, 1 + int(np.ceil(PER_DECADE * np.log10(high / low))))
 
 
 class _Space:
     """Orthonormal basis that grows, with K and B projected on it."""
 
-    def __init__(self, motion: EquationOfMotion, limits: Limits, settings: KrylovSettings) -> None:
-        self._dependent = settings.dependent
+    def __init__(self, motion: EquationOfMotion, limits: Limits) -> None:
         self._motion = motion
         self._limits = limits
         self._x = limits.fast - limits.slow
         # a random projection keeps the lengths of forces to some per cent and is much shorter than they are
         rng = np.random.default_rng(0)
         signs = rng.choice([-1.0, 1.0], motion.moving)
-        places = (rng.integers(settings.sketch, size=motion.moving), np.arange(motion.moving))
-        self._sketch = sparse.coo_array((signs, places), shape=(settings.sketch, motion.moving)).tocsr()
+        places = (rng.integers(SKETCH, size=motion.moving), np.arange(motion.moving))
+        self._sketch = sparse.coo_array((signs, places), shape=(SKETCH, motion.moving)).tocsr()
         # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
         drag = (motion.b_qq @ limits.slow + motion.b_qg)[: motion.moving, None]
         self._forces = self._sketch @ drag
         # room for all; the system gives memory to what is written
-        self._columns = np.empty((motion.size, 1 + settings.steps * settings.most_shifts), order="F")
+        self._columns = np.empty((motion.size, 1 + STEPS * MOST_SHIFTS), order="F")
         self._size = 0
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
@@ -162,7 +129,7 @@ class _Space:
             new = self._columns[:, before : self._size]
             rest = vector - new @ (new.T @ vector)
             left = float(np.linalg.norm(rest))
-            if left > self._dependent * length:
+            if left > DEPENDENT * length:
                 rest = rest / left
                 for basis in (old, new):
                     rest -= basis @ (basis.T @ rest)

@@ -1,12 +1,8 @@
-"""Disks in files of other programs and groups: tables, arrays, extended xyz, H5MD, and packings as they are published.
+"""Disks in files of other programs and groups: tables, arrays, extended xyz and H5MD.
 
 Tables (CSV) and arrays (NPY) have columns x, y and radius or diameter, and no box. Extended xyz (freud, OVITO, ASE)
 has `Lattice` and `Properties`. H5MD (https://www.nongnu.org/h5md/h5md.html) has one group of particles with position,
-image, id, species, radius or diameter, and a box of lengths or vectors, each fixed or by frame. Leiden
-(github.com/vanheckelab/jambashbulk) writes one block a state: `N = , L = , L1= { , } , L2= { , } , P = , P0= ,` and
-rows `x , y , R ,` in braces, of disks with energy (k/2)(R_i + R_j - r)^2, k = 1, in boxes sheared until stable.
-Goodrich and Liu, as jax-md ships them (2d_*.nc, netCDF 4, which is HDF5), have one row a packing: `pos` in units of the
-box, `rad` and `box`, energy (eps/2)(1 - r/s)^2, eps = 1.
+image, id, species, radius or diameter, and a box of lengths or vectors, each fixed or by frame.
 """
 
 import re
@@ -18,7 +14,7 @@ import h5py
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError
 from jamlab.storage.verified_file import FilePath, dataset, read_hdf5
 from jamlab.trajectories.columns import DAMAGE, Columns, damage_named, rounding, rounding_of, text_of
 from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, plane_box
@@ -34,11 +30,6 @@ _XYZ_KEYS = {"Lattice", "Properties", "pbc", "units", "Origin"}
 _XYZ_COLUMNS = {"species", "type", "pos", *SIZE_NAMES, "id", "velo", "vel", "velocities", "force", "forces", "mass"}
 _H5MD = {"position", "box", "image", "id", "species", *SIZE_NAMES, "velocity", "force", "mass", "charge"}
 _H5MD_GROUPS = {"h5md", "particles", "observables"}  # `observables` hold results, not the state
-_HEAD = re.compile(
-    r"N\s*=\s*(?P<n>\d+)\s*,\s*L\s*=.*?L1\s*=\s*\{(?P<first>[^}]*)\}\s*,\s*L2\s*=\s*\{(?P<second>[^}]*)\}"
-    r"(?:\s*,\s*P\s*=\s*(?P<pressure>[^,]+))?"
-)
-_NETCDF = {"pos": 2, "rad": 1, "box": 4}  # names -> numbers a particle, or of the box
 _NUMBERS = "fiu"  # kinds of numpy
 
 
@@ -164,67 +155,13 @@ def _floats(words: Sequence[str], count: int, what: str) -> Array:
     return values
 
 
-# packings of the Leiden group -----------------------------------------------------------------------------------------
-
-
-def is_leiden(path: FilePath) -> bool:
-    """Whether a text file begins like a packing of the Leiden group."""
-    try:
-        with text_of(path) as file:
-            lines = (line for line in islice(file, 50) if line.strip() and not line.startswith("#"))
-            return _HEAD.match(next(lines, "")) is not None
-    except StorageError:
-        return False
-
-
-def read_leiden(path: FilePath) -> Iterator[Sites]:
-    """Read the states of a text file of the Leiden group, in units of `k` and of its own length."""
-    with text_of(path) as file:
-        lines = (line.strip() for line in file)
-        block = 0
-        for line in lines:
-            if not line or line.startswith("#"):
-                continue
-            head = _HEAD.match(line)
-            if head is None:
-                raise ValueError(f"block {block}: {line[:40]!r} stands where N, L1 and L2 should")
-            if next(lines, "") != "{":
-                raise ValueError(f"block {block}: no brace opens the list of disks")
-            yield _leiden_block(lines, head, block)
-            block += 1
-
-
-def _leiden_block(lines: Iterator[str], head: re.Match[str], block: int) -> Sites:
-    n, pressure, rows = int(head["n"]), head["pressure"], []
-    for line in lines:
-        if line == "}":
-            break
-        rows.append([word.strip() for word in line.rstrip(", \t").split(",")])
-    else:
-        raise ValueError(f"block {block}: the list of disks has no end after {len(rows)} of {n}")
-    if len(rows) != n:
-        raise ValueError(f"block {block}: {len(rows)} rows of x, y, R, {n} expected")
-    edges = [[word.strip() for word in head[name].split(",")] for name in ("first", "second")]
-    box = np.array([_floats(words, 2, f"block {block}: lattice vector") for words in edges])
-    return Columns.of_rows(rows, {"x": 0, "y": 1, "radius": 2}, 3).disks(
-        box,
-        rounding([*edges[0], *edges[1]], box, chosen=True),
-        deck=True,
-        entries={"units": "k", "k": 1.0, "ensemble": "shear-stabilized"},
-        provenance={} if pressure is None else {"pressure in the file": float(pressure)},
-        unread=re.findall(r"(\w+)\s*=", head.string[head.end() :]),
-    )
-
-
 # HDF5 -----------------------------------------------------------------------------------------------------------------
 
 
 def kind_of_hdf5(path: FilePath) -> str:
-    """What an HDF5 file is: "netcdf", "h5md" of another program, or "hdf5" of jamlab."""
+    """What an HDF5 file is: "h5md" of another program, or "hdf5" of jamlab."""
     try:
         with read_hdf5(path) as file:
-            if "_NCProperties" in file.attrs and "jamlab" not in str(file.attrs.get("schema", "")):
-                return "netcdf"
             if file.visititems_links(_leads_away) is not None:  # to what may never end
                 return "hdf5"
             creator = file["h5md/creator"].attrs.get("name", "") if "h5md/creator" in file else ""
@@ -236,32 +173,6 @@ def kind_of_hdf5(path: FilePath) -> str:
 
 def _leads_away(name: str, link: Any) -> str | None:
     return name if isinstance(link, h5py.ExternalLink) else None
-
-
-def read_netcdf(path: FilePath) -> Iterator[Sites]:
-    """Read the packings of a netCDF file as Goodrich and Liu wrote them, in units of `eps`."""
-    with damage_named(path), read_hdf5(path) as file:
-        if missing := [name for name in _NETCDF if name not in file]:
-            raise InputError(
-                f"a netCDF file of another kind than that of Goodrich and Liu: it has {', '.join(file) or 'nothing'}, "
-                f"but not {', '.join(missing)}"
-            )
-        count, n = dataset(file, "rad", "f", (None, None)).shape
-        arrays = {
-            name: np.asarray(dataset(file, name, "f", (count, each if name == "box" else n * each))[()], np.float64)
-            for name, each in _NETCDF.items()
-        }
-        if not all(np.isfinite(values).all() for values in arrays.values()):
-            raise ValueError("a number is not finite")
-        unread = [name for name in file if name not in _NETCDF and "_Netcdf4Dimid" not in file[name].attrs]
-        error = sum(rounding_of(file[name].dtype, values) for name, values in arrays.items())
-        for pos, rad, cell in zip(arrays["pos"], arrays["rad"], arrays["box"], strict=True):
-            box = cell.reshape(2, 2).T  # the file has lattice vectors as columns
-            x, y = (pos.reshape(-1, 2) @ box).T
-            law = {"units": "eps", "eps": 1.0}
-            off = error * max(1.0, float(np.abs(box).sum(axis=0).max()))
-            columns = Columns({"x": x, "y": y, "radius": rad})
-            yield columns.disks(box, off, deck=True, entries=law, unread=unread)
 
 
 def read_h5md(path: FilePath, frame: int | None) -> Iterator[tuple[int, Sites]]:

@@ -1,4 +1,4 @@
-"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, files of other groups."""
+"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, xyz, H5MD, tables."""
 
 from __future__ import annotations
 
@@ -22,9 +22,8 @@ from jamlab.trajectories.columns import COMPRESSED, damage_named
 from jamlab.trajectories.sites import Radii
 
 _READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files, each frame with a method `packing`
-    **{"data": lammps_data.read_data, "dump": lammps_data.read_dump, "leiden": disk_files.read_leiden},
+    **{"data": lammps_data.read_data, "dump": lammps_data.read_dump},
     **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "npy": disk_files.read_npy},
-    **{"netcdf": disk_files.read_netcdf},
 }
 _ENDINGS: dict[str, tuple[str, ...]] = {
     **{"data": FORMATS["data"].endings, "dump": FORMATS["dump"].endings, "xyz": (".xyz", ".extxyz")},
@@ -46,10 +45,10 @@ def read(
 ) -> Packing:
     """Read one frame, by default the last; negative numbers count from the end.
 
-    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. Packings of
-    other groups are read as they publish them: text of the Leiden group, netCDF of Goodrich and Liu, extended xyz,
-    H5MD. Tables hold disks without a box: text (`.csv`) of named columns x, y and radius or diameter, and arrays
-    (`.npy`) with rows of x, y, radius. Text may be compressed (`.gz`, `.bz2`, `.xz`).
+    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. Those of
+    other programs are read too, and extended xyz and H5MD. Tables hold disks without a box: text (`.csv`) of named
+    columns x, y and radius or diameter, and arrays (`.npy`) with rows of x, y, radius. Text may be compressed (`.gz`,
+    `.bz2`, `.xz`).
 
     For files of other programs give what they lack: parameters found nowhere have the defaults of the decks, and
     their names stand in `provenance["assumed"]`; names in the file that jamlab does not understand stand in
@@ -142,12 +141,10 @@ def _kind(path: FilePath) -> str:
     kind = _KIND_OF.get(ending, begins_as(path))
     if kind and not (compressed and kind in _BINARY):
         return kind
-    if disk_files.is_leiden(path):
-        return "leiden"
     if (compressed or ending not in ("", *FORMATS["packings"].endings)) and file.is_file():
         raise StorageError(
-            f"{path} is of no kind that is read: give HDF5 of jamlab, H5MD, {', '.join(_KIND_OF)}, packings of other "
-            f"groups, or text of these with {', '.join(COMPRESSED)}; pictures go to `analyze`"
+            f"{path} is of no kind that is read: give HDF5 of jamlab, H5MD, {', '.join(_KIND_OF)}"
+            f", or text of these with {', '.join(COMPRESSED)}; pictures go to `analyze`"
         )
     return "hdf5"  # its reader refuses other files with a reason
 

@@ -1,8 +1,9 @@
 """Charts of moduli: the static shear modulus, and G*(omega) by every solver."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from contextlib import ExitStack
 from functools import partial
+from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,10 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
+from jamlab.rheology import reduced_model
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.equation_of_motion import equation_of_motion
-from jamlab.rheology.reduced_model import SETTINGS
 from studies.speed_accuracy.chart import Chart, Panel, Trial
 
 _N, DROPLETS = 64, 8
@@ -93,7 +94,7 @@ _SPECTRUM_SIZES = (64, 256)
 _SPECTRUM_PRESSURE = 1e-3
 _OMEGA = np.geomspace(1e-8, 1e2, 31)
 _SHIFT_TOLERANCES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
-_KRYLOV_STEPS = sorted({1, 2, 5, 10, SETTINGS.steps})
+_KRYLOV_STEPS = sorted({1, 2, 5, 10, reduced_model.STEPS})
 _REFINEMENTS = 5
 
 
@@ -119,15 +120,23 @@ def measure_spectrum(name: str, packing: Packing, damping: Damping) -> Iterator[
     exact, unsure = refined_modulus(packing, _OMEGA, damping)
 
     panel = Panel(name, exact, unsure, _off_both, {"runs": 2, "budget": 0.1})
-    ways = [("dense", "dense", "", SETTINGS), ("direct", "direct", "", SETTINGS)]
+    ways: list[tuple[str, str, str, dict[str, float]]] = [("dense", "dense", "", {}), ("direct", "direct", "", {})]
     for tolerance in _SHIFT_TOLERANCES:
-        settings = replace(SETTINGS, tolerance=tolerance, quiet=1)
-        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", settings))
+        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", {"TOLERANCE": tolerance, "QUIET": 1}))
     for steps in _KRYLOV_STEPS:
-        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", replace(SETTINGS, steps=steps)))
-    for method, way, setting, settings in ways:
-        run = partial(complex_modulus, packing, _OMEGA, damping, method=method, settings=settings)
-        yield panel.trial(way, setting, run, method == chosen and setting in ("", f"{SETTINGS.steps} steps"))
+        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", {"STEPS": steps}))
+    usual = ("", f"{reduced_model.STEPS} steps")
+    for method, way, setting, numbers in ways:
+        run = partial(_modulus_with, numbers, packing, damping, method)
+        yield panel.trial(way, setting, run, method == chosen and setting in usual)
+
+
+def _modulus_with(numbers: dict[str, float], packing: Packing, damping: Damping, method: str) -> ComplexModulus:
+    """G* with other numbers of the search for shifts."""
+    with ExitStack() as changed:
+        for name, value in numbers.items():
+            changed.enter_context(patch.object(reduced_model, name, value))
+        return complex_modulus(packing, _OMEGA, damping, method=method)
 
 
 def _off_both(s: ComplexModulus, exact: Complex) -> float:

@@ -14,6 +14,7 @@ from commands import call
 
 import jamlab
 from jamlab.cli.main import app
+from jamlab.packing.hdf5 import read_observables
 from studies.reference_data import example_file
 
 MODULE = [sys.executable, "-m", "jamlab.cli"]
@@ -235,7 +236,7 @@ def test_demo_small(tmp_path):
         packings = jamlab.read_all(out / f"{model}.h5")
         assert abs(jamlab.packing_fraction(packings[-1]) - 0.88) < 1e-6
         assert all(p.max_force <= limit for p in packings)
-        assert f"{jamlab.read_observables(out / f'{model}.h5')['z'][-1]:.4f}" in done.stdout
+        assert f"{read_observables(out / f'{model}.h5')['z'][-1]:.4f}" in done.stdout
 
 
 def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):

@@ -18,6 +18,7 @@ from jamlab.cli.campaign import _describe
 from jamlab.cli.flow import make_job
 from jamlab.cli.interruption import KeptStates
 from jamlab.cli.main import app
+from jamlab.packing.hdf5 import read_observables
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +168,7 @@ def test_the_same_command_resumes_a_sweep(tmp_path, onset, more, monkeypatch):
     assert call(tmp_path, *words).exit_code == 1  # it is whole
     jamlab.write(sweep, resumed)  # interrupted while states were measured
     monkeypatch.setattr("jamlab.engine.session.Session.__init__", lambda *_, **__: pytest.fail("a state was made"))
-    assert call(tmp_path, *words).exit_code == 0 and len(jamlab.read_observables(sweep)["z"]) == len(whole)
+    assert call(tmp_path, *words).exit_code == 0 and len(read_observables(sweep)["z"]) == len(whole)
     with pytest.raises(jamlab.InputError):
         jamlab.compress(onset, 0.9, 0.01, after=jamlab.read_all(sweep)[2:])
 

@@ -152,3 +152,15 @@ def test_positions_that_no_box_holds_are_refused(random_disks):
     object.__setattr__(start, "positions", far)
     with pytest.raises(EngineError):
         fire_disks(start, 1e-9, 10)
+
+
+@pytest.mark.parametrize("ranks", [0, -2, True, 1.5, "2", None])
+def test_bad_numbers_of_threads_are_refused_before_anything_runs(ranks):
+    with pytest.raises(jamlab.InputError) as caught:
+        jamlab.pack(8, 1e-2, ranks=ranks)
+    assert repr(ranks) in str(caught.value)
+
+
+def test_droplets_take_one_rank(random_polygons):
+    with pytest.raises(jamlab.InputError):
+        jamlab.Session(random_polygons(), ranks=2)

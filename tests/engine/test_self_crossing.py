@@ -10,6 +10,7 @@ import shapely
 
 import jamlab
 from jamlab.kernels.installed_files import installed
+from jamlab.packing.outlines import self_crossings
 
 DECK = """
 {variables}
@@ -38,7 +39,7 @@ def bow_tie():
 def test_a_bow_tie_is_found_and_refused():
     """Its area is positive, so the order of its vertices alone does not tell."""
     positions, offsets = bow_tie()
-    assert jamlab.self_crossings(positions, offsets).tolist() == [1]
+    assert self_crossings(positions, offsets).tolist() == [1]
     law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": [1.0, 1.0]}
     with pytest.raises(jamlab.SelfCrossingError, match="polygon 1"):
         jamlab.Packing("dp", 5 * np.eye(2), positions, law, offsets=offsets)
@@ -59,16 +60,16 @@ def test_random_outlines_are_judged_as_by_shapely(grid):
     valid = shapely.is_valid(shapely.polygons(rings))
     assert 0.1 < valid.mean() < 0.9
     valid |= shapely.is_valid(shapely.remove_repeated_points(shapely.polygons(rings), 1e-12 * np.ptp(corners)))
-    assert jamlab.self_crossings(corners, offsets).tolist() == np.flatnonzero(~valid).tolist()
+    assert self_crossings(corners, offsets).tolist() == np.flatnonzero(~valid).tolist()
 
 
 @pytest.mark.parametrize("vertices", [3, 17, 400, 3000])
 def test_simple_outlines_of_any_size(vertices):
     turn = 2 * np.pi * np.arange(vertices) / vertices
     star = (1 + 0.3 * np.cos(vertices // 3 * turn))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
-    assert not len(jamlab.self_crossings(star, np.array([0, vertices])))
+    assert not len(self_crossings(star, np.array([0, vertices])))
     star[[0, vertices // 2]] = star[[vertices // 2, 0]]
-    crossed = jamlab.self_crossings(star, np.array([0, vertices])).tolist()
+    crossed = self_crossings(star, np.array([0, vertices])).tolist()
     assert crossed == ([0] if vertices > 3 else [])
 
 
@@ -98,7 +99,7 @@ def test_the_decks_stop_at_a_polygon_that_crosses_itself(random_polygons, tmp_pa
     vertex = p.offsets[3] + 2
     other = p.positions.copy()
     other[vertex] += (1.15 if through else -0.1) * 2 * (p.positions[ring].mean(axis=0) - other[vertex])
-    assert jamlab.self_crossings(other, p.offsets).tolist() == ([3] if through else [])
+    assert self_crossings(other, p.offsets).tolist() == ([3] if through else [])
     wide = p.with_state(box=2 * p.box)
     for place in (0.0, 0.5):  # centred on the corner of the box, or where ranks meet
         moved = p.positions - p.positions[ring].mean(axis=0) + place * wide.box.sum(axis=0)

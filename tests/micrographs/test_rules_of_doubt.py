@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.micrographs import droplet_sources, micrograph, quality
+from jamlab.micrographs import micrograph, quality
 from jamlab.micrographs.picture_numbers import Mean
-from jamlab.micrographs.ring_segmentation import Candidates
 
 pytest.importorskip("skimage")
 
@@ -37,7 +36,7 @@ def odd(values, value):
 
 
 WALLS, CONTACTS = {"rho", "z", "shape_rim", "voids"}, {"z", "voids"}
-CONCERNS = dict.fromkeys(("small", "rings", "open edge", "loose"), WALLS) | dict.fromkeys(
+CONCERNS = dict.fromkeys(("small", "open edge", "loose"), WALLS) | dict.fromkeys(
     ("labels apart", "z", "z, blind"), CONTACTS
 )
 RULES = {
@@ -51,18 +50,11 @@ RULES = {
     "small": ("segments", {"radius": 7.0}),
     "wide films": ("walls", {"film": 2.5}),
     "labels apart": ("walls", {"film": 5.0}),
-    "annotated": ("droplets", {"annotated": 0.2}),
-    "rings": ("droplets", {"contrast": "ring"}),
     "not round": ("checks", lambda c: {"roundness": odd(c.roundness, 0.5)}),
-    "torn labels": ("droplets", {"pieces": 2}),
     "mean roundness": ("checks", lambda c: {"roundness": np.full_like(c.roundness, 0.79)}),
-    "open border": ("checks", lambda c: {"closed": odd(c.closed, 0.0)}),
-    "no peak": ("checks", lambda c: {"radii": odd(c.radii, 200.0)}),
-    "unstable": ("checks", {"unstable": 9}),
     "loose": ("checks", lambda c: {"loose": int(c.whole.sum())}),
     "z": ("checks", {"z": (5.0, 4.5, 5.2), "blind": 0.0}),
     "z, blind": ("checks", {"z": (5.0, 4.9, 5.2), "blind": 0.1}),
-    "gap in a wall": ("checks", {"widest": 1.2}),
     "unsure": ("checks", {"unsure": 3}),
     "open edge": ("checks", {"open_edge": 1.0}),
     "rho": ("checks", lambda c: {"rho_by_pixels": c.rho - 0.05}),
@@ -106,22 +98,3 @@ def test_few_droplets_are_doubted(count, change):
     assert quality.doubt_few(40, {name: Mean(1.0, 0.001, 40) for name in means}) == []
     (found,) = quality.doubt_few(count, means)
     assert found.numbers == (change.keys() or {"rho", "z", "shape_rim"})
-
-
-ROUND_RINGS = Candidates(np.full(50, 6.0), np.full(50, 400.0), np.ones(50, dtype=bool), 50)
-
-
-@pytest.mark.parametrize(("odds", "taken"), [(-1.5, 50), (0.0, 60)], ids=["missed", "false"])
-def test_rings_that_may_be_none_and_none_that_may_be_rings_are_told(odds, taken):
-    """Ten more of chance q: the count may be off by 10 q or 10 (1 - q), and scatters by sqrt(10 q (1 - q))."""
-    more = Candidates(
-        np.append(ROUND_RINGS.odds, np.full(10, odds)), np.full(60, 400.0), np.ones(60, dtype=bool), taken
-    )
-    sure, chance = 1 / (1 + np.exp([-6.0, -odds]))
-    shift = abs(-50 * (1 - sure) + 10 * (chance if taken == 50 else chance - 1))
-    scatter = droplet_sources.RING_SIGMAS * np.sqrt(50 * sure * (1 - sure) + 10 * chance * (1 - chance))
-    errors = droplet_sources.ring_errors(more, more.areas[:taken], 0.5, 40_000)
-    assert errors["count"] == pytest.approx(droplet_sources.RING_COUNT + shift + scatter)
-    small = replace(more, areas=np.where(np.arange(60) < 50, 400.0, 12.0))  # below the limit of detection
-    plain = droplet_sources.ring_errors(ROUND_RINGS, ROUND_RINGS.areas, 0.5, 40_000)["count"]
-    assert droplet_sources.ring_errors(small, small.areas[:50], 0.5, 40_000)["count"] == pytest.approx(plain)

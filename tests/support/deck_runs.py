@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import jamlab
-from jamlab.engine.mpi_ranks import law_settings
+from jamlab.engine.deck_defaults import law_settings
 from jamlab.kernels.installed_files import installed
 
 LMP = Path(sys.executable).parent / "lmp"

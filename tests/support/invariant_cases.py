@@ -343,7 +343,6 @@ CASES = {
     "edge_lengths": Case(_one(jamlab.edge_lengths, (LENGTH, SET)), models=("dp",)),
     "elastic_tensor": Case(_elastic),
     "evaluate": Case(_evaluated),
-    "exact_method": Case(_one(lambda p: _coded(jamlab.exact_method(p)))),
     "flow_curve": Case(
         _one(lambda p: jamlab.flow_curve(p, [1.0], strain=1.2, discard=0.1).stress, STRESS),
         FLOW,
@@ -423,7 +422,6 @@ CASES = {
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(("write", "write_data", "write_dump", "write_page"), "files hold what the packing holds"),
-    "geometry_figure": "a picture on axes in the units of the packing",
     "universe": "coordinates as they are",
     "flow_cost": "seconds",
 }

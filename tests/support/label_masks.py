@@ -89,7 +89,7 @@ def _truth(packing: Packing, owner: Indices, particle: Indices) -> dict[str, flo
     degree = np.bincount(bearing.ravel(), minlength=packing.n)
     held = particle[whole][~network.rattlers[particle[whole]]]
     known = {"count": float(len(whole)), "area": float(areas.mean()), "rho": packing_fraction(packing)}
-    known |= {"interior_fraction": known["rho"], "z": float(degree[held].mean())}
+    known["z"] = float(degree[held].mean())
     if packing.model == "dp":
         known["shape_rim"] = float(shape_factors(packing, rim=True)[particle[whole]].mean())
     return known

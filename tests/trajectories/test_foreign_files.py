@@ -70,28 +70,27 @@ def written(folder, kind, **digits):
     heads = {
         "csv": "x y r\n",
         "xyz": f'6\nLattice="{lx} 0 0 {xy} {ly} 0 0 0 1" Properties=pos:R:2:radius:R:1 k=2\n',
-        "txt": f"N = 6 , L = 4 , L1= {{ {lx} , 0 }} , L2= {{ {xy} , {ly} }} , P = 0.1 , P0= 0 ,\n{{\n",
         "dump": "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n6\nITEM: BOX BOUNDS xy xz yz pp pp pp\n"
         f"0 {wide} {xy}\n0 {ly} 0\n-0.5 0.5 0\nITEM: ATOMS id x y radius\n",
         "data": f"\n6 atoms\n1 atom types\n0 {lx} xlo xhi\n0 {ly} ylo yhi\n-0.5 0.5 zlo zhi\n{xy} 0 0 xy xz yz\n\n"
         "Atoms # sphere\n\n",
     }
-    rows = {"csv": "{x} {y} {r}", "xyz": "{x} {y} {r}", "txt": "{x} ,\t{y} ,\t{r} ,"}
+    rows = {"csv": "{x} {y} {r}", "xyz": "{x} {y} {r}"}
     rows |= {"dump": "{i} {x} {y} {r}", "data": "{i} 1 {d} 1.0 {x} {y} 0"}
     body = [rows[kind].format(i=k + 1, x=x[k], y=y[k], r=r[k], d=d[k]) for k in range(6)]
     path = folder / f"disks.{kind}"
-    path.write_text(heads[kind] + "\n".join(body) + "\n" + "}\n" * (kind == "txt"))
+    path.write_text(heads[kind] + "\n".join(body) + "\n")
     return path
 
 
-TEXTS = ("csv", "xyz", "txt", "dump", "data")
+TEXTS = ("csv", "xyz", "dump", "data")
 
 
 @pytest.mark.parametrize("part", ["position", "radius", "box"])
 @pytest.mark.parametrize("kind", TEXTS)
 def test_all_digits_arrive_and_few_are_noticed(tmp_path, kind, part):
     given = {"box": BOX} if kind == "csv" else {}
-    assert same(jamlab.read(written(tmp_path, kind), **given)) == (["P0"] if kind == "txt" else [])
+    assert same(jamlab.read(written(tmp_path, kind), **given)) == []
     p = jamlab.read(written(tmp_path, kind, **{part: 6}), **given)
     largest = {"position": POSITIONS, "radius": RADII, "box": BOX}[part].max()
     if (kind, part) != ("csv", "box"):
@@ -244,10 +243,6 @@ def test_damaged_files_raise_errors_of_jamlab_only(tmp_path, kind):
         ("a.xyz", "1\nProperties=pos:R:2:pos:R:2\n1 2 1 2\n", InputError),
         ("a.xyz", "1\nProperties=pos:R\n1 2\n", StorageError),
         ("a.xyz", "1\nLattice=1 Properties=pos:R:2\n1 2\n", StorageError),
-        ("a.txt", "N = 1 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n[\n", StorageError),
-        ("a.txt", "N = 1 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n{\n1 , 2 , 1 ,\n", StorageError),
-        ("a.txt", "N = 2 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n{\n1 , 2 , 1 ,\n}\n", StorageError),
-        ("a.txt", "N = 1 , L = 1 , L1= { 1 , 0 } , L2= { 0 , 1 }\n{\n1 , 2 , 1 ,\n}\nx\n", StorageError),
         ("a.gsd.gz", "x", StorageError),
     ],
 )

@@ -1,4 +1,4 @@
-"""Packings of other groups: what they say of themselves is what jamlab finds."""
+"""Packings of other groups: what they say of themselves is what jamlab finds; extended xyz."""
 
 import json
 import re
@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from published_packings import read_goodrich, read_leiden
 
 import jamlab
 from jamlab.engine.deck_defaults import defaults
@@ -22,10 +23,9 @@ GOODRICH = sorted(PUBLISHED.glob("2d_*.nc"))
 
 
 def test_leiden_packing_is_the_minimum_that_its_log_describes():
-    p = jamlab.read(LEIDEN)
+    p = read_leiden(LEIDEN)[0]
     e = jamlab.evaluate(p)
     assert (p.n, p.units, p.ensemble, p.rounding) == (16, "k", "shear-stabilized", 0.0)
-    assert p.provenance["unread"] == ["P0"]
     assert p.phi == pytest.approx(0.81494906634508249081, rel=1e-14)  # of logN16~P1e-3~0001.txt, as what follows
     assert e.energy == pytest.approx(1.0928358570711133750e-04, rel=1e-11)
     assert np.abs(e.forces).max() < 1e-14 and jamlab.contacts(p).z == 4.125
@@ -38,7 +38,7 @@ def sheared():
     lines = (PUBLISHED / "logN16~P1e-3~SR003~step007~0001.txt").read_text().splitlines()
     heading, *rows = [line.split() for line in lines if line[0] != "#"]
     columns = np.array([row[:17] for row in rows], dtype=float).T
-    return jamlab.read_all(SHEAR), dict(zip(heading, columns, strict=False))
+    return read_leiden(SHEAR), dict(zip(heading, columns, strict=False))
 
 
 def test_all_leiden_states_of_a_shear_through_a_contact_change(sheared):
@@ -68,7 +68,7 @@ def test_elastic_tensors_are_the_slopes_of_the_leiden_stress(sheared):
 
 @pytest.mark.parametrize("path", GOODRICH, ids=lambda path: path.stem)
 def test_goodrich_energies_stresses_and_elastic_tensors(path):
-    packings = jamlab.read_all(path)
+    packings = read_goodrich(path)
     with h5py.File(path) as file:
         energy, stress, tensor = (file[name][()] for name in ("Energy", "Stress", "Cijkl"))
     assert len(packings) == 10
@@ -79,23 +79,6 @@ def test_goodrich_energies_stresses_and_elastic_tensors(path):
         strain = 0.25 * (c + c.transpose(1, 0, 2, 3) + c.transpose(0, 1, 3, 2) + c.transpose(1, 0, 3, 2))
         found = [strain[i] for i in ((0,) * 4, (1,) * 4, (0, 1, 0, 1), (0, 0, 1, 1), (0, 0, 0, 1), (1, 1, 0, 1))]
         assert found == pytest.approx(tensor[k], abs=1e-7)
-
-
-def test_netcdf_boxes_have_lattice_vectors_as_columns(tmp_path):
-    """A sheared box: the energy is that of the plain sum over images only if rows and columns are not exchanged."""
-    positions, radii = np.array([0.1, 0.2, 0.5, 0.7, 0.8, 0.3]), np.array([0.2, 0.3, 0.25])
-    vectors = np.array([[1.0, 0.0], [0.4, 1.2]])
-    with h5py.File(tmp_path / "sheared.nc", "w") as file:
-        file.attrs["_NCProperties"] = "version=2"
-        file["pos"], file["rad"], file["box"] = positions[None], radii[None], vectors.T.reshape(1, 4)
-        file["Cijkl"] = np.ones((1, 6))
-    p = jamlab.read(tmp_path / "sheared.nc")
-    assert np.array_equal(p.box, vectors) and np.allclose(p.positions, positions.reshape(-1, 2) @ vectors)
-    assert (p.provenance["unread"], p.rounding) == (["Cijkl"], 0.0)
-    with h5py.File(tmp_path / "sheared.nc", "r+") as file:
-        del file["pos"]
-        file["pos"] = positions[None].astype("f4")
-    assert 1e-8 < jamlab.read(tmp_path / "sheared.nc").rounding < 1e-6
 
 
 SQUARE = 'Lattice="4 0 0 0 4 0 0 0 4"'

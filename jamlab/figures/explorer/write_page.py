@@ -47,8 +47,7 @@ def check_one_sweep(packings: Sequence[Packing]) -> None:
             raise InputError(f"packing {k} differs from packing 0 in {name}: they are other particles, write two pages")
     if first.n > MOST_PARTICLES:
         raise InputError(
-            f"{first.n} particles: a page shows {MOST_PARTICLES} at most; draw single states instead, "
-            "jamlab.geometry_figure(packing)"
+            f"{first.n} particles: a page shows {MOST_PARTICLES} at most; draw single states instead, packing.plot()"
         )
 
 
@@ -109,7 +108,7 @@ def write_page(
         path: HTML file to create or replace, .html.
         packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`.
         every: take every k-th state, from the first on.
-        observables: name -> (states,) numbers known already, as of `jamlab.read_observables`: rho, z, z_all,
+        observables: name -> (states,) numbers known already, as of a file: rho, z, z_all,
             rattlers, pressure, g. Others are measured.
         progress: called after each state with the share of them that is done, and in words.
 
