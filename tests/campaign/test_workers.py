@@ -18,7 +18,7 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.slurm import job_script
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.workers import LocalCrew, Workers
+from jamlab.campaign.workers import Workers
 from jamlab.errors import EngineError, InputError
 
 FILE = """
@@ -99,27 +99,6 @@ def test_workers_with_threads_are_refused(campaign, scheduler):
                         time.sleep(0.1)
         finally:
             process.kill()
-
-
-def test_early_deaths_count_in_a_row():
-    """Workers that begin in between show that workers can start."""
-    script = (
-        [("a", "death", ((), 1))] * 12 + [("a", "report", ())] + [("a", "death", ((), 1))] * 13 + [("a", "result", 7)]
-    )
-
-    class Scripted:
-        count = 1
-
-        def wait(self):
-            return script.pop(0)
-
-        def submit(self, key, call, *, first=False):
-            assert first  # it comes before calls that nobody has begun
-
-    assert LocalCrew(Scripted()).wait() == ("a", 7)
-    script[:] = [("a", "death", ((), 1))] * 13
-    with pytest.raises(EngineError):
-        LocalCrew(Scripted()).wait()
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):

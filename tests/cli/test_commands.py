@@ -61,23 +61,6 @@ def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
             assert read[column] == pytest.approx(wanted[column], rel=1e-9)
 
 
-def test_analyze_says_what_a_foreign_file_lacks(packed, tmp_path):
-    packing = jamlab.read(packed[0])
-    (rounded,) = jamlab.from_universe(jamlab.universe(packing))
-    jamlab.write_data(tmp_path / "p.data", rounded)
-    lines = (tmp_path / "p.data").read_text().splitlines()
-    (tmp_path / "p.data").write_text("\n".join(["foreign", *lines[1:]]))
-    done = call(tmp_path, "analyze", "p.data")
-    assert done.exit_code == 0, done.stderr
-    assert "p.data does not say eps, diameters: defaults of the decks are taken" in done.stderr
-    jamlab.write_data(tmp_path / "p.data", rounded)
-    done = call(tmp_path, "analyze", "p.data", "--json")
-    assert "holds positions to" in done.stderr and json.loads(done.stdout)["g"] == [None]
-    (tmp_path / "p.data").write_text("\n".join(lines[:20]))
-    done = call(tmp_path, "analyze", "p.data")
-    assert done.exit_code == 1 and "p.data is damaged or cut off" in done.stderr
-
-
 def test_gstar_explains_a_modulus_below_zero(tmp_path):
     done = call(tmp_path, "gstar", example_file("sp"), "--frame", "6", "--points", "3")
     assert done.exit_code == 0 and "G = -" in done.stdout and "G below 0: at this box shape" in done.stdout

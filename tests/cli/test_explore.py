@@ -55,20 +55,6 @@ def test_what_is_read_is_never_replaced(tmp_path, words, link):
     assert (tmp_path / name).read_bytes() == before
 
 
-@pytest.mark.slow
-def test_every_sweep_has_a_section(full, tmp_path):
-    told = []
-    write_campaign_page(full, tmp_path / "page.html", lambda *done: told.append(done))
-    page = (tmp_path / "page.html").read_text()
-    sections = page.split("<section>")[1:]
-    assert re.findall("<h2>(.*?)</h2>", page) == ["up", "sheared", "droplets"]
-    assert [text for _, text in told] == ["up", "sheared", "droplets"]
-    assert [share for share, _ in told] == pytest.approx([1 / 3, 2 / 3, 1])
-    for part in sections:
-        assert part.count("<canvas") == part.count("data:image/png") == part.count("<thead>") == 1
-    assert "6 of 6" in page
-
-
 def test_a_campaign_without_a_finished_task_has_no_page(tmp_path):
     campaigns.written(tmp_path / "c.toml")
     done = call(tmp_path, "campaign", "page", "c.toml")

