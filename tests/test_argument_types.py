@@ -15,7 +15,6 @@ CLASSES = ["Packing", "Session", "PackingAnalysis"]  # made by users; ContactDam
 CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "plot", "finished", "packings"]
 STATISTICS = ["power_laws.power_law", "bootstrap.bootstrap"]
 STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object()], {}, {1: 2}, np.array("a"), int]
-DROPLETS = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.0]}
 CALLABLE = {"progress": int, "statistic": int}  # a class may stand for a function
 REQUIRED = {
     **dict.fromkeys(("omega", "rate", "duration", "force", "alpha", "stress", "stiffness"), 1.0),
@@ -106,27 +105,3 @@ def refuse_strange(function, required, skip=()):
             except jamlab.JamlabError:
                 refused += 1
     assert refused >= 8 * len(named)
-
-
-def test_ranges(random_disks):
-    p = random_disks()
-    calls = {
-        "damping": lambda: jamlab.complex_modulus(p, [1.0], 0),
-        "provenance": lambda: p.with_state(provenance=3),
-        "particles": lambda: p.select([True] * 3),
-        "omega": lambda: jamlab.oscillating_displacements(p, 10**30),
-        "n = 0": lambda: jamlab.scene(0.87, n=0, tolerance={"z": 0.25}),
-        "seed": lambda: jamlab.to_polygons(p, seed=-1),
-        "step": lambda: jamlab.from_universe(jamlab.universe(p), step=0),
-        "angle": lambda: jamlab.shear_modulus(p, angle=[]),
-        "offsets": lambda: jamlab.Packing("dp", p.box, p.positions, DROPLETS, offsets=0),
-        "ranks": lambda: jamlab.pack(n=4, pressure=1e-2, ranks=10**30),
-        "beta": lambda: jamlab.ContactDamping(beta=1e300),
-        "tau": lambda: jamlab.ContactDamping(tau=[1]),
-        "eta_f": lambda: jamlab.StokesDrag(eta_f={}),
-        "spacing": lambda: jamlab.tessellation(p, spacing=float("nan")),
-    }
-    for name, call in calls.items():
-        with pytest.raises(jamlab.InputError, match=name):
-            call()
-    assert p.select([True, *[False] * (p.n - 1)]).n == 1

@@ -11,7 +11,7 @@ from deck_runs import number, run, table
 
 import jamlab
 from jamlab.cli import decks
-from jamlab.engine.deck_defaults import copy_decks, defaults, settings, summaries
+from jamlab.engine.deck_defaults import copy_decks, settings, summaries
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
@@ -40,17 +40,6 @@ def test_every_variable_has_limits_that_hold_its_default(deck):
     assert {"force", "steps", "out"} <= known.keys()
     for name in known.keys() - FREE - {"d1", "d2"}:
         decks.check_setting(deck, name, known[name], known)
-
-
-def test_a_default_of_two_decks_is_one_number():
-    found = {}
-    for deck in DECKS:
-        for name, value in settings(installed("lammps_inputs"), deck).items():
-            found.setdefault((name, deck[3:5]), set()).add(value)
-    differing = {name for (name, _), values in found.items() if len(values) > 1}
-    with pytest.raises(jamlab.EngineError):
-        defaults("nothing")
-    assert differing <= {"data", "force", "strain", "law", "background", "tries", "strict", "out"}
 
 
 @pytest.mark.parametrize(
@@ -254,17 +243,6 @@ def test_minimize_keeps_every_digit_of_the_law_of_any_number_of_sizes(tmp_path):
     jamlab.write_data(tmp_path / "packing.data", random_disks(65, 1, phi=0.5, sizes="lognormal:0.3"))
     with pytest.raises(jamlab.InputError):
         run("in.sp.minimize", tmp_path, data="packing.data")
-
-
-def test_droplets_jam_and_are_sheared(tmp_path):
-    """With FIRE to a large force: the file says that its state is no minimum, and the modulus its error."""
-    quick = {"steps": 20000, "step": 0.02, "force": 1e-4, "u_contact": 1e-6, "u_jammed": 1e-4}
-    text = run("in.dp.jam", tmp_path, n=6, seed=1, to=0.87, **quick)
-    assert 0.75 < number("phi_J", text) < 0.9 and 1.01 < number("shape factor", text) < 1.05
-    onset, last = jamlab.read(tmp_path / "dp.onset.data"), jamlab.read(tmp_path / "dp.dump", frame=1)
-    assert not onset.converged and last.params["gamma"] == onset.params["gamma"] == 0.4
-    assert "modulus G_xy" in run("in.dp.shear", tmp_path, data="dp.onset.data", steps=20000)
-    assert "modulus" not in (run("in.dp.shear", tmp_path, code=2, data="dp.onset.data", steps=100)).rpartition("NOT")[2]
 
 
 def test_shear_of_droplets_follows_python(tmp_path):

@@ -220,24 +220,6 @@ def test_other_molecules_are_left_to_other_styles(lmp, tmp_path, hybrid):
 
 
 @RANKS
-def test_memory_does_not_follow_molecule_ids(tmp_path, ranks):
-    """The largest possible ID too; `info memory` is that of the first rank."""
-    state = outlines.scene(8)
-    few = np.arange(1, len(state.outlines) + 1)
-    used = {}
-    for name, ids in {"low": few, "high": 50_000_000 + few, "highest": 2**31 - 1 - few}.items():
-        (tmp_path / name).write_text(outlines.data(state, molecules=ids))
-        deck = outlines.deck(name) + "compute shape rings polygon\nrun 0\ninfo memory\n"
-        code, output = launch(tmp_path, deck + 'print "found $(pe:%.17g) $(c_shape[1][5]:%.0f)"\n', ranks)
-        assert code == 0, output[-2000:]
-        pe, molecule = re.search(r"^found (\S+) (\d+)", output, re.MULTILINE).groups()
-        assert float(pe) == pytest.approx(outlines.energy(state), rel=1e-12)
-        assert int(molecule) == min(i for i, o in zip(ids, state.outlines, strict=True) if o.type == RING)
-        used[name] = float(re.search(r"Maximum resident set size: (\S+) Mb", output)[1])
-    assert max(used.values()) < used["low"] + 20, used
-
-
-@RANKS
 def test_areas_are_those_of_the_deformed_box(tmp_path, ranks):
     """A tenth in one step, with all ghosts: nothing of the step before is left."""
     state = outlines.scene(9)

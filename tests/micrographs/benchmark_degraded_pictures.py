@@ -4,14 +4,12 @@ Limits and numbers in `jamlab/micrographs` were set on packings of seeds 1 and 2
 falls to 0.35, noise reaches 0.2, blur 3 pixels, droplets touch at rho 0.84, 0.90, 0.95.
 Seeds 101 to 103 and 105 to 107 judged earlier versions, whose wrong counts and shapes led to rules of doubt; who tunes
 on what this prints takes new seeds.
-
-JAMLAB_RESULTS names a folder in which rows are kept, so that a run that was stopped goes on.
 """
 
 from itertools import product
 
 import pytest
-from rendered_pictures import kept, picture_errors, truth
+from rendered_pictures import picture_errors, truth
 
 import jamlab
 from jamlab.micrographs.picture_numbers import LIMITS
@@ -46,7 +44,7 @@ def measure_grid(states, pixels):
     for k, (rho, light, (noise, blur)) in enumerate(CONDITIONS):
         seed = SEEDS[k % len(SEEDS)]
         how = {"light": light, "noise": noise, "blur": blur, "seed": k}
-        row = kept(f"{pixels}-{k}", lambda: picture_errors(states[seed][rho], pixels, known[seed, rho], **how))  # noqa: B023
+        row = picture_errors(states[seed][rho], pixels, known[seed, rho], **how)
         numbers = f"{row['count']:+6.0f} {row['rho']:+.4f} {row['z']:+.3f} {row['shape']:+.4f}"
         verdict = f"{'right' if row['right'] else 'WRONG'}, {row['quality']} {row['reasons']}"
         print(

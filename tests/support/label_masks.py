@@ -1,98 +1,16 @@
-"""Label images with a known truth, and the faults that segmenters and hands leave in them.
-
-Every pixel of a rendered packing carries the number of the droplet that owns it; where two overlap, the one in which it
-lies deeper. The truth is that of the droplets that the picture shows whole: number and mean area from a grid `FINER`
-times as fine, rho, z and A from the packing itself.
-"""
+"""Faults that segmenters and hands leave in label images, and how the numbers of a faulty image are judged."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
-import shapely
-import skimage.draw
 from scipy import ndimage
 
 from jamlab.arrays import Indices
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import contacts
-from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.particle_shape import shape_factors
-from jamlab.geometry.rims import rims
 from jamlab.micrographs.micrograph import micrograph
-from jamlab.packing.packing import Packing
-
-FINER = 3  # samples a pixel, in each direction; the middle one is the pixel
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """A label image and its truth."""
-
-    labels: Indices  # (h, w), 0 on the ground
-    truth: dict[str, float]  # names as in `Micrograph.numbers`
-
-
-def draw_labels(packing: Packing, pixels: int) -> Drawn:
-    """Draw one period of a packing in a rectangular box, `pixels` wide, cut by the edges of the picture."""
-    scale = FINER * pixels / packing.box[0, 0]
-    shape = FINER * round(pixels * packing.box[1, 1] / packing.box[0, 0]), FINER * pixels
-    y, x = (np.arange(count) + 0.5 for count in shape)
-    depth, owner = np.zeros(shape), np.zeros(shape, dtype=np.int64)
-    places = packing.positions if packing.model == "sp" else packing.centroids
-    outlines = None if packing.model == "sp" else rims(packing).outlines
-    number, particle = 0, [-1]
-    for k, move in product(range(packing.n), np.array(list(product((-2, -1, 0, 1, 2), repeat=2))) @ packing.box):
-        centre = (places[k] + move) * scale
-        if outlines is None:
-            low, high = centre - 0.5 * packing.diameters[k] * scale, centre + 0.5 * packing.diameters[k] * scale
-        else:
-            ring = shapely.get_coordinates(outlines[k]) * scale + centre
-            low, high = ring.min(axis=0), ring.max(axis=0)
-        rows, columns = (
-            slice(*np.searchsorted(line, [a, b])) for line, a, b in ((y, low[1], high[1]), (x, low[0], high[0]))
-        )
-        if rows.start == rows.stop or columns.start == columns.stop:
-            continue
-        if outlines is None:  # power distance: walls between disks that overlap are straight
-            squares = (x[columns] - centre[0]) ** 2 + (y[rows, None] - centre[1]) ** 2
-            inside = (0.5 * packing.diameters[k] * scale) ** 2 - squares
-        else:
-            first = np.floor(low[::-1]).astype(int) - 1
-            size = np.ceil(high[::-1]).astype(int) + 1 - first
-            own = skimage.draw.polygon2mask(tuple(size), ring[:, ::-1] - 0.5 - first)
-            inside = ndimage.distance_transform_edt(own)[
-                rows.start - first[0] : rows.stop - first[0], columns.start - first[1] : columns.stop - first[1]
-            ]
-        deeper = inside > depth[rows, columns]
-        if deeper.any():
-            number += 1
-            particle.append(k)
-            owner[rows, columns][deeper] = number
-            depth[rows, columns][deeper] = inside[deeper]
-    return Drawn(
-        np.ascontiguousarray(owner[FINER // 2 :: FINER, FINER // 2 :: FINER]),
-        _truth(packing, owner, np.array(particle)),
-    )
-
-
-def _truth(packing: Packing, owner: Indices, particle: Indices) -> dict[str, float]:
-    edge = np.unique(np.concatenate([owner[0], owner[-1], owner[:, 0], owner[:, -1]]))
-    whole = np.setdiff1d(np.unique(owner), np.append(edge, 0))
-    areas = np.bincount(owner.ravel(), minlength=len(particle))[whole] / FINER**2
-    network = contacts(packing)
-    bearing = network.pairs[~network.rattlers[network.pairs].any(axis=1)]
-    degree = np.bincount(bearing.ravel(), minlength=packing.n)
-    held = particle[whole][~network.rattlers[particle[whole]]]
-    known = {"count": float(len(whole)), "area": float(areas.mean()), "rho": packing_fraction(packing)}
-    known["z"] = float(degree[held].mean())
-    if packing.model == "dp":
-        known["shape_rim"] = float(shape_factors(packing, rim=True)[particle[whole]].mean())
-    return known
 
 
 def inner(labels: Indices) -> Indices:

@@ -8,11 +8,7 @@ half of the overlap on either side, which the truth does not cut away: that adds
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,18 +25,6 @@ from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.picture_numbers import LIMITS
 from jamlab.micrographs.synthetic import synthetic_micrograph
 from jamlab.packing.packing import Packing
-
-
-def kept(name: str, row: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """A row of a benchmark, taken from the folder JAMLAB_RESULTS if it is there, so that a stopped run goes on."""
-    folder = os.environ.get("JAMLAB_RESULTS")
-    path = Path(folder or ".", f"{name}.json")
-    if folder and path.exists():
-        return dict(json.loads(path.read_text()))
-    found = row()
-    if folder:
-        path.write_text(json.dumps(found))
-    return found
 
 
 @dataclass(frozen=True)
