@@ -3,7 +3,8 @@
 States       jam, pack, compress, relaxed, scene, to_polygons, from_outlines -> Packing; evaluate; Session: LAMMPS
 All at once  measure, measure_all: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, orientational_order,
-             particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers
+             particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,
+             with_walls, slab: of fixed particles, what lies between them
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes,
              held_motions: what contacts hold, counted
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,

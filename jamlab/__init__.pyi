@@ -59,6 +59,8 @@ from .geometry.voids.voids import Voids as Voids
 from .geometry.voids.voids import VoidStatistics as VoidStatistics
 from .geometry.voids.voids import void_statistics as void_statistics
 from .geometry.voids.voids import voids as voids
+from .geometry.walls import slab as slab
+from .geometry.walls import with_walls as with_walls
 from .measure import measure as measure
 from .measure import measure_all as measure_all
 from .mechanics.elasticity import ElasticTensor as ElasticTensor

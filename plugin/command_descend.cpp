@@ -12,6 +12,7 @@
 #include "fix_polygon_area.h"
 #include "fmt/format.h"
 #include "force.h"
+#include "group.h"
 #include "input.h"
 #include "modify.h"
 #include "pair_circuloline.h"
@@ -73,11 +74,14 @@ void CommandDescend::read(int narg, char **arg)
   pairs.resize(static_cast<std::size_t>(n.refresh));
 }
 
-/* unwrapped, by atom ID */
-void CommandDescend::read_positions(Vector &x) const
+/* unwrapped, by atom ID. Atoms of a group "fixed" stay: forces on them are to be 0 by fix setforce. */
+void CommandDescend::read_positions(Vector &x)
 {
   x.resize(2 * atom->nlocal);
+  const int found = group->find("fixed"), bit = found < 0 ? 0 : group->bitmask[found];
+  still.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; i++) {
+    still[atom->tag[i] - 1] = (atom->mask[i] & bit) != 0;
     double r[3];
     domain->unmap(atom->x[i], atom->image[i], r);
     std::copy_n(r, 2, &x[2 * (atom->tag[i] - 1)]);
@@ -220,7 +224,11 @@ void CommandDescend::solve(const Vector &force, Vector &step)
   for (std::size_t k = 0; k < row.size(); k++) std::copy_n(&force[2 * k], 2, &column[2 * row[k]]);
   factors.solve(column);
   step.resize(force.size());
-  for (std::size_t k = 0; k < row.size(); k++) std::copy_n(&column[2 * row[k]], 2, &step[2 * k]);
+  for (std::size_t k = 0; k < row.size(); k++)
+    if (still[k])
+      step[2 * k] = step[2 * k + 1] = 0.0;
+    else
+      std::copy_n(&column[2 * row[k]], 2, &step[2 * k]);
 }
 
 /* Nocedal & Wright, algorithm 7.4 */

@@ -47,12 +47,13 @@ class CommandDescend : public CommandForces {
   std::vector<DropletMeeting> meetings;
   BlockCholesky<2> factors;
   std::vector<int> row;    // of each atom ID in the factors
+  std::vector<char> still;    // of each atom ID: it is fixed
   Vector column;
   std::vector<Pair> pairs;
   std::size_t known = 0;    // pairs
 
   void read(int, char **);
-  void read_positions(Vector &) const;
+  void read_positions(Vector &);
   void put_positions(const Vector &) const;
   void evaluate(Point &);
   void descend(Point &);

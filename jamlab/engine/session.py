@@ -48,8 +48,9 @@ class Evaluation:
     Attributes:
         energy: total potential energy. DP: line tension, area and contact terms.
         contact_energy: part of it that comes from contacts between particles (SP: all of it).
-        forces: (len(positions), 2) float64, -dE/dx.
-        stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms.
+        forces: (len(positions), 2) float64, -dE/dx; 0 on fixed particles.
+        stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms. Between
+            walls that on the upper one: with the lattice plane next to a fixed particle for its height in r.
         pressure: trace of the stress over 2.
         max_force: largest norm of a force.
 
@@ -122,6 +123,8 @@ class Session:
     @checked
     def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
         check_ranks(ranks, packing.kind.deforms)
+        if ranks > 1 and packing.fixed is not None:
+            raise InputError(f"ranks = {ranks}: packings with fixed particles are minimised on one: leave ranks out")
         self._hold(packing)
         self._newton = newton
         self._ranks = ranks
@@ -251,11 +254,11 @@ class Session:
             InputError: `border` or `fire` where they would not be used: another style, or a law or a box that the
                 kernel does not take.
         """
-        by_kernel = style == "fire" and self.law.kernel_arguments() is not None
+        by_kernel = style == "fire" and self.law.kernel_arguments() is not None and self._packing.fixed is None
         if (border is not None or fire is not None) and not by_kernel:
             raise InputError(
                 f"border, fire: style = {style!r} of these {self.kind.particles} does not use them; leave them out, or "
-                "minimise disks that repel by a power law with style='fire'"
+                "minimise disks that repel by a power law, none of them fixed, with style='fire'"
             )
         stretch = min(stretch or steps, steps)
         component = COMPONENT * force
@@ -386,6 +389,11 @@ class Session:
             with _plain_name(file) as name:
                 self.set_variables(settings | {"data": name})
                 self.command(f'include "{deck(f"parts/{kind.part}")}"')
+        if packing.fixed is not None:
+            for some in np.array_split(1 + np.flatnonzero(packing.fixed_sites), 1 + packing.fixed_sites.sum() // 1000):
+                self.command(f"group fixed id {' '.join(map(str, some))}")
+            self.command("fix on_fixed fixed store/force")
+            self.command("fix fixed fixed setforce 0.0 0.0 0.0")
         self.command("thermo 1")  # so that energy and virial are summed at every step
         self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
@@ -403,14 +411,24 @@ class Session:
     def _evaluation(self) -> Evaluation:
         thermo, forces = self._lmp.get_thermo, self._atoms.forces(self.size)
         xx, yy, xy = map(thermo, ("pxx", "pyy", "pxy"))
+        stress = np.array([[xx, xy], [xy, yy]])
+        if self._packing.walls:  # the virial is for sites that all follow the strain
+            stress += self._forces_on_fixed().T @ self._packing.wall_offsets / self._packing.area
         return Evaluation(
             energy=float(thermo("pe")),
             contact_energy=self.contact_energy(),
             forces=forces,
-            stress=np.array([[xx, xy], [xy, yy]]),
-            pressure=0.5 * (xx + yy),
+            stress=stress,
+            pressure=0.5 * float(np.trace(stress)),
             max_force=float(np.hypot(*forces.T).max()),
         )
+
+    def _forces_on_fixed(self) -> Array:
+        """(len(positions), 2) forces that hold fixed particles, before they are set to 0."""
+        ids = self._lmp.numpy.extract_atom("id")[: self.size]
+        held = np.zeros((self.size, 2))
+        held[ids - 1] = self._lmp.numpy.extract_fix("on_fixed", 1, 2)[: self.size, :2]
+        return held
 
 
 @checked

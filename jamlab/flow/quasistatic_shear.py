@@ -22,6 +22,7 @@ from jamlab.flow.report import describe_balance
 from jamlab.flow.run import Run
 from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import count_pressing
+from jamlab.geometry.walls import wall_stress, walled
 from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
@@ -77,6 +78,8 @@ class QuasistaticShear(ShearRun):
     event_width: Array
     direction: Direction = field(default="simple", kw_only=True)  # see `quasistatic_shear`
     area: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)  # (m,) of the cell; by default it stays
+    wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)), kw_only=True)  # (m, 2, 2) shear stress and
+    # pressure on the lower and the upper wall; (0, 2, 2) without walls
     held_pressure: float | None = field(default=None, kw_only=True)  # at which the area is free; None: the area stays
 
     def __post_init__(self) -> None:
@@ -220,6 +223,7 @@ class Walk(Run[QuasistaticShear]):
         self._scales, self._shearing = natural_scales(packing), shearing
         self._tolerance, self._shortest = tolerance, shortest
         self._events: dict[str, list[float]] = {name: [] for name in EVENTS}
+        self._on_walls: list[Array] = []
         force = force_tolerance(packing.model) if tolerance is None else tolerance
         self.facts |= {"background": 0.0, "tolerance": force, "iterations": 0, "shear_rate": 0.0}
         self._now = self._scales.to_natural(self._started)
@@ -229,6 +233,7 @@ class Walk(Run[QuasistaticShear]):
             self._pressure = self.before.held_pressure
             self.rows = [Minimum(**row) for row in self.rows_before()]
             self._events = {name: getattr(self.before, name).tolist() for name in EVENTS}
+            self._on_walls = list(self.before.wall_stress)
         else:
             if pressure == "constant":
                 found = relax(self._session, tolerance, near=True)
@@ -249,7 +254,14 @@ class Walk(Run[QuasistaticShear]):
     def result(self) -> QuasistaticShear:
         """All states so far."""
         self.facts |= {name: np.array(values) for name, values in self._events.items()}
+        self.facts["wall_stress"] = np.array(self._on_walls).reshape(-1, 2, 2)
         return super().result()
+
+    def add(self, row: Minimum, *, keep: bool = False) -> None:
+        """Add a row, with the stress on walls."""
+        super().add(row, keep=keep)
+        if self._now.walls:
+            self._on_walls.append(wall_stress(self._now) * self._scales.stress)
 
     def go_to(self, strain: float, *, keep: bool = False) -> None:
         """Take one step, or shorter and shorter ones up to an event on the way and long ones behind it."""
@@ -345,6 +357,7 @@ def quasistatic_shear(
     step: float = 1e-3,
     *,
     direction: Direction = "simple",
+    walls: bool | None = None,
     pressure: str | float | None = None,
     resolution: float | None = None,
     every: float | None = None,
@@ -369,6 +382,8 @@ def quasistatic_shear(
             smaller than the elastic rise in a step is not seen.
         direction: "simple": along x; an angle, radian: simple shear along it; "pure": longer along x, shorter along y.
             `stress` does work on the strain, and the normal stress difference is that along and across the direction.
+        walls: True: between the walls of `jamlab.with_walls`, the upper one of which moves by strain times height of
+            the box; False: take the walls away. By default the walls of the packing stay.
         pressure: "constant", that of the start, or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9. By default the area stays.
         resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
@@ -381,6 +396,12 @@ def quasistatic_shear(
     Returns:
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
     """
+    packing = walled(packing, walls)
+    if packing.walls and (direction != "simple" or pressure is not None):
+        raise InputError(
+            f"walls: direction = {direction!r}, pressure = {pressure!r}: walls shear along x at fixed area; leave both "
+            "out, or take the walls away with walls=False"
+        )
     shearing = Shearing(packing.box[0], shear_direction(direction))
     largest = LARGEST_STRAIN if shearing.along_x else 1.0
     if not (is_number(strain) and 0 < abs(strain) <= largest):

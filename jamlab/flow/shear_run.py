@@ -12,6 +12,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.report import say_balance
+from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
 from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
@@ -64,6 +65,11 @@ class ShearRun(FlowRun):
     shear_rate: float
     strain_asked: float
     parts: Array | None = field(default=None, kw_only=True)
+
+    @property
+    def velocity_profile(self) -> VelocityProfile:
+        """Mean velocity at each height, between the packings that were kept."""
+        return velocity_profile(self.frames)
 
     @property
     def path(self) -> Array:

@@ -83,8 +83,8 @@ class Contacts:
         pairs: (m, 2) int64, particles i <= j that press on each other, whatever their force. Several circulo-line
             contacts of one pair of droplets are one contact; contacts with two periodic images of one particle, in very
             small boxes, are two.
-        rattlers: (n,) bool, particles with fewer than three contacts of `min_force`, found recursively.
-        bearing: (m,) bool, contacts of `min_force` between two particles that are not rattlers.
+        rattlers: (n,) bool, free particles with fewer than three contacts of `min_force`, found recursively.
+        bearing: (m,) bool, contacts of `min_force` between two particles that are not rattlers, one of them free.
         r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         packing: the packing whose contacts they are.
@@ -111,20 +111,23 @@ class Contacts:
 
     @property
     def backbone(self) -> int:
-        """N', number of particles that are not rattlers."""
-        return int((~self.rattlers).sum())
+        """N', number of free particles that are not rattlers."""
+        return int((~self.rattlers & ~self.packing.fixed_particles).sum())
 
     @property
     def loose(self) -> bool:
         """Whether every particle rattles, contacts below `min_force` counted too: the packing is not jammed."""
-        return bool(_rattlers(self.packing, self.pairs)[0].all())
+        return bool((_rattlers(self.packing, self.pairs)[0] | self.packing.fixed_particles).all())
 
     @property
     def z(self) -> float:
         """Coordination number 2 N_c/N' (Boromand et al. print N_c/N); nan if every particle rattles.
 
-        For packings at rest: in motion drag holds particles as well, and those with two contacts are no rattlers."""
-        return 2 * self.count / self.backbone if self.backbone else float("nan")
+        It is the mean number of contacts of a free particle: one with a fixed particle counts half in 2 N_c. For
+        packings at rest: in motion drag holds particles as well, and those with two contacts are no rattlers."""
+        if not self.backbone:
+            return float("nan")
+        return int((~self.packing.fixed_particles)[self.pairs[self.bearing]].sum()) / self.backbone
 
     @property
     def z_all(self) -> float:
@@ -133,8 +136,9 @@ class Contacts:
 
     @property
     def isostatic(self) -> int:
-        """N_c of a frictionless packing of disks at onset in a box of fixed shape, 2 N' - 1."""
-        return 2 * self.backbone - 1
+        """N_c of a frictionless packing of disks at onset in a box of fixed shape, 2 N' - 1; 2 N' + 1 beside fixed
+        particles, which leave no translations."""
+        return 2 * self.backbone + (-1 if self.packing.fixed is None else 1)
 
     @property
     def forces(self) -> ContactForces:
@@ -230,8 +234,9 @@ def _contacts_of_all(packing: Packing) -> tuple[Indices, NDArray[np.bool_], NDAr
 
 def _rattlers(packing: Packing, pairs: Indices) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """See `find_rattlers`."""
-    every, more = np.ones(packing.n, dtype=bool), packing.kind.outer_contacts(packing)
-    return find_rattlers(pairs, every, packing.law.least_contacts, more)
+    fixed, more = packing.fixed_particles, packing.kind.outer_contacts(packing)
+    rattlers, bearing = find_rattlers(pairs, ~fixed, packing.law.least_contacts, more)
+    return rattlers, bearing & ~fixed[pairs].all(axis=1)
 
 
 STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops of sliding droplets, see quantities.md

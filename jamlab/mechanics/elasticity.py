@@ -16,7 +16,7 @@ from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import UnstableError, static_response
-from jamlab.mechanics.stiffness import stiffness
+from jamlab.mechanics.stiffness import solved_coordinates, stiffness
 from jamlab.packing.deformation import at_phi, deformed, shear_gradient
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
@@ -99,12 +99,14 @@ def _response(packing: Packing, prestress: bool) -> ElasticTensor:
     k = stiffness(network.packing, prestress=prestress)
     right = k.ue.reshape(-1, 4)
     solution = np.zeros_like(right)
-    first = packing.kind.translations  # coordinates of one site that stays: the others move relative to it
-    if len(right) > first:  # one particle that presses on its own images moves with the box alone
+    moving = solved_coordinates(network.packing)
+    if len(moving):  # one particle that presses on its own images moves with the box alone
         try:
-            solution[first:] = static_response(k.uu[first:, first:].tocsc(), right[first:])
+            solution[moving] = static_response(k.uu[moving][:, moving].tocsc(), right[moving])
         except UnstableError as error:
-            error.modes = np.pad(error.modes, ((0, 0), (first, 0)))
+            modes = np.zeros((len(error.modes), len(right)))
+            modes[:, moving] = error.modes
+            error.modes = modes
             raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
@@ -162,7 +164,8 @@ def unstable_directions(packing: Packing) -> tuple[Array, float] | None:
         modes = error.modes.reshape(len(error.modes), -1, 2)
         directions = np.zeros((len(modes), *packing.positions.shape))
         # with one site fixed, all others may move where its own droplet slides
-        directions[:, force_network(packing).held] = modes - modes.mean(axis=1, keepdims=True)
+        whole = modes.mean(axis=1, keepdims=True) if packing.fixed is None else 0.0
+        directions[:, force_network(packing).held] = modes - whole
         return directions / np.abs(directions).max(axis=(1, 2), keepdims=True), error.eigenvalue
     except ConvergenceError:
         return None

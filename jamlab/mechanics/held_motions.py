@@ -3,7 +3,7 @@
 Every contact is one condition on the motions of the two that it joins, a row of the compatibility matrix, so that
 
     contacts - conditions that are independent = states of self-stress
-    motions - 2 translations of the whole - conditions that are independent = motions left free
+    motions - 2 translations of the whole, if no particle is fixed - conditions that are independent = motions left free
 
 (Calladine 1978, Int. J. Solids Struct. 14, 161). Disks have two motions each, since no contact holds them from turning:
 at onset none is left free, one state of self-stress carries the load, and there are 2N' - 1 contacts. Droplets have
@@ -74,16 +74,22 @@ def held_motions(packing: Packing) -> HeldMotions:
         return HeldMotions(0, 0, 0, 0, 0)
     singular = np.linalg.svd(rows, compute_uv=False)
     rank = int((singular > DEPENDENT).sum())
-    return HeldMotions(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - 2 - rank)
+    whole = 2 if packing.fixed is None else 0
+    return HeldMotions(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - whole - rank)
 
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
     """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive."""
     network, kind = contacts(packing), packing.kind
-    rattlers, bearing = find_rattlers(network.pairs, np.ones(packing.n, dtype=bool), kind.least_bearing(packing))
-    if rattlers.all():
+    fixed = packing.fixed_particles
+    rattlers, bearing = find_rattlers(network.pairs, ~fixed, kind.least_bearing(packing))
+    bearing = bearing & ~fixed[network.pairs].all(axis=1)
+    if (rattlers | fixed).all():
         return np.zeros((0, 0)), 0, 0
     loose, rows = np.repeat(rattlers, kind.motions), kind.rigidity(packing)
-    rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
-    return rows, int((~rattlers).sum()), int(bearing.sum())
+    still = np.repeat(fixed, kind.motions)
+    rows = rows[~rows[:, loose].any(axis=1)][:, ~loose & ~still]  # a rattler that touches holds nothing
+    if packing.fixed is not None:
+        rows = rows[rows.any(axis=1)]  # of two that are fixed
+    return rows, int((~rattlers & ~fixed).sum()), int(bearing.sum())

@@ -117,6 +117,6 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
         normal=np.einsum("ij,ij->i", relative, normal),
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
         sliding=sliding,
-        nonaffine=u - u.mean(axis=0),
+        nonaffine=u - u.mean(axis=0) if packing.fixed is None else u,
         unit=packing.unit_names.length,
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -59,7 +59,18 @@ def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
     disks; the two ends of an edge; a vertex and an edge; all vertices of one polygon. `prestress`: False leaves out the
     part of each Hessian that is proportional to the force in the contact (Baumgarten & Tighe eq 4 with f0 = 0): every
     contact is replaced by an unstressed spring. SP only."""
-    return packing.kind.terms(packing, prestress)
+    terms = packing.kind.terms(packing, prestress)
+    if not packing.walls:
+        return terms
+    return [replace(term, local=term.local + packing.wall_offsets[term.sites]) for term in terms]
+
+
+def solved_coordinates(packing: Packing) -> Indices:
+    """(m,) coordinates 2 i, 2 i + 1 of sites that linear response solves for: those of free particles. Where all are
+    free, the packing moves as a whole at no cost, and a site stays: the others move relative to it."""
+    if packing.fixed is None:
+        return np.arange(packing.kind.translations, 2 * len(packing.positions))
+    return np.flatnonzero(np.repeat(~packing.fixed_sites, 2))
 
 
 @dataclass(frozen=True)
@@ -73,8 +84,8 @@ class Stiffness:
 
 @per_packing
 def forces(packing: Packing) -> Array:
-    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS."""
-    return forces_of(energy_terms(packing), len(packing.positions))
+    """(len(positions), 2) forces -dU/dx in numpy, 0 on fixed particles; the engine's own come from LAMMPS."""
+    return _held(packing, forces_of(energy_terms(packing), len(packing.positions)))
 
 
 def forces_of(terms: Sequence[Terms], size: int) -> Array:
@@ -92,7 +103,7 @@ def add_up(terms: Sequence[Terms], values: Sequence[Array], size: int) -> Array:
 
 @checked
 def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
-    """(2 n_sites, 2 n_sites) sparse Hessian of the potential energy at fixed box.
+    """(2 n_sites, 2 n_sites) sparse Hessian of the potential energy at fixed box; 0 for fixed particles.
 
     Args:
         packing: SP: sites are disks. DP: sites are vertices; perimeter, area and contact terms all count.
@@ -104,12 +115,30 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
         >>> h.shape, bool(abs(h - h.T).max() < 1e-12)
         ((64, 64), True)
     """
-    return _assemble(energy_terms(packing, prestress=prestress), len(packing.positions))
+    terms, size = energy_terms(packing, prestress=prestress), len(packing.positions)
+    if packing.fixed is not None:
+        terms = [replace(term, hessian=_between_free(packing, term)) for term in terms]
+    return _assemble(terms, size)
 
 
 def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
-    """Assemble the Hessian of a packing and its couplings to a homogeneous strain."""
-    return stiffness_of(energy_terms(packing, prestress=prestress), len(packing.positions))
+    """Assemble the Hessian of a packing and its couplings to a homogeneous strain, of its free particles."""
+    found = stiffness_of(energy_terms(packing, prestress=prestress), len(packing.positions))
+    if packing.fixed is None:
+        return found
+    return Stiffness(hessian(packing, prestress=prestress), _held(packing, found.ue, 2), found.ee)
+
+
+def _held(packing: Packing, values: Array, each: int = 1) -> Array:
+    """Values of all sites, `each` of one site in the first axis: 0 for those that are fixed."""
+    if packing.fixed is not None:
+        values[np.repeat(packing.fixed_sites, each)] = 0.0
+    return values
+
+
+def _between_free(packing: Packing, term: Terms) -> Array:
+    free = (~packing.fixed_sites)[term.sites].astype(np.float64)
+    return np.asarray(term.hessian * free[:, :, None, None, None] * free[:, None, None, :, None])
 
 
 def stiffness_of(terms: Sequence[Terms], size: int) -> Stiffness:

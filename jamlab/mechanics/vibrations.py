@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import SymmetricFactors
@@ -78,7 +78,8 @@ class Modes:
 
 @checked
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
-    """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers.
+    """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers. Fixed
+    particles do not move in them, and leave no translations.
 
     Args:
         packing: SP or DP; Hessian as `jamlab.hessian`.
@@ -95,22 +96,35 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         >>> bool((np.diff(modes.eigenvalues) >= 0).all()), modes.vectors.shape
         (True, (6, 32, 2))
     """
-    size = 2 * len(packing.positions)
+    moving = _moving(packing)
+    size = len(moving)
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
         raise InputError(f"count = {count!r}: must be a whole number from 1 to {size - 1}")
-    matrix = hessian(packing, prestress=prestress)
+    matrix = _free_hessian(packing, prestress)
     if size <= _DENSE or count > size // 4:
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:
-        values, vectors = _find_lowest(matrix, count)
-    unit = packing.unit_names.stress
-    return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2), unit)
+        values, vectors = _find_lowest(matrix, count, packing.fixed is None)
+    unit, everywhere = packing.unit_names.stress, np.zeros((count, 2 * len(packing.positions)))
+    everywhere[:, moving] = vectors.T
+    return Modes(values, everywhere.reshape(count, -1, 2), unit)
+
+
+def _moving(packing: Packing) -> Indices:
+    """Coordinates of free particles."""
+    return np.flatnonzero(np.repeat(~packing.fixed_sites, 2))
+
+
+def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
+    matrix, moving = hessian(packing, prestress=prestress), _moving(packing)
+    return matrix if packing.fixed is None else matrix[moving][:, moving].tocsc()
 
 
 @checked
 def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
-    """Count modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
+    """Count modes without stiffness: 2 translations, if none is fixed, and 2 for every rattler, in a stable packing of
+    disks.
 
     Eigenvalues below 1e-9 of the largest count as zero. They are counted, not computed: by Sylvester's law of inertia
     the factors of H - s and H + s tell how many eigenvalues lie below s and below -s.
@@ -125,7 +139,7 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
         >>> jamlab.zero_modes(p) == 2 + 2 * int(jamlab.contacts(p).rattlers.sum())
         True
     """
-    matrix = hessian(packing, prestress=prestress)
+    matrix = _free_hessian(packing, prestress)
     shift = SETTINGS.zero * float(sparse.linalg.norm(matrix, np.inf))
     if shift == 0:  # nothing touches
         return int(matrix.shape[0])
@@ -133,10 +147,12 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     return SymmetricFactors(matrix - shift * identity).negative - SymmetricFactors(matrix + shift * identity).negative
 
 
-def _find_lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
+def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> tuple[Array, Array]:
     """Take the zero modes known beforehand, then the smallest other eigenvalues by inverse iteration from below.
     Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times."""
     null = _span_known_zero_modes(matrix)
+    if not drifts:
+        null = null[:, :-2]
     scale = float(sparse.linalg.norm(matrix, np.inf))
     if scale == 0:  # nothing touches
         return np.zeros(count), null[:, :count].toarray()

@@ -13,13 +13,15 @@ from jamlab.packing.packing import Packing
 
 
 def at_phi(packing: Packing, phi: float) -> Packing:
-    """The packing scaled to nominal packing fraction phi. Centres move with the box; disks keep their diameters and
-    polygons their shapes, so that droplets are pushed together, not squeezed."""
+    """The packing scaled to nominal packing fraction phi. Centres move with the box, walls with its edges; disks keep
+    their diameters and polygons their shapes, so that droplets are pushed together, not squeezed."""
     if not 0 < phi <= 2:
         raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
     factor = float(np.sqrt(packing.phi / phi))
-    centres = packing.centroids
-    moved = packing.positions + ((factor - 1) * centres)[packing.particle]
+    centres = packing.centroids[packing.particle]
+    if packing.walls:
+        centres = centres + packing.wall_offsets
+    moved = packing.positions + (factor - 1) * centres
     return packing._trusted(box=factor * packing.box, positions=moved)
 
 
@@ -29,7 +31,8 @@ def sheared(packing: Packing, strain: float) -> Packing:
 
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
-    """The packing after the affine map r -> F r of box and every position, turned so that box[0, 1] stays 0.
+    """The packing after the affine map r -> F r of box and every position, turned so that box[0, 1] stays 0; walls keep
+    their shape.
     `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2) rotation R that was applied
     after F: a vector v of the packing returned is R^T v in the frame of the one given, a tensor S is R^T S R."""
     box = packing.box @ gradient.T
@@ -37,7 +40,10 @@ def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])
     box = box @ rotation.T
     box[0, 1] = 0.0  # rounding
-    return packing._trusted(box=box, positions=packing.positions @ (rotation @ gradient).T), rotation
+    moved = packing.positions @ (rotation @ gradient).T
+    if packing.walls:
+        moved += packing.wall_offsets @ (rotation @ gradient - np.eye(2)).T
+    return packing._trusted(box=box, positions=moved), rotation
 
 
 @dataclass(frozen=True, eq=False)

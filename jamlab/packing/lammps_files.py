@@ -7,6 +7,7 @@ digits, so they read back as the same doubles.
 LAMMPS has no place for the force law, so a data file has a comment line for it, which LAMMPS skips wherever it stands:
     # jamlab model=dp units=eps gamma=0.4 ka=300 eps=1 delta=0.25 eta=0 contact=outline ensemble=fixed-box converged=1
     # jamlab model=sp units=k k=1 d1=0.83333333333333337 d2=1.1666666666666665
+`fixed` has a bit for each particle, eight in two hexadecimal digits, and `walls=1` says that these are walls.
 `d1` .. are the diameters of the atom types. Beyond 64 sizes types are classes of size, and the section `d_diameter`
 holds the diameter of each disk. A deck appends such a line to a file of `write_data` by `print ... append`.
 
@@ -42,7 +43,7 @@ from jamlab.storage.file_endings import check_ending
 MAX_TYPES = 64
 CLASSES = 8  # of size: reach of neighbor lists goes by type pairs; at 1:20 one class takes 1.5 times as long
 _MARK = "# jamlab "
-_TEXTS = ("model", "units", "contact", "ensemble")  # entries of the comment that are no numbers
+_TEXTS = ("model", "units", "contact", "ensemble", "fixed")  # entries of the comment that are no numbers
 STATE = ("onset", "ensemble", "max_force", "converged")  # attributes of a packing beside its force law
 _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
 
@@ -115,6 +116,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
     Columns: id mol type xu yu zu radius, where the radius of a vertex is that of its rim; then what is the same for all
     atoms of a frame or droplet. For disks eps or k, for droplets a0 gamma ka eps delta eta contact (its place in
     `CONTACT_FORMS`); for both ensemble (its place in `ENSEMBLES`), onset (0: none), max_force (-1: none), converged.
+    A packing with fixed particles has the column fixed: 0 free, 1 fixed, 2 of a wall.
     Positions are not wrapped: polygons are whole. The time step is the number of the frame.
 
     Args:
@@ -157,6 +159,8 @@ def describe(packing: Packing) -> str:
     entries |= {name: getattr(packing, name) for name in STATE}
     if packing.rounding:
         entries["rounding"] = packing.rounding
+    if packing.fixed is not None:
+        entries |= {"fixed": np.packbits(packing.fixed).tobytes().hex(), "walls": packing.walls}
     return _MARK + " ".join(_entry(name, value) for name, value in entries.items() if value is not None)
 
 
@@ -198,7 +202,7 @@ def _value(word: str) -> tuple[str, Any]:
         number = float(text)
     except ValueError:
         raise InputError(f"the comment `{_MARK}` has the entry {word!r}: give it as name=number") from None
-    return name, bool(number) if name == "converged" else number
+    return name, bool(number) if name in ("converged", "walls") else number
 
 
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
@@ -239,6 +243,7 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
     yield f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"
     particle = packing.particle
     own = packing.kind.dump_columns(packing)
+    own |= {} if packing.fixed is None else {"fixed": np.where(packing.fixed, 2.0 if packing.walls else 1.0, 0.0)}
     shared = _numbers(packing)
     sizes = [" ".join(f"{value:.17g}" for value in values) for values in zip(*own.values(), strict=True)]
     end = " ".join(f"{value:.17g}" for value in shared.values())

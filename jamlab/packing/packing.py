@@ -29,8 +29,9 @@ from jamlab.plotting.drawable import CELL, drawn
 # what is known of a minimum, and its values for a state that nobody minimised
 MINIMUM: dict[str, Any] = {"max_force": None, "converged": False, "tolerance": None}
 MINIMUM |= {"on_rattlers": False, "on_target": True}
-KNOWN: dict[str, Any] = {**MINIMUM, "ensemble": "fixed-box", "rounding": 0.0}  # what files keep beside the state
-_STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
+KNOWN: dict[str, Any] = {**MINIMUM, "ensemble": "fixed-box", "rounding": 0.0, "fixed": None, "walls": False}
+# what files keep beside the state
+_STATE = frozenset({"box", "positions", "params", "diameters", "offsets", "fixed", "walls"})  # of a minimum
 _DEFINING = _STATE | {"model", "units"}  # what everything that is computed of a packing follows from
 
 
@@ -155,6 +156,9 @@ class Packing:
         tolerance: of that minimisation on forces, or None.
         on_rattlers: whether rattlers, or ends of flats, stop droplets that would slide, which the Hessian does not see.
         on_target: whether the sweep that made this state met the packing fraction asked for.
+        fixed: (n,) bool, particles that do not move: they follow strains of the box. None: all are free.
+        walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: strains of the box shift the upper
+            one as a whole, by the lattice vector across, and leave the lower one where it is.
         rounding: how far a coordinate may be off because its source held fewer digits than float64; 0 if it held all.
         provenance: a log of how it was made: seed, versions, protocol, wall time.
 
@@ -190,6 +194,8 @@ class Packing:
     on_rattlers: bool = False
     on_target: bool = True
     rounding: float = 0.0
+    fixed: NDArray[np.bool_] | None = None
+    walls: bool = False
     _derived: Derived = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -207,6 +213,7 @@ class Packing:
         check_params(self.model, self.units, self.parameters, self.params)
         for name, value in self.kind.checked(self).items():
             self._set(name, value)
+        self._set("fixed", self._check_fixed())
         self._lock()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -222,7 +229,7 @@ class Packing:
         self._set("_derived", Derived() if derived is None else derived)
         self._set("params", _frozen(self.params))
         self._set("provenance", _frozen(self.provenance))
-        for array in (self.box, self.positions, self.diameters, self.offsets, *self.params.values()):
+        for array in (self.box, self.positions, self.diameters, self.offsets, self.fixed, *self.params.values()):
             if isinstance(array, np.ndarray):
                 array.flags.writeable = False
 
@@ -251,6 +258,17 @@ class Packing:
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
+
+    def _check_fixed(self) -> NDArray[np.bool_] | None:
+        """The mask as kept, None if it fixes nothing."""
+        mask = None if self.fixed is None else np.array(self.fixed)
+        if mask is not None and (mask.dtype != bool or mask.shape != (self.n,)):
+            raise InputError(f"fixed is {mask.dtype} of shape {mask.shape}: give {self.n} truth values, one a particle")
+        if mask is not None and mask.all():
+            raise InputError(f"fixed: all {self.n} particles are fixed and none can move: leave one or more free")
+        if self.walls and (mask is None or not mask.any()):
+            raise InputError("walls=True: no particle is fixed: make walls with jamlab.with_walls(packing)")
+        return mask if mask is not None and mask.any() else None
 
     def _check_minimum(self) -> None:
         check_choice("ensemble", self.ensemble, ENSEMBLES)
@@ -299,6 +317,29 @@ class Packing:
         if self.offsets is None:
             return np.arange(self.n)
         return np.repeat(np.arange(self.n), np.diff(self.offsets))
+
+    @property
+    def fixed_particles(self) -> NDArray[np.bool_]:
+        """(n,) which particles are fixed."""
+        return np.zeros(self.n, dtype=bool) if self.fixed is None else self.fixed
+
+    @property
+    @per_packing
+    def fixed_sites(self) -> NDArray[np.bool_]:
+        """(len(positions),) whether each position belongs to a fixed particle."""
+        return np.asarray(self.fixed_particles[self.particle])
+
+    @property
+    @per_packing
+    def wall_offsets(self) -> Array:
+        """(len(positions), 2) d: under a displacement gradient E of the box, a fixed site at x moves by E (x + d).
+        Sites of a wall have, with d, the height of the lattice plane next to their particle."""
+        offsets = np.zeros((len(self.positions), 2))
+        if self.walls:
+            plane = np.round(self.centroids[:, 1] / self.box[1, 1])[self.particle]
+            across = plane - self.positions[:, 1] / self.box[1, 1]
+            offsets[self.fixed_sites] = np.outer(across, self.box[1])[self.fixed_sites]
+        return offsets
 
     @property
     @per_packing
@@ -352,7 +393,8 @@ class Packing:
     @property
     def known(self) -> dict[str, Any]:
         """What files keep of `KNOWN`: the values that are not those of a packing that nobody minimised."""
-        return {name: value for name, usual in KNOWN.items() if (value := getattr(self, name)) != usual}
+        known = {name: value for name, usual in KNOWN.items() if (value := getattr(self, name)) is not usual}
+        return {name: value for name, value in known.items() if name == "fixed" or value != KNOWN[name]}
 
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
@@ -400,6 +442,9 @@ class Packing:
         changes["onset"] = self.onset if particles.all() else None
         if self.diameters is not None:
             changes["diameters"] = self.diameters[particles]
+        if self.fixed is not None:
+            mask = self.fixed[particles]
+            changes |= {"fixed": mask if mask.any() else None, "walls": self.walls and bool(mask.any())}
         if self.offsets is not None:
             changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[particles])])
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
@@ -410,8 +455,8 @@ class Packing:
     @checked
     def difference(self, other: Packing) -> str | None:
         """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
-        for name in ("model", "units", "diameters", "offsets"):
-            if not np.array_equal(getattr(self, name), getattr(other, name)):
+        for name in ("model", "units", "diameters", "offsets", "fixed", "walls"):
+            if not np.array_equal(getattr(self, name), getattr(other, name)):  # None equals None
                 return name
         for name in sorted(self.params.keys() | other.params.keys()):
             mine, theirs = self.params.get(name), other.params.get(name)

@@ -98,7 +98,7 @@ def relax_at_pressure(
         The state reached; `converged` also means that the pressure is met to 1e-9 of its load.
     """
     numbers = settings.box_relaxation
-    if session.law.kernel_arguments() is not None:
+    if session.law.kernel_arguments() is not None and session.packing().fixed is None:
         relax_disks_and_box(session, Border(COMPRESSION, pressure), tolerance, near=True, settings=settings)
     found = relax(session, tolerance, near=True, settings=settings)
     before: tuple[float, float] | None = None

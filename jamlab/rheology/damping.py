@@ -170,7 +170,8 @@ class ContactDamping(DragLaw):
                     before[others] = before[before[others]]
                 own = np.isin(touching.i, order)
                 sliding = levers[own, 0] * turn[touching.i[own]] + levers[own, 1] * turn[touching.j[own]]
-                if np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
+                held = packing.fixed_particles[order].any()  # they do not turn
+                if not held and np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
                     free.append(first)
         return free
 
@@ -231,7 +232,7 @@ class StokesDrag(DragLaw):
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(_size(packing))
         stiffness = stiffness_scale(whole)
-        diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share, 2)
+        diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share * ~packing.fixed_sites, 2)
         diagonal[-1] = stiffness * self.eta_f * packing.area
         return sparse.diags_array(diagonal, format="csc")
 

@@ -119,13 +119,13 @@ def _displacements(
     network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)
     find_limits(motion)  # refuses what is not stable
-    fixed = 2 * len(network.packing.positions) - motion.moving
     for omega in frequencies:
         if not (np.isfinite(omega) and omega > 0):
             raise InputError(f"omega = {omega}: must be positive and finite")
         q, modulus, _ = solve_frequency(motion, omega)
-        u = np.concatenate([np.zeros(fixed), q[: motion.moving] / modulus]).reshape(-1, 2)
-        yield network.packing, u - u.mean(axis=0)
+        u: Complex = np.zeros(network.packing.positions.shape, dtype=np.complex128)
+        u.reshape(-1)[motion.displaced] = q[: motion.moving] / modulus
+        yield network.packing, u if network.packing.fixed is not None else u - u.mean(axis=0)
 
 
 @checked

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from jamlab.arrays import Array
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import ForceNetwork
-from jamlab.mechanics.stiffness import stiffness, stress
+from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.deformation import Direction, shear_direction
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
@@ -33,7 +33,8 @@ def dynamical_matrices(
     + 1): u_x, u_y of every vertex, then gamma; K holds perimeter, area and contact terms.
 
     Args:
-        packing: SP or DP. Rattlers are kept: `equation_of_motion` leaves them out.
+        packing: SP or DP. Rattlers are kept: `equation_of_motion` leaves them out. Fixed particles have no stiffness in
+            K, and their drag in B: their velocities are given.
         damping: default balanced contact damping, `ContactDamping(beta=1)`.
         prestress: False sets the contact forces in K to zero (their eq 4). SP only.
         direction: of shear, see `complex_modulus`.
@@ -93,7 +94,7 @@ class BorderedMatrix:
 class EquationOfMotion:
     """K and B on the coordinates to solve for, m of them; gamma is kept apart. The first `moving` coordinates are
     displacements, the others rotations, which no energy depends on; of disks that turn like gears,
-    `ContactDamping.gears`, one is held."""
+    `ContactDamping.gears`, one is held. Fixed particles are not among them; walls move with gamma."""
 
     # k_qq, b_qq: (m, m) sparse
     k_qq: sparse.csc_array
@@ -106,8 +107,9 @@ class EquationOfMotion:
     b_gg: float
     moving: int  # number of displacements among the coordinates
     # True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle may be held,
-    # which would be a force; otherwise site 0 is held.
+    # which would be a force; otherwise site 0 is held, unless some are fixed.
     drifting: bool
+    displaced: Indices  # (moving,) coordinates 2 i, 2 i + 1 of the packing that the first ones are
     area: float  # A of the cell
     # drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts
     contrast: float = 1.0
@@ -157,22 +159,26 @@ def equation_of_motion(
         )
     k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
-    drifting = not damping.at_contacts
+    drifting = not damping.at_contacts and packing.fixed is None
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
     spinning = damping.at_contacts and damping.contrast > 0 and packing.kind.rotations(packing) > 0
-    first = 0 if drifting else 2
-    free = slice(first, 3 * sites if spinning else 2 * sites)
-    (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, free), _cut(b, free)
+    displaced = np.arange(2 * sites) if drifting else solved_coordinates(packing)
     if spinning:
-        gears = 2 * sites - first + np.array(damping.gears(packing), dtype=np.int64)
-        if len(gears):
-            kept = np.delete(np.arange(len(k_qg)), gears)
-            k_qq, b_qq, k_qg, b_qg = k_qq[kept][:, kept], b_qq[kept][:, kept], k_qg[kept], b_qg[kept]
-    moving, contrast = 2 * sites - first, damping.contrast
-    return EquationOfMotion(k_qq, b_qq, k_qg, b_qg, k_gg, b_gg, moving, drifting, packing.area, contrast)
+        turning = np.setdiff1d(np.flatnonzero(~packing.fixed_particles), damping.gears(packing))
+        solved = np.concatenate([displaced, 2 * sites + turning])
+    else:
+        solved = displaced
+    carried = np.zeros(k.shape[0])  # by the strain: nothing but itself, and walls
+    carried[: 2 * sites] = (packing.wall_offsets @ shear_direction(direction).generator.T).ravel()
+    carried[-1] = 1.0
+    (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, solved, carried), _cut(b, solved, carried)
+    return EquationOfMotion(
+        k_qq, b_qq, k_qg, b_qg, k_gg, b_gg, len(displaced), drifting, displaced, packing.area, damping.contrast
+    )
 
 
-def _cut(matrix: sparse.csc_array, free: slice) -> tuple[sparse.csc_array, Array, float]:
-    """The free coordinates of a bordered matrix, their column of gamma, and the element of gamma."""
-    column = matrix[:, [-1]].toarray()[:, 0]
-    return matrix[free, free], column[free], float(column[-1])
+def _cut(matrix: sparse.csc_array, solved: Indices, carried: Array) -> tuple[sparse.csc_array, Array, float]:
+    """The coordinates to solve for of a bordered matrix, their column of what the strain carries along, and its own
+    element."""
+    column = matrix @ carried
+    return matrix[solved][:, solved].tocsc(), column[solved], float(carried @ column)

@@ -118,7 +118,7 @@ def _displacements(packing: Packing, motion: EquationOfMotion, vectors: Array) -
     """(sites, 2, modes) of all vertices, relative to the mean over droplets."""
     sites = len(packing.positions)
     u = np.zeros((2 * sites, vectors.shape[1]))
-    u[2 * sites - motion.moving :] = vectors[: motion.moving]  # in front is the site that is held
+    u[motion.displaced] = vectors[: motion.moving]
     moved = u.reshape(sites, 2, -1)
     return np.asarray(moved - _mean_over_vertices(packing, moved).mean(axis=0))
 
@@ -159,8 +159,8 @@ def _sliding_share(packing: Packing, damping: Damping, found: RelaxationModes, m
     """(m,) 1 - v^T B_0 v / v^T B v, with B_0 of approach alone."""
     if not damping.at_contacts:
         return np.full(len(found.rates), np.nan)
-    first = 2 * len(packing.positions) - motion.moving
-    approach = damping_matrix(packing, ContactDamping(beta=0.0, tau=damping.tau))[first:-1, first:-1]
+    moved = motion.displaced
+    approach = damping_matrix(packing, ContactDamping(beta=0.0, tau=damping.tau))[moved][:, moved]
     v = found.vectors
     whole, part = (np.einsum("im,im->m", v, matrix @ v) for matrix in (motion.b_qq, approach))
     share = np.divide(part, whole, out=np.ones_like(part), where=whole > 0)

@@ -21,7 +21,7 @@ from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, 
 _SAME_PLACE = 1e-12  # of the box: coordinates of one atom in two columns
 # sections and columns that are read, or that states at rest have no use for
 _SECTIONS = {"Atoms", "Bonds", "Masses", "Velocities", "d_diameter", "d_a0"}
-_ENTRIES = {*LAW_NAMES, *STATE, "model", "units", "rounding"}
+_ENTRIES = {*LAW_NAMES, *STATE, "model", "units", "rounding", "fixed", "walls"}
 _COLUMNS = {
     *("id", "mol", "type", "element", "mass", "q", "density", "a0", "vx", "vy", "vz", "fx", "fy", "fz"),
     *(f"{axis}{kind}" for axis in "xyz" for kind in ("", "u", "s", "su")),
@@ -311,6 +311,8 @@ def _entries(atoms: Columns) -> dict[str, Any]:
             found[name] = dict(enumerate(names))[int(found[name])]
     if "converged" in found:
         found["converged"] = bool(found["converged"])
+    if "fixed" in atoms:
+        found |= {"fixed": atoms.numbers("fixed"), "walls": bool((atoms.numbers("fixed") > 1).any())}
     if found.get("onset") == 0:
         del found["onset"]
     if found.get("max_force", 0) < 0:

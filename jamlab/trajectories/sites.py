@@ -230,6 +230,8 @@ class Sites:
         common: dict[str, Any] = {"model": model, "box": cell, "units": units, "onset": self.entries.get("onset")}
         common["rounding"] = self.rounding
         common["ensemble"] = self.entries.get("ensemble", "fixed-box")
+        if "fixed" in self.entries:
+            common |= {"fixed": self._fixed(self.entries["fixed"]), "walls": self.entries.get("walls", False)}
         if not self.rounding:
             common |= {name: self.entries[name] for name in ("max_force", "converged") if name in self.entries}
         if self.rings is None:
@@ -244,6 +246,13 @@ class Sites:
         history = {"assumed": assumed, "unread": sorted(set(self.unread))}
         history = {**self.provenance, **{name: names for name, names in history.items() if names}}
         return Packing(params=law, provenance=history, **common)
+
+    def _fixed(self, given: str | Array) -> NDArray[np.bool_]:
+        """(n,) mask, from the bits of all particles or the numbers (n_atoms,) of all atoms."""
+        if isinstance(given, str):
+            n = len(self.positions) if self.rings is None else len(self.rings.offsets) - 1
+            return np.unpackbits(np.frombuffer(bytes.fromhex(given), dtype=np.uint8))[:n].astype(bool)
+        return np.asarray((given if self.rings is None else given[self.rings.order][self.rings.offsets[:-1]]) > 0)
 
     def _cell(self, given: ArrayLike | None) -> Array:
         box = None if given is None else plane_box("box", given)

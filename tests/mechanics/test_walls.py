@@ -1,0 +1,192 @@
+"""Fixed particles and walls: statics, response, files and quasi-static shear against what a periodic packing says."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.geometry.walls import wall_stress
+from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.deformation import deformed, sheared
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(n=64, pressure=1e-2, seed=1)
+
+
+@pytest.fixture(scope="module", params=["sp", "dp"])
+def walled(request, packing):
+    start, thickness = (packing, 2.0) if request.param == "sp" else (request.getfixturevalue("dp_dense"), 1.0)
+    return jamlab.with_walls(start, thickness)
+
+
+def test_a_mask_of_nothing_changes_no_digit(packing):
+    same = packing.with_state(fixed=np.zeros(packing.n, dtype=bool))
+    assert same.fixed is None and same.difference(packing) is None
+    moved = [p.with_state(positions=p.positions + 1e-3 * np.sin(p.positions)) for p in (packing, same)]
+    one, two = (jamlab.relaxed(p) for p in moved)
+    assert np.array_equal(one.positions, two.positions)
+    assert np.array_equal(*(jamlab.complex_modulus(p, [1e-2, 1.0]).loss for p in (one, two)))
+    assert np.array_equal(*(jamlab.quasistatic_shear(p, 2e-3, 1e-3).stress for p in (one, two)))
+
+
+def test_walls_of_a_minimum_are_at_a_minimum_and_stay(walled):
+    """Both in LAMMPS and in plain sums; free particles come back to where they were pushed from."""
+    found = jamlab.evaluate(walled)
+    free = ~walled.fixed_sites
+    assert np.array_equal(found.forces[~free], np.zeros((np.sum(~free), 2))) and not forces(walled)[~free].any()
+    assert found.stress == pytest.approx(stress(walled), abs=1e-12)
+    pushed = walled.positions + 1e-5 * np.sin(7 * walled.positions) * free[:, None]
+    back = jamlab.relaxed(walled.with_state(positions=pushed))
+    assert back.converged and np.abs(back.positions - walled.positions)[~free].max() < 1e-14
+    assert jamlab.evaluate(back).energy == pytest.approx(found.energy, rel=1e-11)
+
+
+def test_stress_is_what_moving_the_wall_costs(walled):
+    """By the energy of LAMMPS; and it is the push of the slab on either wall, to 1e-12 of the stiffness."""
+    on_walls = wall_stress(walled)
+    for k, gradient in enumerate(([[0, 1], [0, 0]], [[0, 0], [0, 1]])):
+        step = 1e-6 * np.array(gradient)
+        up, down = (jamlab.evaluate(deformed(walled, np.eye(2) + s * step)[0]).energy for s in (1, -1))
+        slope = (up - down) / 2e-6 / walled.area
+        assert slope == pytest.approx(-np.sum(jamlab.evaluate(walled).stress * gradient), rel=1e-6, abs=1e-9)
+        assert slope == pytest.approx((1 - 2 * k) * on_walls[0, k], rel=1e-6, abs=1e-9)
+    assert on_walls[0] == pytest.approx(on_walls[1], abs=1e-12 if walled.model == "sp" else 1e-9)
+
+
+def test_moduli_by_strain_are_those_of_linear_response(walled):
+    assert jamlab.shear_modulus(walled, "finite-strain") == pytest.approx(jamlab.shear_modulus(walled), rel=1e-5)
+    if walled.model == "sp":
+        assert jamlab.bulk_modulus(walled, "finite-strain") == pytest.approx(jamlab.bulk_modulus(walled), rel=1e-6)
+
+
+def test_fixed_particles_leave_no_translations(walled):
+    network, free = jamlab.contacts(walled), ~walled.fixed
+    modes = jamlab.lowest_modes(walled, 6)
+    loose = 2 * int(network.rattlers.sum()) if walled.model == "sp" else 0
+    assert not modes.vectors[:, walled.fixed_sites].any() and jamlab.zero_modes(walled) == loose
+    assert modes.eigenvalues[min(loose, 5)] > 1e-9
+    assert not network.rattlers[walled.fixed].any() and network.backbone == np.sum(free & ~network.rattlers)
+    bearing = network.pairs[network.bearing]
+    assert free[bearing].any(axis=1).all() and network.z == free[bearing].sum() / network.backbone
+    count = jamlab.held_motions(walled)
+    motions = walled.kind.motions * count.particles
+    assert count.particles == network.backbone and count.contacts == motions - count.free + count.self_stresses
+    assert network.isostatic == 2 * network.backbone + 1
+
+
+@pytest.mark.parametrize(
+    "damping", [jamlab.ContactDamping(), jamlab.ContactDamping(beta=0.0), jamlab.StokesDrag(eta_f=1.0)]
+)
+def test_complex_modulus_of_a_slab_is_that_of_dense_solves(packing, damping):
+    """Of the matrices of the periodic packing, with the motion of the rigid walls written out here."""
+    walled, n = jamlab.with_walls(packing), packing.n
+    k, b = (m.toarray() for m in jamlab.dynamical_matrices(packing, damping))
+    if not damping.at_contacts:  # the fluid drags on free particles alone
+        b[np.repeat(walled.fixed, 2).nonzero()[0]] *= 0
+    height, y = packing.box[1, 1], packing.positions[:, 1]
+    plane = np.where(y % height > height / 2, height, 0.0) + np.floor(y / height) * height
+    free = np.flatnonzero(~walled.fixed & ~jamlab.contacts(walled).rattlers)
+    turning = 2 * n + free if damping.at_contacts and damping.contrast else free[:0]
+    columns = np.concatenate([2 * free, 2 * free + 1, turning])
+    motion = np.zeros((len(k), len(columns) + 1))
+    motion[columns, np.arange(len(columns))] = motion[-1, -1] = 1.0
+    motion[2 * np.flatnonzero(walled.fixed), -1] = (plane - y)[walled.fixed]
+    omega = np.geomspace(1e-4, 1e2, 5)
+    expected = []
+    for w in omega:
+        m = motion.T @ (k + 1j * w * b) @ motion
+        expected.append((m[-1, -1] - m[-1, :-1] @ np.linalg.solve(m[:-1, :-1], m[:-1, -1])) / packing.area)
+    for method in ("direct", "dense", "reduced"):
+        found = jamlab.complex_modulus(walled, omega, damping, method=method)
+        assert found.storage == pytest.approx(np.real(expected), rel=1e-9)
+        assert found.loss == pytest.approx(np.imag(expected), rel=1e-9)
+
+
+def test_walls_shear_a_slab(packing):
+    """The upper one moves as a whole; both bear the same stress, whose work is the change of energy."""
+    walled = jamlab.with_walls(packing)
+    slope = jamlab.quasistatic_shear(walled, 1e-6, 5e-7)
+    assert np.diff(slope.stress) / 5e-7 == pytest.approx(jamlab.shear_modulus(walled), rel=1e-5)
+    found = jamlab.quasistatic_shear(walled, 0.05, 5e-3, walls=True, every=0.01)
+    assert found.converged.all() and found.wall_stress.shape == (11, 2, 2)
+    assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], abs=1e-11)
+    assert found.wall_stress[:, 0, 0] == pytest.approx(found.stress, abs=1e-11)
+    moved, height = (found.packing.positions - walled.positions)[walled.fixed], walled.box[1, 1]
+    image, inside = np.divmod(walled.positions[walled.fixed, 1], height)
+    assert moved[:, 0] - 0.05 * height * image == pytest.approx(0.05 * height * (inside > height / 2), abs=1e-12)
+    assert np.abs(moved[:, 1]).max() < 1e-12
+    profile, between = found.velocity_profile, jamlab.slab(walled)
+    assert np.all(profile.height > between.bottom / walled.box[1, 1] - 0.1)
+    assert profile.localisation > 1 and 0 < profile.velocity[0] < profile.velocity[-1] < 1
+    assert 0.8 < between.packing_fraction < 0.95 and 0 < between.voids.sum() < len(between.voids)
+    bare, plain = (jamlab.quasistatic_shear(p, 1e-3, 1e-3, walls=False) for p in (walled, packing))
+    assert not len(bare.wall_stress) and np.array_equal(bare.stress, plain.stress)
+
+
+def test_profile_of_an_affine_flow_is_straight():
+    """A crystal: every layer moves with the box, walls or not, across the periodic edge as well."""
+    i, j = np.divmod(np.arange(48), 6)
+    x = 0.9 * np.column_stack([i + 0.5 * (j % 2), np.sqrt(0.75) * j + 0.1])
+    p = jamlab.Packing("sp", 0.9 * np.diag([8, 6 * np.sqrt(0.75)]), x, {"k": 1.0}, "k", np.ones(48))
+    profile = jamlab.quasistatic_shear(p, 0.02, 0.01).velocity_profile
+    assert profile.velocity == pytest.approx(profile.height, abs=1e-9) and len(profile.height) == 5
+    assert profile.localisation == pytest.approx(1.0) and profile.standard_error.shape == (5,)
+
+
+@pytest.mark.parametrize("ending", ["h5", "data", "dump"])
+def test_files_keep_walls(walled, tmp_path, ending):
+    file = tmp_path / f"walled.{ending}"
+    for given in (walled, walled.with_state(walls=False)):
+        {"h5": given.write, "data": lambda f, p=given: jamlab.write_data(f, p)}.get(
+            ending, lambda f, p=given: jamlab.write_dump(f, [p])
+        )(file)
+        found = jamlab.read(file)
+        assert found.difference(given) is None and found.walls is given.walls
+    assert jamlab.from_universe(jamlab.universe(walled))[0].difference(walled) is None
+    assert walled.select(~walled.fixed).fixed is None and walled.select(walled.fixed | True).walls
+
+
+def test_scattered_fixed_particles_follow_the_box(packing):
+    """Their response is 0, and that of the others balances forces."""
+    mask = np.arange(packing.n) % 7 == 0
+    pinned = packing.with_state(fixed=mask, converged=True, max_force=packing.max_force)
+    tensor = jamlab.elastic_tensor(pinned)
+    assert not tensor.displacements[mask].any() and jamlab.shear_modulus(pinned) > jamlab.shear_modulus(packing)
+    strained = sheared(pinned, 1e-5)
+    relaxed = jamlab.relaxed(strained)
+    assert relaxed.positions[mask] == pytest.approx(strained.positions[mask], abs=1e-14)
+    response = (relaxed.positions - strained.positions) / 1e-5
+    held = ~jamlab.contacts(pinned).rattlers
+    assert response[held] == pytest.approx(tensor.displacements[held, :, 0, 1], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        (lambda p, w: p.with_state(fixed=np.ones(p.n, dtype=bool)), "64"),
+        (lambda p, w: p.with_state(fixed=np.zeros(3, dtype=bool)), "(3,)"),
+        (lambda p, w: p.with_state(fixed=np.zeros(p.n)), "array([0."),
+        (lambda p, w: p.with_state(walls=True), "walls=True"),
+        (lambda p, w: jamlab.with_walls(p, 0.0), "0"),
+        (lambda p, w: jamlab.with_walls(p, np.nan), "nan"),
+        (lambda p, w: jamlab.with_walls(p, 4.0), "4"),
+        (lambda p, w: jamlab.with_walls(p, 1e-3), "0.001"),
+        (lambda p, w: jamlab.quasistatic_shear(p, 0.01, walls=True), "walls=True"),
+        (lambda p, w: jamlab.quasistatic_shear(w, 0.01, direction="pure"), "'pure'"),
+        (lambda p, w: jamlab.quasistatic_shear(w, 0.01, pressure="constant"), "'constant'"),
+        (lambda p, w: jamlab.Session(w, ranks=2), "ranks = 2"),
+        (lambda p, w: jamlab.slab(p), "walls=True"),
+        (lambda p, w: jamlab.quasistatic_shear(p, 0.01, 0.01).frames[0] and _profile_of_one(p), "1 packing"),
+    ],
+)
+def test_bad_input_is_refused(packing, call, named):
+    with pytest.raises(jamlab.InputError) as caught:
+        call(packing, jamlab.with_walls(packing))
+    assert named in str(caught.value)
+
+
+def _profile_of_one(packing):
+    from jamlab.flow.velocity_profile import velocity_profile
+
+    return velocity_profile([packing])
