@@ -58,16 +58,6 @@ def test_seeds_are_added_until_the_error_is_met(spread):
     assert steps and all(1.25 * a <= b <= 2 * a for a, b in steps)
 
 
-def test_equal_packings_need_the_first_seeds_only(spread):
-    assert [(p.seeds, p.met) for p in spread([4.0] * 100, 1e-6)] == [(FIRST_SEEDS, False), (FIRST_SEEDS, True)]
-
-
-def test_the_cap_ends_it(spread):
-    last = spread(np.arange(20.0), 1e-3, most=20)[-1]
-    assert (last.seeds, last.met) == (20, False)
-    assert last.errors["z"] == pytest.approx(np.std(np.arange(20), ddof=1) / np.sqrt(20))
-
-
 def test_packings_without_a_value_are_left_out(spread):
     values = np.random.default_rng(2).normal(4.0, 0.1, 100)
     values[3] = np.nan

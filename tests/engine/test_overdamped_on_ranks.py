@@ -1,7 +1,5 @@
 """Plain `lmp` under MPI: the same flow on any number of ranks, newton on or off, over a flip of the box."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,8 @@ from disk_flows import COLUMNS, commands
 from droplet_flows import droplet_commands
 
 import jamlab
+
+from .test_plugin_on_ranks import launch
 
 FIX = {
     "sp": "tolerance 0.1 solver 1e-10 longest 0.01",
@@ -27,13 +27,10 @@ def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more="", drive=
         *tiles,
         f"fix flow all overdamped {drive} {FIX[packing.model]} {more}",
     ]
-    (folder / "in.flow").write_text("\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n")
-    programs = Path(sys.executable).parent
-    line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.flow", "-log", "none", "-nocite"]
-    done = subprocess.run(list(map(str, line)), cwd=folder, capture_output=True, text=True, timeout=120, check=False)
-    rows = [row.split()[1:] for row in done.stdout.splitlines() if row.startswith("row ")]
-    assert done.returncode == 0 or not rows, done.stdout
-    return dict(zip(COLUMNS, np.array(rows[0], dtype=float), strict=True)) if rows else done.stdout + done.stderr
+    code, output = launch(folder, "\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n", ranks)
+    rows = [row.split()[1:] for row in output.splitlines() if row.startswith("row ")]
+    assert code == 0 or not rows, output
+    return dict(zip(COLUMNS, np.array(rows[0], dtype=float), strict=True)) if rows else output
 
 
 @pytest.fixture(scope="module")

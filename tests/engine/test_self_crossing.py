@@ -1,9 +1,5 @@
 """Polygons that fold over themselves are found, in Python and in the plugin, and are no packing."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import shapely
@@ -11,6 +7,8 @@ import shapely
 import jamlab
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.outlines import self_crossings
+
+from .test_plugin_on_ranks import launch
 
 DECK = """
 {variables}
@@ -107,14 +105,12 @@ def test_the_decks_stop_at_a_polygon_that_crosses_itself(random_polygons, tmp_pa
         values = {key: value for key, value in p.params.items() if key != "a0"} | {"skin": 0.1, "longest_edge": 3.0}
         variables = "\n".join(f"variable {key} index {value}" for key, value in values.items())
         fields = {"decks": installed("lammps_inputs"), "variables": variables, "vertex": vertex + 1, "polygon": 4}
-        (tmp_path / "in.test").write_text(DECK.format(**fields, move=other[vertex] - p.positions[vertex]))
-        programs = Path(sys.executable).parent
-        line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.test", "-log", "none", "-nocite"]
-        done = subprocess.run([str(word) for word in line], cwd=tmp_path, capture_output=True, text=True, timeout=60)
-        counts = next(row.split()[1:] for row in done.stdout.splitlines() if row.startswith("crossings"))
+        deck = DECK.format(**fields, move=other[vertex] - p.positions[vertex])
+        code, output = launch(tmp_path, deck, ranks)
+        counts = next(row.split()[1:] for row in output.splitlines() if row.startswith("crossings"))
         assert counts[0] == counts[1]
         assert (int(counts[0]) > 0) == through
-        assert done.returncode == (2 if through else 0)
+        assert code == (2 if through else 0)
         assert (tmp_path / "dp.failed.data").exists() == through
-        assert ("SELF-CROSSING" in done.stdout) == through
-        assert ("went on" in done.stdout) != through
+        assert ("SELF-CROSSING" in output) == through
+        assert ("went on" in output) != through

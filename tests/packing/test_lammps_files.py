@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from wandering_packings import disks, polygons
 
 import jamlab
 from jamlab.engine.installation import start_lammps
@@ -12,29 +13,7 @@ from jamlab.errors import InputError
 from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
 from jamlab.packing.packing import Packing
 
-LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
-LX, LY = 10 / 3, 29 / 9.9  # all 17 digits count
 TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
-
-
-def disks(tilt, seed=0):
-    """Disks in the box and up to three boxes away."""
-    box = np.array([[LX, 0.0], [tilt, LY]])
-    spread = np.repeat([[-3.0, 4.0], [0.0, 1.0]], 20, axis=0)
-    positions = np.random.default_rng(seed).uniform(spread[:, :1], spread[:, 1:], (40, 2)) @ box
-    sizes = np.array([1.4, 1.0, 0.7, 1.0] * 10) / 3
-    return Packing("sp", box, positions, {"eps": 1.0}, diameters=sizes)
-
-
-def polygons(tilt, seed=0):
-    """Polygons that cross the edges and corners of the box, and one far outside."""
-    rng = np.random.default_rng(seed)
-    rings, sizes = [], [5, 7, 5, 3]
-    for centre, nv in zip(((0.1, 0.1), (3.2, 2.8), (0.1, 2.8), (-11.0, 9.0)), sizes, strict=True):
-        angle = 2 * np.pi * np.arange(nv) / nv
-        rings.append(centre + 0.4 * np.column_stack([np.cos(angle), np.sin(angle)]) + rng.uniform(-0.05, 0.05, (nv, 2)))
-    params = LAW | {"a0": np.array([0.4, 0.5, 0.4, 0.2]) / 3}
-    return Packing("dp", [[LX, 0.0], [tilt, LY]], np.concatenate(rings), params, offsets=np.cumsum([0, *sizes]))
 
 
 @pytest.fixture(scope="module")
@@ -80,11 +59,11 @@ def atoms_in(path, columns):
 @pytest.mark.parametrize("tilt", TILTS)
 @pytest.mark.parametrize("make", [disks, polygons])
 def test_lammps_holds_what_was_written(tmp_path, lmp, make, tilt):
-    packing = make(tilt)
+    packing = make(1, tilt)
     table = write_data(tmp_path / "p.data", packing)
     for state in load(lmp, tmp_path / "p.data", packing.model):
         low, high, xy, yz, xz, periodic, _ = lmp.extract_box()
-        assert (low[:2], high[:2], xy, yz, xz) == ([0, 0], [LX, LY], tilt, 0, 0)
+        assert (low[:2], high[:2], xy, yz, xz) == ([0, 0], packing.box.diagonal().tolist(), tilt, 0, 0)
         assert periodic == [1, 1, 1]
         whole = state["x"][:, :2] + state["image"][:, :2] @ packing.box
         np.testing.assert_allclose(whole, packing.positions, rtol=0, atol=2e-14)
@@ -116,14 +95,12 @@ def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path, far):
     assert atoms_in(tmp_path / "p.data", slice(-3, -1)).tolist() == [[0, 0], [511, -512]]
 
 
-def test_types_rank_the_sizes():
-    table = types(disks(0.0))
-    assert table.ntypes == 3
-    assert (table.values == np.array([0.7, 1.0, 1.4]) / 3).all()
-    assert table.types[:4].tolist() == [3, 2, 1, 2]
-    table = types(polygons(0.0))
-    assert (table.values == np.array([0.2, 0.4, 0.5]) / 3).all()
-    assert table.types.tolist() == [2, 3, 2, 1]
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_types_rank_the_sizes(make):
+    packing = make(1, 0.0)
+    sizes = packing.diameters if make is disks else packing.params["a0"]
+    table = types(packing)
+    assert (table.values == np.unique(sizes)).all() and (table.values[table.types - 1] == sizes).all()
 
 
 def test_beyond_64_sizes_types_are_classes_and_files_hold_the_diameter_of_each_disk(tmp_path):
@@ -148,13 +125,13 @@ def test_dump_frames_have_one_size(tmp_path):
     with pytest.raises(InputError):
         write_dump(tmp_path / "run.dump", [])
     with pytest.raises(InputError, match="frame 1"):
-        write_dump(tmp_path / "run.dump", [disks(0.0), polygons(0.0)])
+        write_dump(tmp_path / "run.dump", [disks(1, 0.0), polygons(1, 0.0)])
     assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.parametrize("make", [disks, polygons])
 def test_the_comment_of_a_data_file_holds_the_force_law(tmp_path, make):
-    packing = make(0.37)
+    packing = make(1, 0.37)
     packing = replace(packing, onset=1 / 3, ensemble="shear-stabilized", max_force=1e-13 / 3, converged=True)
     write_data(tmp_path / "p.data", packing)
     lines = (tmp_path / "p.data").read_text().splitlines()
@@ -173,12 +150,12 @@ def test_a_comment_that_is_no_list_of_numbers_is_refused():
     with pytest.raises(InputError, match="'gamma=much'"):
         described(["# jamlab model=dp gamma=much"])
     with pytest.raises(InputError, match=r"params\['note'\]"):
-        describe(disks(0.0).with_state(params={"eps": 1.0, "note": [1]}))
+        describe(disks(1, 0.0).with_state(params={"eps": 1.0, "note": [1]}))
 
 
 @pytest.mark.parametrize("name", ["p.h5", "p.csv", "p.dump.gz", "p.txt", "data.h5", "p.html"])
 def test_files_for_lammps_do_not_get_a_name_of_another_format(tmp_path, name):
-    packing = disks(0.0)
+    packing = disks(1, 0.0)
     for save in (jamlab.write_data, lambda path, p: jamlab.write_dump(path, [p])):
         with pytest.raises(InputError, match=name):
             save(tmp_path / name, packing)
