@@ -36,19 +36,6 @@ def test_points_are_means_over_packings_with_their_standard_errors(full):
     assert entries[0] == f"soft particles (SP), n = 8\nstates left out: {outside} outside the bins"
 
 
-def test_a_curve_for_each_kind_over_the_distance_from_onset(full):
-    """What differs in model, size, ensemble or units is never averaged."""
-    axes, entries = plotted(full, "z", marker="*", lw=3)
-    sp, dp = "soft particles (SP), n =", "deformable polygons (DP), n ="
-    kinds = {f"{dp} 8, fixed-box, eps", f"{sp} 8, fixed-box, eps", f"{sp} 10, fixed-box, eps"}
-    kinds |= {f"{sp} 32, shear-stabilized, k"}
-    assert {entry.split("\nstates")[0].replace("\n", " ") for entry in entries} == kinds
-    assert axes.get_xscale() == "log" and axes.get_xlabel() == r"distance from onset $\rho - \rho_J$"
-    line = axes.containers[-1].lines[0]
-    assert (line.get_marker(), line.get_linewidth()) == ("*", 3)
-    assert any("outside the bins" in entry for entry in entries)  # the onset itself, which a logarithm cannot show
-
-
 def test_a_mean_of_a_selection_is_hollow_and_said():
     """At onset most packings have no G: the mean is that of the few that are stable."""
     rho, seeds = np.tile([0.84, 0.9], 12), np.repeat(np.arange(12), 2)

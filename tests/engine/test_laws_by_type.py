@@ -143,21 +143,6 @@ velocity all set NULL NULL 0.0
 """
 
 
-def test_rerun_gives_the_energies_of_the_run(tmp_path):
-    """Every tenth frame, through neighbor builds, one rank and two."""
-    (tmp_path / "data").write_text(outlines.data(outlines.scene(28)))
-    deck = outlines.deck("data") + LAWS + MOVE + "dump d all custom 10 d.dump id type mol x y ix iy vx vy\n"
-    deck += 'dump_modify d format float %.17g\nfix out all ave/time 10 1 10 c_thermo_pe file run.txt format " %.17g"\n'
-    deck += "run 100\n" + outlines.deck("data") + LAWS
-    deck += 'fix out all ave/time 10 1 10 c_thermo_pe file rerun.txt format " %.17g"\nrerun d.dump dump x y ix iy\n'
-    for ranks in (1, 2):
-        run(tmp_path, deck, ranks)
-        before, after = np.loadtxt(tmp_path / "run.txt"), np.loadtxt(tmp_path / "rerun.txt")
-        assert np.ptp(before[:, 1]) > 0.01
-        assert len(before) == 11
-        assert after == pytest.approx(before, rel=1e-12)
-
-
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_run_that_goes_on(tmp_path, ranks):
     """`run N pre no` after a run is the same run, to the last digit; `run every` almost."""

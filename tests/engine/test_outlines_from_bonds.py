@@ -171,19 +171,6 @@ def test_bonds_between_molecules_are_no_edges(lmp, tmp_path):
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state) + outlines.GAMMA * bond, rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_a_self_crossing_ring_warns(tmp_path, ranks):
-    """One warning, with the molecule."""
-    state = outlines.scene(6)
-    ring = state.outlines[2].points
-    ring[[2, 3]] = ring[[3, 2]]
-    (tmp_path / "data").write_text(outlines.data(state))
-    code, output = launch(tmp_path, outlines.deck("data") + "run 0\n", ranks)
-    assert code == 0
-    warning = r"WARNING: (\d+) polygons cross their own outline, the first is molecule (\d+)"
-    assert re.findall(warning, output) == [("1", "3")]
-
-
 OTHERS = """
 special_bonds lj/coul 1.0 1.0 1.0
 neighbor 0.1 bin

@@ -13,7 +13,6 @@ import jamlab
 from jamlab.figures.explorer import write_page as page
 from jamlab.figures.explorer.states import (
     STEPS,
-    affine_part,
     displacements,
     observe,
     pack_state,
@@ -21,8 +20,7 @@ from jamlab.figures.explorer.states import (
     strains,
     unflipped_box,
 )
-from jamlab.geometry.rims import rim_overlaps, rims
-from jamlab.packing.deformation import at_phi, deformed, sheared
+from jamlab.packing.deformation import at_phi, sheared
 from studies.reference_data import example_file
 
 STATES = Path(__file__).parent / "states"
@@ -108,13 +106,6 @@ def test_voids_and_cells_have_their_size(packing):
     assert drawn == pytest.approx(cells.wall_length.sum(), rel=0.01)
 
 
-def test_overlaps_of_droplets_have_their_size():
-    packing = jamlab.read(STATES / "droplets.h5")
-    state, found = pack_state(packing, None), rim_overlaps(packing, rims(packing))
-    drawn = sum(shapely.Polygon(lens).area for lens in lines(state, state["overlaps"]))
-    assert drawn == pytest.approx(0.5 * shapely.area(found.regions).sum(), rel=0.05)
-
-
 def test_outlines_that_cross_are_refused_with_the_number_of_the_state(tmp_path):
     packing = jamlab.read(STATES / "droplets.h5")
     onto_another = np.where(packing.particle == 0, 1.0, 0.0)[:, None] * (np.diff(packing.centroids[:2], axis=0) + 0.2)
@@ -131,12 +122,6 @@ def test_displacements_leave_out_the_box_the_drift_and_jumps_by_a_period(packing
     moved = displacements(packing, after.with_state(positions=after.positions + own + jump + [0.2, 0.1]))
     np.testing.assert_allclose(moved[0], [0.03, -0.04], atol=1e-12)
     np.testing.assert_allclose(moved[1:], 0, atol=1e-12)
-
-
-def test_the_affine_part_is_that_of_the_box(packing):
-    after, _ = deformed(packing, np.array([[1.01, 0.02], [0.0, 1.0]]))
-    found = affine_part(packing.box, after.box)
-    assert found == pytest.approx({"area": 0.01, "shear": 0.02})
 
 
 def test_page_takes_known_numbers_measures_others_and_says_why_there_is_no_modulus(tmp_path):
@@ -168,7 +153,7 @@ def test_page_is_one_file_and_takes_every_kth_state(tmp_path):
     assert [row["strain"] - start for row in content["rows"]] == pytest.approx([0.0, 0.03, 0.06])
 
 
-@pytest.mark.parametrize("apart", [0.1, 0.25, 0.8])
+@pytest.mark.parametrize("apart", [0.1, 0.8])
 def test_strain_of_a_flow_goes_on_where_its_box_flips(tmp_path, apart):
     """Frames may be farther apart than the box leans at most, since each knows its strain."""
     start = jamlab.read(STATES / "disks.h5")
@@ -219,10 +204,3 @@ def test_a_modulus_below_zero_is_explained():
     packing = jamlab.read(example_file("sp"), frame=6)
     row = observe(packing, {}, 0.0)
     assert row["g"] < 0 and "would shear by itself" in row["why"]
-
-
-def test_in_motion_the_curve_is_that_of_all_contacts(sp_jammed):
-    """No rule tells rattlers there: z has gaps where the recursion removes every disk."""
-    moving = jamlab.shear(sp_jammed, 0.1, 0.02, rows=2).packing
-    assert [page.curves(p)[0].name for p in (sp_jammed, moving)] == ["z", "z_all"]
-    assert observe(moving, {}, 0.02)["z_all"] == jamlab.contacts(moving).z_all

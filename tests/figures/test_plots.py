@@ -254,19 +254,6 @@ def test_every_plot_has_labels_with_units_and_legends_that_cover_no_point(name):
         assert not covers_points(axes.figure)
 
 
-@pytest.mark.parametrize("name", [*RESULTS, "flow curve", "Pipkin"])
-def test_axes_and_style_that_matplotlib_does_not_know_are_refused(name):
-    thing = result(name)
-    for wrong in (pyplot, "ax", 1, Figure(), np.array([]), Figure().add_subplot(projection="polar")):
-        with pytest.raises(jamlab.InputError):
-            thing.plot(wrong)
-    before = set(pyplot.get_fignums())
-    with pytest.raises(jamlab.InputError):
-        thing.plot(colour="red")
-    assert set(pyplot.get_fignums()) == before  # no empty figure is left behind
-    assert thing.plot(Figure().subplots(), alpha=0.5) is not None
-
-
 def test_importing_stays_light_and_no_backend_is_forced():
     done = subprocess.run([sys.executable, "-W", "error", "-c", LIGHT], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

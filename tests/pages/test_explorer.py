@@ -154,26 +154,6 @@ def test_zoom_and_pan_show_periodic_images(browser, page, sweep):
     assert (np.ptp(seen, axis=1) > 10).all()  # a colour of a particle, neither paper nor ink
 
 
-def test_curves_jump_to_a_state_and_reasons_stand_beside_gaps(browser, page):
-    from selenium.webdriver import ActionChains
-
-    browser.open(page)
-    third = browser.driver.find_elements("css selector", ".curve-figure svg")[2]
-    x = browser.run(f"return {EXPLORER}.curves[2].place(2)[0] / 400")
-    ActionChains(browser.driver).move_to_element_with_offset(
-        third, round((x - 0.5) * third.size["width"]), 0
-    ).click().perform()
-    assert current(browser) == 2
-    assert re.match(r"NOT CONVERGED: largest force left 0\.0010 \[ε/l\]", browser.element(".warning").text)
-    browser.run(f"{EXPLORER}.show(3)")
-    assert "no contact bears a load" in browser.element(".numbers").text
-    assert "energy minimum" in browser.element(".warning").text
-    titles = browser.run("return [...document.querySelectorAll('svg title')].map(title => title.textContent)")
-    assert any("no contact bears a load" in title for title in titles)
-    captions = browser.run("return [...document.querySelectorAll('figcaption')].map(caption => caption.textContent)")
-    assert any("mean over directions" in caption and "[ε/l²]" in caption for caption in captions)
-
-
 def test_fits_a_phone_and_takes_fingers(browser, page):
     browser.open(page, 375, 812, touch=True)
     assert browser.overhang() == 0

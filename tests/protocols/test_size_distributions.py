@@ -1,14 +1,9 @@
 """Disks and droplets of any sizes: distributions, packings against plain loops, what no packing can have."""
 
-from itertools import combinations, product
-
 import numpy as np
 import pytest
-from campaigns import read_campaign_file, written
 
 import jamlab
-from jamlab.campaign.states import make_states
-from jamlab.campaign.tasks import Parameters, batches
 from jamlab.packing import lammps_files
 from jamlab.protocols.random_start import droplet_params, random_disks
 from jamlab.protocols.size_distributions import SizeDistribution, sizes_record
@@ -76,27 +71,10 @@ def many():
     return jamlab.pack(n=len(ONE_TO_TEN), pressure=1e-2, seed=2, sizes=ONE_TO_TEN)
 
 
-def area_of_lens(a, b, d):
-    """Area that two disks of radii a and b share at distance d."""
-    angles = [np.arccos((d**2 + one**2 - other**2) / (2 * d * one)) for one, other in ((a, b), (b, a))]
-    return sum(r**2 * (angle - np.sin(2 * angle) / 2) for r, angle in zip((a, b), angles, strict=True))
-
-
-def covered(packing):
-    """Packing fraction of disks of which no three overlap in one point."""
-    r, images = packing.diameters / 2, np.array(list(product((-1, 0, 1), repeat=2))) @ packing.box
-    area = np.pi * (r**2).sum()
-    for i, j in combinations(range(packing.n), 2):
-        distances = np.hypot(*(packing.positions[j] - packing.positions[i] + images).T)
-        area -= sum(area_of_lens(r[i], r[j], d) for d in distances if d < r[i] + r[j])
-    return area / packing.area
-
-
 def test_a_packing_of_80_sizes_is_that_of_plain_loops(many):
     assert many.converged and (many.diameters == ONE_TO_TEN).all()
     assert_same_sums(found := jamlab.evaluate(many), plain_sums(many))
     assert found.pressure == pytest.approx(1e-2, rel=1e-6)
-    assert jamlab.packing_fraction(many) == pytest.approx(covered(many), rel=1e-12)
     voids = jamlab.voids(many)
     assert voids.area.sum() == pytest.approx((1 - jamlab.packing_fraction(many)) * many.area, rel=1e-10)
     assert jamlab.shear_modulus(many) == pytest.approx(plain_shear_modulus(many), rel=1e-11)
@@ -179,17 +157,6 @@ def test_disks_of_one_to_ten_are_handed_over():
     assert made.converged and made.n == 10
     assert jamlab.packing_fraction(made) == pytest.approx(jamlab.packing_fraction(disks), abs=2e-6)
     assert np.diff(jamlab.to_polygons(disks, delta=0.1, vertices=12).offsets).tolist() == [12] * 10
-
-
-def test_a_campaign_of_droplets_of_any_sizes(tmp_path):
-    file = written(tmp_path / "c.toml", model="dp", n=3, seeds=1, compress=None, onset=True, sizes=[1.0, 1.5, 2.0])
-    (batch,) = batches(read_campaign_file(file))
-    (packing,) = make_states(Parameters.model_validate_json(batch.parameters.model_dump_json())).packings
-    assert np.sqrt(packing.params["a0"]) == pytest.approx([2 / 3, 1.0, 4 / 3], rel=1e-12)
-    assert packing.phi == jamlab.jam("dp", 3, 1, sizes=[1.0, 1.5, 2.0]).phi
-    written(file, model="dp", n=3, seeds=1, compress=None, onset=True, force_law={"vertices": 12})
-    with pytest.raises(jamlab.InputError):
-        jamlab.open_campaign(file)
 
 
 @pytest.mark.parametrize("text", ["power-law:-2.45,1,20", "power-law:-3,1,10", "power-law:-2,1,100", "uniform:0.5"])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from droplet_drag import drag_rates
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
@@ -68,58 +69,6 @@ def disk_dissipation(contacts, p, law, u, spin, flow):
     return total
 
 
-def outline_rotation(p, ring, u, flow):
-    """Angular velocity at every vertex of a ring: the least squares fit of a rotation to its two edges."""
-    x, spin = p.positions, {}
-    for before, vertex, after in zip(np.roll(ring, 1), ring, np.roll(ring, -1), strict=True):
-        edges = np.array([x[vertex] - x[before], x[after] - x[vertex]])
-        rates = np.array([u[vertex] - u[before], u[after] - u[vertex]]) + flow * edges[:, [1]] * [1, 0]
-        turned = np.column_stack([-edges[:, 1], edges[:, 0]]).reshape(-1, 1)
-        spin[int(vertex)] = np.linalg.lstsq(turned, rates.ravel(), rcond=None)[0][0]
-    return spin
-
-
-def foot_on(vertex, edge):
-    """Distance from a vertex to an edge, then who takes part and where; tuples compare by distance."""
-    (i, (x, y)), ((tail, (ax, ay)), (head, (bx, by))) = vertex, edge
-    square = (bx - ax) ** 2 + (by - ay) ** 2
-    t = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / square if square > 0 else 0.0
-    t = max(0.0, min(1.0, t))
-    nearest = (ax + t * (bx - ax), ay + t * (by - ay))
-    return float(np.hypot(x - nearest[0], y - nearest[1])), i, (x, y), tail, head, t, nearest
-
-
-def sides_of(outline):
-    return [(outline[k], outline[(k + 1) % len(outline)]) for k in range(len(outline))]
-
-
-def polygon_dissipation(p, law, u, flow):
-    """The same for a vertex against the point of the outline that it meets, where half way between the rims touch."""
-    total = 0.0
-    rings = [np.arange(*p.offsets[m : m + 2]) for m in range(p.n)]
-    spin = {vertex: w for ring in rings for vertex, w in outline_rotation(p, ring, u, flow).items()}
-    for m, ring in enumerate(rings):
-        for other in rings[:m] + rings[m + 1 :]:
-            for image in np.ndindex(3, 3):
-                shift = (np.array(image) - 1) @ p.box
-                one, two = p.positions[ring], p.positions[other] + shift
-                if np.max([one.min(axis=0) - two.max(axis=0), two.min(axis=0) - one.max(axis=0)]) >= p.params["delta"]:
-                    continue  # a gap wider than both rims lies between them
-                sides = sides_of([(int(v), tuple(p.positions[v] + shift)) for v in other])
-                for vertex in ring:
-                    foot = min(foot_on((int(vertex), tuple(p.positions[vertex])), side) for side in sides)
-                    distance, i, x, tail, head, t, nearest = foot
-                    if distance < p.params["delta"]:
-                        r = np.subtract(x, nearest)
-                        du = u[i] - (1 - t) * u[tail] - t * u[head] + flow * np.array([r[1], 0.0])
-                        par = du @ r / distance
-                        slide = (du[1] * r[0] - du[0] * r[1]) / distance
-                        slide -= distance / 2 * (spin[i] + (1 - t) * spin[tail] + t * spin[head])
-                        stiffness = p.params["eps"] / p.params["delta"] ** 2
-                        total += stiffness * law.tau / 2 * (par**2 + law.beta * slide**2)
-    return total
-
-
 def dissipation(contacts, p, law, rates):
     """Rayleigh function R of all rates."""
     sites = len(p.positions)
@@ -130,7 +79,7 @@ def dissipation(contacts, p, law, rates):
         return law.tau / 2 * drag * np.sum(share * np.sum(u**2, axis=1)) + law.eta_f / 2 * flow**2 * p.area
     if p.model == "sp":
         return disk_dissipation(contacts, p, law, u, rates[2 * sites : -1], flow)
-    return polygon_dissipation(p, law, u, flow)
+    return law.tau / 2 * np.sum(drag_rates(p, u, np.array([[0.0, flow], [0.0, 0.0]]), law.beta) ** 2)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)

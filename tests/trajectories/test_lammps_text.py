@@ -179,16 +179,6 @@ def test_coordinates_of_two_kinds_must_agree(tmp_path):
             jamlab.read(tmp_path / "p.dump", radii=0.5)
 
 
-def test_the_rim_of_droplets_is_twice_the_radius_of_their_vertices(tmp_path):
-    """In a dump that says no delta."""
-    packing = polygons(2, 0.0)
-    jamlab.write_dump(tmp_path / "p.dump", [packing])
-    text = (tmp_path / "p.dump").read_text().replace(" delta ", " other ")
-    (tmp_path / "p.dump").write_text(text)
-    p = jamlab.read(tmp_path / "p.dump")
-    assert p.params["delta"] == pytest.approx(packing.params["delta"]) and p.provenance["unread"] == ["other"]
-
-
 @pytest.mark.parametrize("tilt", [1 / 3, 16 / 3])
 def test_wrapped_droplets_become_whole(tmp_path, tilt):
     """As the decks' dumps had them: x and y in the box, no bonds, rows in any order."""

@@ -202,14 +202,6 @@ def test_frames_are_measured_as_one_by_one(long, workers):
     assert len(np.unique(found.results.rho)) == 60
 
 
-def test_steps_and_single_quantities(long):
-    found = jamlab.PackingAnalysis(long, "rho").run(step=15)
-    assert (found.frames.tolist(), found.results.rho.shape) == ([0, 15, 30, 45], (4,))
-    assert set(found.results) == {"rho"}
-    assert jamlab.PackingAnalysis(long).run(stop=2).results.z.shape == (2,)
-    assert jamlab.PackingAnalysis.get_supported_backends() == ("serial", "multiprocessing", "dask")
-
-
 def test_moduli_of_relaxed_frames_only(sp_jammed):
     u = jamlab.universe([sp_jammed, sp_jammed])
     with pytest.raises(InputError):
