@@ -18,7 +18,7 @@ Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, e
              estimate: a mean over packings to an error; estimate_cost
 Settings     SolverSettings: numbers of solvers
 Pictures     every result has .plot(ax); write_page: a sweep to look through
-Micrographs  micrograph, synthetic_micrograph
+Micrographs  micrograph, synthetic_micrograph, follow
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;
              JamlabWarning: a result that is right and may surprise
 

@@ -76,6 +76,8 @@ from .mechanics.vibrations import zero_modes as zero_modes
 from .micrographs.measured_droplets import Micrograph as Micrograph
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
+from .micrographs.tracks import Tracks as Tracks
+from .micrographs.tracks import follow as follow
 from .packing.hdf5 import write as write
 from .packing.lammps_files import write_data as write_data
 from .packing.lammps_files import write_dump as write_dump

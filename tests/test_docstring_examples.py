@@ -13,7 +13,7 @@ from matplotlib import pyplot
 import jamlab
 
 ROOT = Path(jamlab.__file__).parent
-PICTURES = {"Micrograph", "Micrograph.packing", "micrograph", "synthetic_micrograph"}
+PICTURES = {"Micrograph", "Tracks", "Micrograph.packing", "micrograph", "synthetic_micrograph"}
 SLOW = PICTURES | {"Campaign.at", "Campaign.plot", "FlowCurve.plot", "estimate"}  # a second and more
 
 

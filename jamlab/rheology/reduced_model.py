@@ -78,7 +78,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
         residual = space.residual(candidates, model, found)
         gain = max(gain, changes[-1] / largest if largest else 0.0)
         if len(changes) >= QUIET:
-            missing = max(changes[-QUIET :])
+            missing = max(changes[-QUIET:])
         if len(changes) > QUIET:
             missing = min(missing, SAFETY * gain * float(residual.max(initial=0.0)))
     solver.forget()

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from studies.stability.droplets import ring
 
 import jamlab
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
 from studies.stability import plain_physics as plain
-from studies.stability.droplets import ring
 
 
 @pytest.fixture(scope="module")
