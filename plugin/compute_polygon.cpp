@@ -5,9 +5,9 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "gather_records.h"
 #include "memory.h"
 #include "molecule_outline.h"
-#include "rank_exchange.h"
 #include "update.h"
 
 #include <algorithm>
@@ -88,26 +88,24 @@ void ComputePolygon::compute_array()
   MPI_Allreduce(MPI_IN_PLACE, all, size_array_rows * COLUMNS, MPI_DOUBLE, MPI_SUM, world);
 }
 
-/* no rank need own a whole polygon: its runs of vertices go to one rank */
+/* no rank need own a whole polygon: each counts those of some molecules */
 void ComputePolygon::count_crossings(int column)
 {
   struct Corner {
     tagint molecule, tag, next;
     double x, y;
   };
-  std::vector<std::vector<Corner>> sent(comm->nprocs);
+  std::vector<Corner> own;
   for (const auto &segment : polygon_rings.segments()) {
     const PolygonRings::Polygon &polygon = polygon_rings.polygons()[segment.polygon];
-    auto &home = sent[polygon.molecule % comm->nprocs];
     for (int n = segment.begin; n < segment.end; n++) {
       const PolygonRings::Vertex &vertex = polygon_rings.vertices()[n];
       double r[2];
       polygon_rings.position(vertex, polygon, r);
-      home.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next], r[0], r[1]});
+      own.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next], r[0], r[1]});
     }
   }
-  std::vector<Corner> corners;
-  for (const auto &part : exchange_records(sent, world)) corners.insert(corners.end(), part.begin(), part.end());
+  std::vector<Corner> corners = gather_records(own, world);
   auto before = [](const Corner &p, const Corner &q) {
     return p.molecule != q.molecule ? p.molecule < q.molecule : p.tag < q.tag;
   };
@@ -116,6 +114,7 @@ void ComputePolygon::count_crossings(int column)
   std::vector<double> ring;
   for (std::size_t begin = 0, end = 0; begin < corners.size(); begin = end) {
     while (end < corners.size() && corners[end].molecule == corners[begin].molecule) end++;
+    if (corners[begin].molecule % comm->nprocs != comm->me) continue;
     ring.clear();
     Corner here = corners[begin];
     for (std::size_t k = begin; k < end; k++) {

@@ -31,16 +31,4 @@ struct DiskPair {
   double share;         // 1, or 1/2 of a pair that two ranks see
 };
 
-/* Two disks that touch. */
-struct DiskContact {
-  int i, j;
-  double nx, ny;        // unit vector from i to j
-  double distance;      // of the centers
-  double stiffness;     // second derivative of the energy
-  double force;         // elastic, a push
-  double energy;
-  double arm_i, arm_j;  // from the center to where the surfaces slide
-  double share;
-};
-
 }    // namespace LAMMPS_NS

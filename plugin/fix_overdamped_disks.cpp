@@ -11,6 +11,7 @@
 #include "disk_drag.h"
 #include "domain.h"
 #include "error.h"
+#include "gather_records.h"
 #include "neighbor.h"
 #include "update.h"
 
@@ -276,13 +277,7 @@ double FixOverdamped::up_to_changes(double step, double allowed)
 
 void FixOverdamped::gather(std::vector<DiskDrag::Change> &changes) const
 {
-  int size = static_cast<int>(changes.size() * sizeof(DiskDrag::Change)), ranks;
-  MPI_Comm_size(world, &ranks);
-  std::vector<int> sizes(ranks), starts(ranks, 0);
-  MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, world);
-  for (int n = 1; n < ranks; n++) starts[n] = starts[n - 1] + sizes[n - 1];
-  std::vector<DiskDrag::Change> all((starts.back() + sizes.back()) / sizeof(DiskDrag::Change));
-  MPI_Allgatherv(changes.data(), size, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE, world);
+  const std::vector<DiskDrag::Change> all = gather_records(changes, world);
   changes.clear();
   for (const auto &change : all) {    // where newton is off, two ranks see a pair between them
     const auto same = [&](const DiskDrag::Change &other) {

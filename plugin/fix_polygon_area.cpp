@@ -8,9 +8,7 @@
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "force.h"
-#include "library.h"
 #include "modify.h"
-#include "respa_forces.h"
 #include "update.h"
 #include "utils.h"
 
@@ -28,7 +26,7 @@ static constexpr char WHO[] = "Fix polygon/area";
 /* fix ID group polygon/area ka a0: each a number, d_name or v_name */
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), polygon_rings(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"),
-    energy(0.0), eflag_caller(0), level(0), levels(0), parameters_of(-1), done(false)
+    energy(0.0), eflag_caller(0), parameters_of(-1), done(false)
 {
   if (narg != 5)
     error->all(FLERR, "Fix polygon/area needs: ka a0, each a number, d_name from fix property/atom, or v_name");
@@ -46,13 +44,12 @@ FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
   energy_global_flag = energy_peratom_flag = 1;
   virial_global_flag = virial_peratom_flag = 1;
   thermo_energy = thermo_virial = 1;
-  respa_level_support = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
 }
 
 int FixPolygonArea::setmask()
 {
-  return PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
+  return PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | MIN_POST_FORCE;
 }
 
 FixPolygonArea::~FixPolygonArea()
@@ -74,16 +71,13 @@ void FixPolygonArea::init()
   parameters_of = -1;
   done = false;
 
-  levels = 0;
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "{}: works with run_style verlet only", WHO);
   const auto bond = dynamic_cast<BondLineTension *>(force->bond);
-  const bool respa = utils::strmatch(update->integrate_style, "^respa");
-  if (bond && !respa && atom->nbondtypes == 1 && first_to_add())
+  if (bond && atom->nbondtypes == 1 && first_to_add())
     bond->rings = this;
   else if (bond && bond->rings == this)
     bond->rings = nullptr;
-  if (!respa) return;
-  levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
-  level = respa_level >= 0 ? std::min(respa_level, levels - 1) : levels - 1;    // fix_modify respa N stores N - 1
 }
 
 /* whether no fix before this one sees or changes the forces that it adds to */
@@ -98,20 +92,6 @@ bool FixPolygonArea::first_to_add()
 
 void FixPolygonArea::setup(int vflag)
 {
-  if (levels == 0 || update->whichflag == 2) {
-    post_force(vflag);
-    return;
-  }
-
-  // the levels are summed by now, and what is printed of step 0 is this sum: add the force to both
-
-  const int size = 3 * atom->nlocal;
-  std::vector<double> all_levels;
-  if (size) all_levels.assign(atom->f[0], atom->f[0] + size);
-  take_respa_forces(lmp, level);
-  post_force(vflag);
-  put_respa_forces(lmp, level);
-  if (size) std::copy_n(all_levels.data(), size, atom->f[0]);
   post_force(vflag);
 }
 
@@ -208,11 +188,6 @@ void FixPolygonArea::tally(int k, const PolygonRings::Vertex &vertex, double sha
   double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
   if (vflag_either) v_tally(vertex.i, v);
   if (eflag_atom) eatom[vertex.i] += share;
-}
-
-void FixPolygonArea::post_force_respa(int vflag, int ilevel, int /*iloop*/)
-{
-  if (ilevel == level) post_force(vflag);
 }
 
 void FixPolygonArea::min_post_force(int vflag)

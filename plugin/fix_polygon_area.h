@@ -26,7 +26,6 @@ class FixPolygonArea : public Fix {
   void pre_reverse(int, int) override;
   void min_pre_reverse(int, int) override;
   void post_force(int) override;
-  void post_force_respa(int, int, int) override;
   void min_post_force(int) override;
   double compute_scalar() override;
   void *extract(const char *, int &) override;
@@ -43,7 +42,7 @@ class FixPolygonArea : public Fix {
   PolygonParameter stiffness, rest_area;
   std::vector<double> ka, a0, shape;    // of each polygon; shape: area and center
   double energy;                        // of this rank's share
-  int eflag_caller, level, levels;      // level: of respa, on which the force acts
+  int eflag_caller;
   bigint parameters_of;                 // refresh for which ka and a0 were found
   std::vector<double> pulls;
   bool done;                            // by the bond style, in this evaluation of forces

@@ -6,12 +6,13 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "gather_records.h"
 #include "modify.h"
 #include "neighbor.h"
-#include "rank_exchange.h"
 
 #include <algorithm>
 #include <string>
+#include <unordered_map>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -147,7 +148,7 @@ int FixPolygonOutline::same_copy(int i, tagint tag) const
   return j;
 }
 
-/* every molecule goes to one rank, which makes outlines of it and answers */
+/* every rank knows the bonds of all molecules and makes the outlines of all */
 void FixPolygonOutline::read_bonds()
 {
   struct Record {
@@ -155,64 +156,47 @@ void FixPolygonOutline::read_bonds()
     double x, y;              // in the box
     ImageOffset image;
   };
-  const int nprocs = comm->nprocs;
-  std::vector<std::vector<Record>> records(nprocs);
-  std::vector<std::vector<int>> asked(nprocs);    // atoms, in the order in which their answers come
-
+  std::vector<Record> own;
+  std::unordered_map<tagint, int> owned;    // the map of LAMMPS may not know them yet
   for (int i = 0; i < atom->nlocal; i++) {
     const tagint molecule = atom->molecule[i];
-    links[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0};
+    links[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0, bonds_of(i)};
     if (molecule <= 0) continue;    // no molecule
-    const int home = static_cast<int>(molecule % nprocs);
-    const double *const x = atom->x[i];
-    records[home].push_back({molecule, atom->tag[i], 0, x[0], x[1], ImageOffset(atom->image[i])});
-    asked[home].push_back(i);
+    owned[atom->tag[i]] = i;
+    own.push_back({molecule, atom->tag[i], 0, atom->x[i][0], atom->x[i][1], ImageOffset(atom->image[i])});
     for (int m = 0; m < atom->num_bond[i]; m++)
       if (atom->bond_type[i][m] > 0)
-        records[home].push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0, {}});
+        own.push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0, {}});
   }
 
-  struct Place {
-    Record record;
-    int rank, number;    // number: among the atoms that this rank asks for
-  };
-  std::vector<Place> places;
-  std::vector<std::vector<OutlineLink>> answers(nprocs);
-  const auto received = exchange_records(records, world);
-  for (int rank = 0; rank < nprocs; rank++) {
-    int number = 0;
-    for (const auto &record : received[rank]) places.push_back({record, rank, record.partner ? -1 : number++});
-    answers[rank].resize(number);
-  }
-  std::sort(places.begin(), places.end(), [](const Place &p, const Place &q) {
-    if (p.record.molecule != q.record.molecule) return p.record.molecule < q.record.molecule;
-    if ((p.number < 0) != (q.number < 0)) return q.number < 0;    // atoms, then bonds
-    return p.record.tag < q.record.tag;
+  auto records = gather_records(own, world);
+  std::sort(records.begin(), records.end(), [](const Record &p, const Record &q) {
+    if (p.molecule != q.molecule) return p.molecule < q.molecule;
+    if ((p.partner == 0) != (q.partner == 0)) return p.partner == 0;    // atoms, then bonds
+    return p.tag < q.tag;
   });
 
   std::vector<OutlineAtom> atoms;
   std::vector<OutlineBond> bonds;
-  for (std::size_t begin = 0, end = 0; begin < places.size(); begin = end) {
+  for (std::size_t begin = 0, end = 0; begin < records.size(); begin = end) {
     atoms.clear();
     bonds.clear();
-    for (; end < places.size() && places[end].record.molecule == places[begin].record.molecule; end++) {
-      const Record &record = places[end].record;
+    for (; end < records.size() && records[end].molecule == records[begin].molecule; end++) {
+      const Record &record = records[end];
+      const ImageOffset image = record.image - records[begin].image;
       if (record.partner)
         bonds.push_back({record.tag, record.partner});
-      else {
-        const ImageOffset image = record.image - places[begin].record.image;
+      else
         atoms.push_back({record.tag, record.x + image.a * domain->xprd + image.b * domain->xy,
                          record.y + image.b * domain->yprd});
-      }
     }
     const auto found = outline_links(atoms, bonds);
-    for (std::size_t k = 0; k < found.size(); k++) answers[places[begin + k].rank][places[begin + k].number] = found[k];
+    for (std::size_t k = 0; k < found.size(); k++)
+      if (const auto here = owned.find(atoms[k].tag); here != owned.end()) {
+        links[here->second] = found[k];
+        links[here->second].bonds = bonds_of(here->second);
+      }
   }
-
-  const auto answered = exchange_records(answers, world);
-  for (int rank = 0; rank < nprocs; rank++)
-    for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
-  for (int i = 0; i < atom->nlocal; i++) links[i].bonds = bonds_of(i);
   unread = false;
 }
 

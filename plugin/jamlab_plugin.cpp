@@ -8,7 +8,6 @@
 #include "command_forces.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
-#include "compute_polygon_group.h"
 #include "fix_overdamped.h"
 #include "fix_polygon_area.h"
 #include "fix_polygon_outline.h"
@@ -78,8 +77,6 @@ static constexpr PluginStyle STYLES[] = {
      &create<ComputePolygon>},
     {"compute", "polygon/contact", "gaps and forces of the contacts between polygons", nullptr,
      &create<ComputePolygonContact>},
-    {"compute", "polygon/group/group", "energy and force of the contacts between two groups", nullptr,
-     &create<ComputePolygonGroup>},
     {"fix", "POLYGON/OUTLINE", "order of the vertices on outlines; made by the other styles", nullptr,
      &create<FixPolygonOutline>},
     {"command", "jamlab/forces", "energy and forces at changed positions", &create<CommandForces>, nullptr},

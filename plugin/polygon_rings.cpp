@@ -8,11 +8,10 @@
 #include "edge_geometry.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
-#include "rank_exchange.h"
+#include "gather_records.h"
 
 #include <algorithm>
 #include <string>
-#include <unordered_map>
 
 using namespace LAMMPS_NS;
 
@@ -27,14 +26,20 @@ void PolygonRings::init(int groupbit)
   polygon_list.clear();
   for (int i = 0; i < atom->nlocal; i++) {
     if (!takes_part(i, groupbit)) continue;
-    const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
-    if (found.second) polygon_list.push_back({atom->molecule[i], outline->link(i).size, 0, {0.0, 0.0}, false});
-    Polygon &polygon = polygon_list[found.first->second];
+    Polygon &polygon = polygon_list[polygon_of(i, number)];
     polygon.owned++;
     polygon.first = polygon.first || outline->link(i).first;
   }
-  find_partners();
+  find_shared();
   refuse_cut_polygons();
+}
+
+/* number of the polygon of a vertex, which is new if it is its first one */
+int PolygonRings::polygon_of(int i, std::unordered_map<tagint, int> &number)
+{
+  const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
+  if (found.second) polygon_list.push_back({atom->molecule[i], outline->link(i).size, 0, {0.0, 0.0}, false});
+  return found.first->second;
 }
 
 /* vertices of closed rings; atoms without bonds have no area and are left alone */
@@ -82,10 +87,7 @@ void PolygonRings::refresh(int groupbit)
   for (int i = 0; i < atom->nlocal; i++) {
     others = others || (atom->num_bond[i] && !takes_part(i, groupbit));
     if (seen[i] || !takes_part(i, groupbit)) continue;
-    const OutlineLink &link = outline->link(i);
-    const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
-    if (found.second) polygon_list.push_back({atom->molecule[i], link.size, 0, {0.0, 0.0}, false});
-    walk(i, found.first->second, groupbit, seen);
+    walk(i, polygon_of(i, number), groupbit, seen);
   }
   MPI_Allreduce(MPI_IN_PLACE, &others, 1, MPI_INT, MPI_MAX, world);
   all_bonds = !others;
@@ -93,7 +95,7 @@ void PolygonRings::refresh(int groupbit)
   edge_y.resize(edge_x.size());
   place_x.resize(vertex_list.size());
   place_y.resize(vertex_list.size());
-  find_partners();
+  find_shared();
   refuse_cut_polygons();
   find_origins();
 }
@@ -117,43 +119,21 @@ void PolygonRings::walk(int start, int polygon, int groupbit, std::vector<char> 
   polygon_list[polygon].owned += end - begin;
 }
 
-/* which other ranks own vertices of the polygons of this one: one rank hears all
-   that is said of a molecule and tells the others */
-void PolygonRings::find_partners()
+/* polygons of which several ranks own vertices, numbered in the order of their molecules */
+void PolygonRings::find_shared()
 {
-  partners.clear();
-  const int nprocs = comm->nprocs;
-  if (nprocs == 1) return;
-
-  struct Share {
-    tagint molecule;
-    int rank;
-  };
-  std::unordered_map<tagint, int> number;
-  std::vector<std::vector<Share>> said(nprocs), answers(nprocs);
-  for (std::size_t k = 0; k < polygon_list.size(); k++) {
-    const Polygon &polygon = polygon_list[k];
-    if (polygon.owned == polygon.size) continue;
-    number[polygon.molecule] = static_cast<int>(k);
-    said[polygon.molecule % nprocs].push_back({polygon.molecule, comm->me});
-  }
-  std::unordered_map<tagint, std::vector<int>> sharers;
-  for (const auto &part : exchange_records(said, world))
-    for (const auto &share : part) sharers[share.molecule].push_back(share.rank);
-  for (const auto &one : sharers)
-    for (const int rank : one.second)
-      for (const int other : one.second)
-        if (other != rank) answers[rank].push_back({one.first, other});
-
-  std::vector<Share> shares;
-  for (const auto &part : exchange_records(answers, world)) shares.insert(shares.end(), part.begin(), part.end());
-  std::sort(shares.begin(), shares.end(), [](const Share &p, const Share &q) {
-    return p.rank != q.rank ? p.rank < q.rank : p.molecule < q.molecule;
-  });
-  for (const auto &share : shares) {
-    if (partners.empty() || partners.back().rank != share.rank) partners.push_back({share.rank, {}});
-    partners.back().shared.push_back(number[share.molecule]);
-  }
+  shared.clear();
+  std::vector<tagint> own;
+  for (const auto &polygon : polygon_list)
+    if (polygon.owned != polygon.size) own.push_back(polygon.molecule);
+  std::vector<tagint> all = gather_records(own, world);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  all_shared = all.size();
+  for (std::size_t k = 0; k < polygon_list.size(); k++)
+    if (polygon_list[k].owned != polygon_list[k].size)
+      shared.push_back({static_cast<int>(k), static_cast<int>(std::lower_bound(all.begin(), all.end(),
+                                                                               polygon_list[k].molecule) - all.begin())});
 }
 
 void PolygonRings::refuse_cut_polygons() const
@@ -194,46 +174,13 @@ void PolygonRings::position(const Vertex &vertex, const Polygon &polygon, double
   r[1] = x[1] + vertex.image.b * domain->yprd - polygon.origin[1];
 }
 
-/* parts are added in the order of ranks, so that all ranks get the same digits */
 void PolygonRings::sum(std::vector<double> &values, int width) const
 {
-  if (partners.empty()) return;
-  static constexpr int TAG = 4711;
-  std::vector<std::vector<double>> sent(partners.size()), received(partners.size());
-  std::vector<MPI_Request> requests(2 * partners.size());
-
-  for (std::size_t p = 0; p < partners.size(); p++) {
-    const Partner &partner = partners[p];
-    const int count = static_cast<int>(width * partner.shared.size());
-    received[p].resize(count);
-    for (const int polygon : partner.shared)
-      sent[p].insert(sent[p].end(), &values[width * polygon], &values[width * polygon] + width);
-    MPI_Irecv(received[p].data(), count, MPI_DOUBLE, partner.rank, TAG, world, &requests[2 * p]);
-    MPI_Isend(sent[p].data(), count, MPI_DOUBLE, partner.rank, TAG, world, &requests[2 * p + 1]);
-  }
-  for (auto &request : requests) MPI_Wait(&request, MPI_STATUS_IGNORE);
-
-  const std::vector<double> own = values;
-  for (const auto &partner : partners)
-    for (const int polygon : partner.shared) std::fill_n(&values[width * polygon], width, 0.0);
-  auto add = [&](const Partner &partner, const double *part) {
-    for (const int polygon : partner.shared)
-      for (int k = 0; k < width; k++) values[width * polygon + k] += *part++;
-  };
-  std::vector<char> added(polygon_list.size(), 0);
-  auto add_own = [&](int before) {    // where this rank stands among those that share the polygon
-    for (const auto &partner : partners)
-      for (const int polygon : partner.shared)
-        if (!added[polygon] && comm->me < before) {
-          for (int k = 0; k < width; k++) values[width * polygon + k] += own[width * polygon + k];
-          added[polygon] = 1;
-        }
-  };
-  for (std::size_t p = 0; p < partners.size(); p++) {
-    add_own(partners[p].rank);
-    add(partners[p], received[p].data());
-  }
-  add_own(comm->nprocs);
+  if (all_shared == 0) return;
+  std::vector<double> sums(width * all_shared, 0.0);
+  for (const Shared &one : shared) std::copy_n(&values[width * one.polygon], width, &sums[width * one.place]);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, world);
+  for (const Shared &one : shared) std::copy_n(&sums[width * one.place], width, &values[width * one.polygon]);
 }
 
 /* a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same closed
@@ -277,12 +224,10 @@ void PolygonRings::measure(const RingSegment &segment, bool centers, double *val
 
 std::vector<tagint> PolygonRings::molecules() const
 {
-  std::vector<std::vector<tagint>> own(comm->nprocs);
+  std::vector<tagint> own;
   for (const auto &polygon : polygon_list)
-    if (polygon.first)
-      for (auto &to : own) to.push_back(polygon.molecule);
-  std::vector<tagint> all;
-  for (const auto &part : exchange_records(own, world)) all.insert(all.end(), part.begin(), part.end());
+    if (polygon.first) own.push_back(polygon.molecule);
+  std::vector<tagint> all = gather_records(own, world);
   std::sort(all.begin(), all.end());
   return all;
 }

@@ -6,13 +6,13 @@
 #include "lmptype.h"
 #include "pointers.h"
 
+#include <unordered_map>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 /* The closed rings of a group, as far as this rank owns their vertices, and sums
-   over whole polygons wherever the periodic boundary or the sub-domains cut them:
-   ranks that share a polygon tell each other their part, no others take part. */
+   over whole polygons wherever the periodic boundary or the sub-domains cut them. */
 class PolygonRings : protected Pointers {
  public:
   PolygonRings(class LAMMPS *lmp, const char *caller) : Pointers(lmp), who(caller) {}
@@ -73,9 +73,8 @@ class PolygonRings : protected Pointers {
   double memory_usage() const;
 
  private:
-  struct Partner {    // another rank, and the polygons shared with it, in the order of their molecules
-    int rank;
-    std::vector<int> shared;
+  struct Shared {    // a polygon of which other ranks own vertices, too, and its place among all such
+    int polygon, place;
   };
 
   const char *who;
@@ -85,7 +84,8 @@ class PolygonRings : protected Pointers {
   std::vector<Polygon> polygon_list;
   std::vector<RingSegment> segment_list;
   std::vector<Vertex> vertex_list;
-  std::vector<Partner> partners;    // in the order of their ranks
+  std::vector<Shared> shared;
+  std::size_t all_shared = 0;    // polygons, of all ranks
   std::vector<double> edge_x, edge_y, place_x, place_y;
 
   std::size_t first_edge(const RingSegment &segment) const { return segment.begin + (&segment - segment_list.data()); }
@@ -96,7 +96,8 @@ class PolygonRings : protected Pointers {
   void measure(const RingSegment &, bool centers, double *);
   bool takes_part(int i, int groupbit) const;
   void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
-  void find_partners();
+  void find_shared();
+  int polygon_of(int i, std::unordered_map<tagint, int> &number);
   void refuse_other_bonds(int groupbit) const;
   void refuse_cut_polygons() const;
   void find_origins();

@@ -17,7 +17,6 @@ PLUGIN_STYLES = (
     ("fix", "polygon/area"),
     ("compute", "polygon"),
     ("compute", "polygon/contact"),
-    ("compute", "polygon/group/group"),
     ("pair", "disk/drag"),
     ("fix", "overdamped"),
 )

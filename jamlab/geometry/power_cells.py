@@ -17,7 +17,6 @@ Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); H. Edelsbrunner, Discrete
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,22 +24,14 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.geometry.particle_shape import disk_radii
 from jamlab.geometry.vertex_contacts import touching_disks
-from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import Pairs
+from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
 EMPTY = 1e-14  # a cell smaller than this part of R^2 is rounding: a hundred times that of a double in some sums
 
-_disk_chords = kernel(
-    "disk_chords", INTEGER, INTEGERS, INTEGERS, REALS, INTEGERS, INTEGER, REALS, REAL,
-    INTEGERS, INTEGERS, REALS, REALS, REALS, REALS, INTEGERS, INTEGERS, INTEGERS, FLAGS,
-)  # fmt: skip
-_clip_chords = kernel("clip_chords", INTEGER, INTEGERS, REALS, REALS, REALS, REALS, REALS)
-_free_arcs = kernel(
-    "free_arcs", INTEGER, INTEGERS, REALS, REALS, REALS, FLAGS, INTEGERS, REALS, REALS, INTEGERS, INTEGERS
-)
-_cuts_overlap = kernel("cuts_overlap", INTEGER, INTEGERS, REALS, REALS, REALS)
+_TURN = 2 * np.pi
 
 
 @dataclass(frozen=True)
@@ -101,8 +92,7 @@ def disk_chords(packing: Packing) -> Chords:
 
 def cut_disks(chords: Chords, radius: Array) -> DiskCells:
     """Cut disks of the given radii, (n,), by the chords of all pairs that overlap; see `disk_cells`."""
-    arcs, length, n = find_free_arcs(chords), np.empty(len(chords.i)), len(radius)
-    _clip_chords(n, chords.first, chords.normal, chords.distance, chords.height, chords.half, length)
+    arcs, length, n = find_free_arcs(chords), _clip(chords), len(radius)
     free = _sum_by_disk(arcs.i, arcs.angle, n)
     area = 0.5 * (radius**2 * free + _sum_by_disk(chords.i, chords.height * length, n))
     perimeter = radius * free + _sum_by_disk(chords.i, length, n)
@@ -117,7 +107,43 @@ def cuts_overlap(chords: Chords) -> bool:
     lie in two other disks, so that two cuts of a circle overlap."""
     if chords.swallowed.any():
         return True
-    return bool(_cuts_overlap(len(chords.swallowed), chords.first, chords.normal, chords.height, chords.half))
+    a, b = _chords_of_one_disk(chords)
+    height, half = chords.height, chords.half
+    square = half[a] ** 2 + height[a] ** 2  # of the radius
+    cosine = height[a] * height[b] - half[a] * half[b]  # of the sum of both half angles
+    beyond_half_turn = height[a] * half[b] + height[b] * half[a] < 0
+    near = (chords.normal[a] * chords.normal[b]).sum(axis=1) * square > cosine
+    return bool(((a < b) & (beyond_half_turn | near)).any())
+
+
+def _chords_of_one_disk(chords: Chords) -> tuple[Indices, Indices]:
+    """All pairs of rows of the same disk, each row with itself as well, by the first of both."""
+    number = np.diff(chords.first)[chords.i]
+    one = np.repeat(np.arange(len(number)), number)
+    return one, np.arange(len(one)) + np.repeat(chords.first[chords.i] - np.cumsum(number) + number, number)
+
+
+def _clip(chords: Chords) -> Array:
+    """(m,) length of each chord inside all other half planes n_k . x <= h_k of its disk.
+
+    Points on chord e are h_e n_e + t tau_e, |t| <= c_e; line k keeps t (n_k . tau_e) <= h_k - h_e n_k . n_e. With
+    s = n_k . tau_e = sin and q = n_k . n_e = cos of the angle between the normals, 1 - |q| = s^2/(1 + |q|) keeps the
+    right-hand side exact where the lines are nearly parallel: both chords must agree on which line is in front. Of
+    lines that coincide, that of the more distant disk is in front."""
+    if not len(chords.i):
+        return np.empty(0)
+    e, k = _chords_of_one_disk(chords)
+    height, distance = chords.height, chords.distance
+    sine, cosine = cross(chords.normal[e], chords.normal[k]), (chords.normal[e] * chords.normal[k]).sum(axis=1)
+    facing = np.where(cosine < 0, -height[e], height[e])
+    room = (height[k] - facing) + facing * sine**2 / (1 + np.abs(cosine))
+    farther = (distance[k] > distance[e]) | ((distance[k] == distance[e]) & (k < e))
+    hidden = (sine == 0) & ((room < 0) | ((room == 0) & (cosine > 0) & farther))
+    end = room / np.where(sine == 0, 1.0, sine)
+    begin = np.searchsorted(e, np.arange(len(height)))
+    below = np.minimum.reduceat(np.where(sine > 0, end, np.where(hidden, -np.inf, np.inf)), begin)
+    above = np.maximum.reduceat(np.where(sine < 0, end, -np.inf), begin)
+    return np.asarray(np.maximum(np.minimum(below, chords.half) - np.maximum(above, -chords.half), 0.0))
 
 
 def radical_height(distance: Array, radius: Array, other: Array) -> Array:
@@ -133,20 +159,60 @@ def find_chords(near: Pairs, radius: Array, touch: float = 0.0) -> Chords:
     """Find the chords of all pairs that overlap or touch, seen from both disks. `touch`: disks that overlap or stand
     apart by no more than this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk
     where they touch."""
-    n, room = len(radius), 2 * len(near.i)
-    i, j, pair = np.empty((3, room), dtype=np.int64)
-    distance, height, half = np.empty((3, room))
-    normal, shift = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
-    first, swallowed = np.empty(n + 1, dtype=np.int64), np.empty(n, dtype=bool)
-    rows: tuple[Any, ...] = (i, j, normal, distance, height, half, pair, shift)
-    count = _disk_chords(len(near.i), near.i, near.j, near.r, near.shift, n, radius, touch, *rows, first, swallowed)
-    return Chords(*[*(values[:count] for values in rows), first, swallowed])
+    n, swallowed, apart = len(radius), np.zeros(len(radius), dtype=bool), np.hypot(*near.r.T)
+    inside = apart + radius[near.j] <= radius[near.i]
+    swallowed[near.j[inside]] = True  # of two equal disks in one place, i < j stays
+    swallowed[near.i[~inside & (apart + radius[near.i] <= radius[near.j])]] = True
+    near = near.select(~(swallowed[near.i] | swallowed[near.j]))
+    distance, radius_i, radius_j = np.hypot(*near.r.T), radius[near.i], radius[near.j]
+    height_i, height_j = radical_height(distance, radius_i, radius_j), radical_height(distance, radius_j, radius_i)
+    real = (distance < radius_i + radius_j) & (np.abs(height_i) < radius_i) & (np.abs(height_j) < radius_j)
+    if touch > 0:
+        tangent = np.abs(distance - radius_i - radius_j) <= touch * (radius_i + radius_j)
+        height_i, height_j = np.where(tangent, radius_i, height_i), np.where(tangent, radius_j, height_j)
+        real |= tangent
+    near, distance, height_i, height_j = near.select(real), distance[real], height_i[real], height_j[real]
+    half = np.sqrt((radius_i[real] - height_i) * (radius_i[real] + height_i))
+    disk, unit = np.concatenate([near.i, near.j]), near.r / distance[:, None]
+    order = np.argsort(disk, kind="stable")
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    shift, height = np.concatenate([near.shift, -near.shift]), np.concatenate([height_i, height_j])
+    return Chords(
+        disk[order], np.concatenate([near.j, near.i])[order], np.concatenate([unit, -unit])[order],
+        np.tile(distance, 2)[order], height[order], np.tile(half, 2)[order], np.roll(place, len(half))[order],
+        shift[order], np.searchsorted(disk[order], np.arange(n + 1)), swallowed,
+    )  # fmt: skip
 
 
 def find_free_arcs(chords: Chords) -> Arcs:
-    """Find what no other disk covers of the circles that have chords, then the whole circles."""
-    n = len(chords.swallowed)
-    (disk, begin, end), (start, angle) = np.empty((3, len(chords.i) + n), np.int64), np.empty((2, len(chords.i) + n))
-    rows: tuple[Any, ...] = (disk, start, angle, begin, end)
-    count = _free_arcs(n, chords.first, chords.normal, chords.height, chords.half, chords.swallowed, *rows)
-    return Arcs(*(values[:count] for values in rows))
+    """Find what no other disk covers of the circles that have chords, then the whole circles. A chord cuts the angles
+    from theta - alpha to theta + alpha, alpha = arctan2(c, h), out of its circle. They are counted from the start of
+    the first cut of each disk, so that no free arc runs through zero."""
+    n, m, first = len(chords.swallowed), len(chords.i), chords.first
+    theta, alpha = np.arctan2(*chords.normal.T[::-1]), np.arctan2(chords.half, chords.height)
+    start = np.mod(theta - alpha - (theta - alpha)[first[chords.i]], _TURN)
+    through = np.flatnonzero(start + 2 * alpha > _TURN)  # zero: they cover its other side too
+    row = np.concatenate([np.arange(m), through])
+    start, end = np.append(start, np.zeros(len(through))), start + 2 * alpha
+    end = np.append(np.minimum(end, _TURN), end[through] - _TURN)
+    order = np.lexsort((np.arange(len(row)), start, chords.i[row]))
+    row, start, end = row[order], start[order], end[order]
+    disk = chords.i[row]
+    place = np.arange(len(row)) - np.searchsorted(disk, disk)
+    furthest, reached = np.full(n, -np.inf), np.empty(n, dtype=np.int64)
+    covered, by = np.empty(len(row)), np.empty(len(row), dtype=np.int64)
+    for k in range(place.max(initial=-1) + 1):  # the k-th cut of each disk, and the cut so far that ends last
+        here = np.flatnonzero(place == k)
+        later = here[end[here] >= furthest[disk[here]]]
+        furthest[disk[later]], reached[disk[later]] = end[later], row[later]
+        covered[here], by[here] = furthest[disk[here]], reached[disk[here]]
+    last = np.append(disk[1:] != disk[:-1], np.ones(min(len(disk), 1), dtype=bool))
+    following = np.where(last, first[disk], np.append(row[1:], 0)[: len(row)])  # after the last gap comes that at zero
+    gap = np.where(last, _TURN, np.append(start[1:], 0.0)[: len(row)]) - covered
+    free, whole = np.flatnonzero(gap > 0), np.flatnonzero((np.diff(first) == 0) & ~chords.swallowed)
+    none, begins = np.full(len(whole), -1), np.mod((theta + alpha)[by[free]], _TURN)
+    return Arcs(
+        np.append(disk[free], whole), np.append(begins, np.zeros(len(whole))),
+        np.append(gap[free], np.full(len(whole), _TURN)), np.append(by[free], none), np.append(following[free], none),
+    )  # fmt: skip

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
 shapely: Any = lazy_loader.load("shapely")  # only where outlines are drawn: disks have none
@@ -24,9 +24,6 @@ Geometries = NDArray[np.object_]
 
 ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs by 1e-5 w^2 at most
 SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
-
-_OUT = (INTEGERS, REALS, REALS, REALS, REALS, INTEGERS, INTEGERS, REALS)
-_edge_rings = kernel("edge_rings", INTEGER, INTEGERS, REALS, REAL, *_OUT)
 
 
 @dataclass(frozen=True)
@@ -47,12 +44,24 @@ class EdgeRings:
 
 def edge_rings(packing: Packing) -> EdgeRings:
     """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
-    size = len(packing.positions)
-    (particle, before, after), (length, turn) = np.empty((3, size), dtype=np.int64), np.empty((2, size))
-    tail, along, normal = np.empty((3, size, 2))
-    rings: tuple[Any, ...] = (particle, tail, length, along, normal, before, after, turn)
-    m = _edge_rings(packing.n, packing.polygon_offsets, packing.positions, SHORTEST, *rings)
-    return EdgeRings(*[*(values[:m] for values in rings), 0.5 * packing.params["delta"]])
+    x, low, high = packing.positions, packing.polygon_offsets[:-1], packing.polygon_offsets[1:]
+    after = np.arange(1, len(x) + 1)
+    after[high - 1] = low
+    length = np.hypot(*(x[after] - x).T)
+    particle = np.repeat(np.arange(packing.n), high - low)
+    kept = length > SHORTEST * np.add.reduceat(length, low)[particle]
+    particle, tail = particle[kept], x[kept]
+    end = np.cumsum(np.bincount(particle, minlength=packing.n))
+    begin = np.append(0, end[:-1])
+    begin, end = begin[begin < end], end[begin < end]
+    before, after = np.arange(len(tail)) - 1, np.arange(len(tail)) + 1
+    before[begin], after[end - 1] = end - 1, begin
+    edge = tail[after] - tail
+    length = np.hypot(*edge.T)
+    along = edge / length[:, None]
+    normal, arriving = np.column_stack([along[:, 1], -along[:, 0]]), along[before]
+    turn = np.arctan2(cross(arriving, along), (arriving * along).sum(axis=1))
+    return EdgeRings(particle, tail, length, along, normal, before, after, turn, 0.5 * packing.params["delta"])
 
 
 @dataclass(frozen=True)

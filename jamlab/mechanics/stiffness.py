@@ -2,8 +2,6 @@
 
 Positions move as x = (1 + E) X + u: a homogeneous displacement gradient E of box and particles plus displacements u at
 fixed box. With prestress the second derivatives are those of the full potential energy.
-
-Small blocks are summed into a sparse symmetric matrix by compiled code.
 """
 
 from __future__ import annotations
@@ -18,16 +16,9 @@ from scipy import sparse
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.kernels.library import INTEGER, INTEGERS, REALS, SHORT_INTEGERS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.terms import Terms
-
-_joined_sites = kernel(
-    "joined_sites", INTEGER, INTEGER, INTEGERS, INTEGERS, INTEGERS, INTEGER, INTEGERS, SHORT_INTEGERS
-)
-_add_blocks = kernel("add_blocks", INTEGER, INTEGER, INTEGERS, REALS, INTEGERS, SHORT_INTEGERS, REALS)
-_coordinate_pattern = kernel("coordinate_pattern", INTEGER, INTEGERS, SHORT_INTEGERS, SHORT_INTEGERS, SHORT_INTEGERS)
 
 MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 32 bits
 
@@ -37,20 +28,16 @@ def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sp
     `blocks`: for each group (k, m, 2, m, 2) float64, each symmetric; `size`: number of sites. Returns (2 size, 2 size)
     CSC with sorted indices; every pair of sites that shares a term has its 2 x 2 elements, zeros as well, so that terms
     between the same sites have one pattern."""
-    width = np.concatenate([np.full(len(group), group.shape[1], dtype=np.int64) for group in sites])
-    flat = np.concatenate([group.ravel() for group in sites])
-    start, columns = np.empty(size + 1, dtype=np.int64), np.empty(int((width**2).sum()), dtype=np.int32)
-    count = _joined_sites(size, len(width), width, np.cumsum(width) - width, flat, len(columns), start, columns)
-    if 4 * count > MOST_ELEMENTS:
-        raise InputError(f"a matrix of {size} sites has {4 * count} elements: at most {MOST_ELEMENTS}")
-    data = np.zeros(4 * count)
-    for group, block in zip(sites, blocks, strict=True):
-        _add_blocks(*group.shape, np.ascontiguousarray(group), np.ascontiguousarray(block), start, columns, data)
-    indptr, indices = np.empty(2 * size + 1, dtype=np.int32), np.empty(4 * count, dtype=np.int32)
-    _coordinate_pattern(size, start, columns, indptr, indices)
-    matrix = sparse.csc_array((data, indices, indptr), shape=(2 * size, 2 * size))
-    matrix.has_sorted_indices = matrix.has_canonical_format = True
-    return matrix
+    rows, columns = [], []
+    for group in sites:
+        place = (2 * group[:, :, None] + np.arange(2)).reshape(len(group), -1).astype(np.int32)
+        rows.append(np.repeat(place, place.shape[1], axis=1).ravel())
+        columns.append(np.tile(place, place.shape[1]).ravel())
+    values = np.concatenate([block.ravel() for block in blocks])
+    if len(values) > MOST_ELEMENTS:
+        raise InputError(f"a matrix of {size} sites has {len(values)} elements: at most {MOST_ELEMENTS}")
+    pairs = (np.concatenate(rows), np.concatenate(columns))
+    return sparse.coo_array((values, pairs), shape=(2 * size, 2 * size)).tocsc()
 
 
 @per_packing

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -22,9 +21,6 @@ def polygon_areas(positions: Array, offsets: Indices) -> Array:
     return np.asarray(np.add.reduceat(0.5 * cross(r, positions[following] - positions), offsets[:-1]))
 
 
-_doubtful_outlines = kernel("doubtful_outlines", INTEGER, INTEGERS, REALS, FLAGS)
-
-
 def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
     """(m,) polygons whose outline crosses itself, ascending; edges shrunk to rounding size do not count. Arguments as
     in `Packing`.
@@ -32,31 +28,21 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
     Contacts keep different polygons apart, but nothing in the energy of Boromand et al. keeps a polygon from folding
     over itself. A minimiser can do that far above onset or with weak line tension; no such state is a packing.
     """
-    positions, offsets = np.ascontiguousarray(positions, float), np.ascontiguousarray(offsets, np.int64)
-    doubtful = np.empty(len(offsets) - 1, dtype=bool)
-    if not _doubtful_outlines(len(doubtful), offsets, positions, doubtful):
+    if not len(offsets) > 1:
         return np.empty(0, dtype=np.int64)
     import shapely  # only where outlines are looked at: disks have none
 
-    shapes = outlines(positions, offsets, np.flatnonzero(doubtful))
-    crossed = ~shapely.is_valid(shapes)
-    suspects = np.flatnonzero(doubtful)[crossed]
+    shapes = outlines(positions, offsets)
+    suspects = np.flatnonzero(~shapely.is_valid(shapes))
     if not len(suspects):
-        return np.asarray(suspects)
-    size = float(np.ptp(positions, axis=0).max())
-    points = shapely.remove_repeated_points(shapes[crossed], 1e-12 * size)
+        return suspects
+    points = shapely.remove_repeated_points(shapes[suspects], 1e-12 * float(np.ptp(positions, axis=0).max()))
     return np.asarray(suspects[~shapely.is_valid(points)])
 
 
-def outlines(
-    positions: Array, offsets: NDArray[np.int64], kept: NDArray[np.int64] | None = None
-) -> NDArray[np.object_]:
-    """All polygons, or some, as shapely geometries."""
+def outlines(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.object_]:
+    """All polygons as shapely geometries."""
     import shapely
 
-    size = np.diff(offsets)
-    if kept is not None:
-        some = np.zeros(len(size), dtype=bool)
-        some[kept] = True
-        positions, size = positions[np.repeat(some, size)], size[kept]
-    return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=np.repeat(np.arange(len(size)), size))))
+    rings = shapely.linearrings(positions, indices=np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)))
+    return np.asarray(shapely.polygons(rings))

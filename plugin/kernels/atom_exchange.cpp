@@ -1,6 +1,6 @@
 // Copy positions and forces between arrays in the order of the ids and LAMMPS' own arrays, whose order changes whenever
 // LAMMPS sorts its atoms. A lattice vector for every image flag keeps positions unwrapped. Each function returns n, or
-// -1 where the ids are not 1 to n; `_wide` ones are for ids and image flags of 64 bits (LAMMPS_BIGBIG).
+// -1 where the ids are not 1 to n; `wide`: ids and image flags have 64 bits (LAMMPS_BIGBIG), else 32.
 
 #include "kernel.h"
 
@@ -8,91 +8,78 @@ using std::int64_t;
 
 namespace {
 
-// LAMMPS packs the flags of three axes into one number.
-template <class Packed> struct Flags {
-  static constexpr int BITS = sizeof(Packed) == 8 ? 21 : 10;
-  static constexpr int64_t ZERO = int64_t{1} << (BITS - 1), MASK = 2 * ZERO - 1;
+int64_t number(const void *numbers, int64_t wide, int64_t i)
+{
+  return wide ? static_cast<const int64_t *>(numbers)[i] : static_cast<const std::int32_t *>(numbers)[i];
+}
 
-  static Packed packed(int64_t a, int64_t b)
+// LAMMPS packs the flags of three axes into one number.
+struct Flags {
+  const int64_t bits, zero;
+
+  explicit Flags(int64_t wide) : bits(wide ? 21 : 10), zero(int64_t{1} << (bits - 1)) {}
+  int64_t flag(int64_t image, int axis) const { return (image >> axis * bits & (2 * zero - 1)) - zero; }
+  int64_t packed(int64_t a, int64_t b) const
   {
-    return static_cast<Packed>(((a + ZERO) & MASK) | ((b + ZERO) & MASK) << BITS | ZERO << 2 * BITS);
+    const int64_t mask = 2 * zero - 1;
+    return ((a + zero) & mask) | ((b + zero) & mask) << bits | zero << 2 * bits;
   }
-  static double shift(Packed image, const double *box, int axis)
+  double shift(int64_t image, const double *box, int axis) const
   {
-    const int64_t a = (image & MASK) - ZERO, b = (image >> BITS & MASK) - ZERO;
-    return a * box[axis] + b * box[axis + 2];
+    return flag(image, 0) * box[axis] + flag(image, 1) * box[axis + 2];
   }
 };
 
-// act(i, k): LAMMPS' atom i has the id k + 1.
-template <class Packed, class Act> int64_t visit(int64_t n, const Packed *id, Act act)
+// act(i, k, axis): LAMMPS' atom i has the id k + 1.
+template <class Act> int64_t visit(int64_t n, int64_t wide, const void *id, Act act)
 {
   for (int64_t i = 0; i < n; ++i) {
-    const int64_t k = id[i] - 1;
+    const int64_t k = number(id, wide, i) - 1;
     if (k < 0 || k >= n) return -1;
-    act(i, k);
+    for (int axis = 0; axis < 2; ++axis) act(i, k, axis);
   }
   return n;
 }
 
-template <class Packed>
-int64_t put(int64_t n, const Packed *id, const Packed *image, const double *box, const double *from, double *const *x)
-{
-  return visit(n, id, [&](int64_t i, int64_t k) {
-    for (int axis = 0; axis < 2; ++axis) x[i][axis] = from[2 * k + axis] - Flags<Packed>::shift(image[i], box, axis);
-  });
-}
-
-template <class Packed>
-int64_t take(int64_t n, const Packed *id, const Packed *image, const double *box, const double *const *x, double *to)
-{
-  return visit(n, id, [&](int64_t i, int64_t k) {
-    for (int axis = 0; axis < 2; ++axis) to[2 * k + axis] = x[i][axis] + Flags<Packed>::shift(image[i], box, axis);
-  });
-}
-
-template <class Packed> int64_t take_plain(int64_t n, const Packed *id, const double *const *f, double *to)
-{
-  return visit(n, id, [&](int64_t i, int64_t k) {
-    for (int axis = 0; axis < 2; ++axis) to[2 * k + axis] = f[i][axis];
-  });
-}
-
-template <class Packed>
-int64_t place(int64_t n, const Packed *id, const double *inside, const int64_t *flags, double *const *x, Packed *image)
-{
-  return visit(n, id, [&](int64_t i, int64_t k) {
-    for (int axis = 0; axis < 2; ++axis) x[i][axis] = inside[2 * k + axis];
-    image[i] = Flags<Packed>::packed(flags[2 * k], flags[2 * k + 1]);
-  });
-}
-
 }    // namespace
 
-#define JAMLAB_EXCHANGE(ENDING, PACKED)                                                                                \
-  /* wrapped positions of LAMMPS from unwrapped ones (n, 2); the image flags stay */                                   \
-  JAMLAB_KERNEL put_positions##ENDING(int64_t n, const PACKED *id, const PACKED *image, const double *box,             \
-                                      const double *positions, double *const *x)                                       \
-  {                                                                                                                    \
-    return put(n, id, image, box, positions, x);                                                                       \
-  }                                                                                                                    \
-  /* unwrapped positions (n, 2) from those of LAMMPS */                                                                \
-  JAMLAB_KERNEL take_positions##ENDING(int64_t n, const PACKED *id, const PACKED *image, const double *box,            \
-                                       const double *const *x, double *positions)                                      \
-  {                                                                                                                    \
-    return take(n, id, image, box, x, positions);                                                                      \
-  }                                                                                                                    \
-  /* forces (n, 2) from those of LAMMPS */                                                                             \
-  JAMLAB_KERNEL take_forces##ENDING(int64_t n, const PACKED *id, const double *const *f, double *forces)               \
-  {                                                                                                                    \
-    return take_plain(n, id, f, forces);                                                                               \
-  }                                                                                                                    \
-  /* wrapped positions and image flags into LAMMPS */                                                                  \
-  JAMLAB_KERNEL place_atoms##ENDING(int64_t n, const PACKED *id, const double *inside, const int64_t *flags,           \
-                                    double *const *x, PACKED *image)                                                   \
-  {                                                                                                                    \
-    return place(n, id, inside, flags, x, image);                                                                      \
-  }
+// wrapped positions of LAMMPS from unwrapped ones (n, 2); the image flags stay
+JAMLAB_KERNEL put_positions(int64_t n, int64_t wide, const void *id, const void *image, const double *box,
+                            const double *positions, double *const *x)
+{
+  const Flags flags(wide);
+  return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) {
+    x[i][axis] = positions[2 * k + axis] - flags.shift(number(image, wide, i), box, axis);
+  });
+}
 
-JAMLAB_EXCHANGE(, std::int32_t)
-JAMLAB_EXCHANGE(_wide, std::int64_t)
+// unwrapped positions (n, 2) from those of LAMMPS
+JAMLAB_KERNEL take_positions(int64_t n, int64_t wide, const void *id, const void *image, const double *box,
+                             const double *const *x, double *positions)
+{
+  const Flags flags(wide);
+  return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) {
+    positions[2 * k + axis] = x[i][axis] + flags.shift(number(image, wide, i), box, axis);
+  });
+}
+
+// forces (n, 2) from those of LAMMPS
+JAMLAB_KERNEL take_forces(int64_t n, int64_t wide, const void *id, const double *const *f, double *forces)
+{
+  return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) { forces[2 * k + axis] = f[i][axis]; });
+}
+
+// wrapped positions and image flags into LAMMPS
+JAMLAB_KERNEL place_atoms(int64_t n, int64_t wide, const void *id, const double *inside, const int64_t *images,
+                          double *const *x, void *image)
+{
+  const Flags flags(wide);
+  return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) {
+    x[i][axis] = inside[2 * k + axis];
+    const int64_t packed = flags.packed(images[2 * k], images[2 * k + 1]);
+    if (wide)
+      static_cast<int64_t *>(image)[i] = packed;
+    else
+      static_cast<std::int32_t *>(image)[i] = static_cast<std::int32_t>(packed);
+  });
+}

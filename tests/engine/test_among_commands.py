@@ -137,9 +137,8 @@ timestep 0.002
 velocity all create 0.05 7 loop geom
 velocity all set NULL NULL 0.0
 neigh_modify every 1 delay 0 check no
-group a id <= 60
-group b id > 60
-compute g a polygon/group/group b
+compute c all polygon/contact
+compute g all reduce sum c_c[5] inputs local
 compute shape rings polygon
 variable eps equal 1.7+0.1*c_g
 variable ka equal 20+c_shape[1][1]

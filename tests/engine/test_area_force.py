@@ -1,4 +1,4 @@
-"""fix polygon/area in time: energy conserved under verlet and respa, ka and rest area from every source."""
+"""fix polygon/area in time: energy conserved, ka and rest area from every source."""
 
 import re
 from dataclasses import replace
@@ -8,11 +8,6 @@ import outlines
 import pytest
 from engine.test_plugin_on_ranks import launch, run
 
-STYLES = {
-    "verlet": "",
-    "respa": "run_style respa 2 2 bond 1 pair 2",
-    "inner": "run_style respa 2 2 bond 1 pair 2\nfix_modify area respa 1",
-}
 LAST = "write_dump all custom {0}.dump id x y modify sort id format float %.17g\n"
 NVE = """
 minimize 0 1e-8 400 800
@@ -20,7 +15,6 @@ reset_timestep 0
 velocity all create 0.002 99 loop geom
 velocity all set NULL NULL 0.0
 fix move all nve
-{style}
 timestep {step}
 thermo_style custom step etotal pe ke f_area
 thermo_modify norm no format float %.15g
@@ -29,10 +23,10 @@ run {steps}
 """
 
 
-def trajectory(folder, state, style, step, steps):
+def trajectory(folder, state, step, steps):
     """Total, potential, kinetic and area energy along a run; droplets and walls, and the state at its end."""
     (folder / "data").write_text(outlines.data(state))
-    deck = outlines.deck("data") + NVE.format(style=STYLES[style], step=step, steps=steps, every=steps // 200)
+    deck = outlines.deck("data") + NVE.format(step=step, steps=steps, every=steps // 200)
     code, output = launch(folder, deck + LAST.format("end"), 1)
     assert code == 0, output[-2000:]
     table = output[output.rindex("f_area") :]
@@ -45,13 +39,12 @@ def trajectory(folder, state, style, step, steps):
     return np.array([row.split() for row in rows], dtype=float), end
 
 
-@pytest.mark.parametrize("style", STYLES)
-def test_energy_is_conserved_to_second_order(tmp_path, style):
+def test_energy_is_conserved_to_second_order(tmp_path):
     """Half the time step, a quarter of the error; at the end, both energies are those of numpy."""
     state = outlines.scene(2, foreign=False)
     spread = []
     for step, steps in ((0.004, 2000), (0.002, 4000)):
-        rows, end = trajectory(tmp_path, state, style, step, steps)
+        rows, end = trajectory(tmp_path, state, step, steps)
         spread.append(np.ptp(rows[:, 0]))
         of_area = sum(outlines.KA / 2 * (o.area - o.a0) ** 2 for o in end.outlines)
         assert rows[-1, [1, 3]] == pytest.approx([outlines.energy(end), of_area], rel=1e-10)
@@ -74,15 +67,14 @@ thermo_modify norm no format float %.15g
 """
 
 
-@pytest.mark.parametrize("style", STYLES)
-def test_contacts_are_seen_wherever_the_neighbor_list_ends(tmp_path, style):
-    """A tip glides along an edge whose tail comes into the neighbor list: respa moves atoms after it has made that."""
+def test_contacts_are_seen_wherever_the_neighbor_list_ends(tmp_path):
+    """A tip glides along an edge whose tail comes into the neighbor list."""
     edge = outlines.Outline(np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
     tip = outlines.Outline(np.array([[1.74, 0.8], [1.5, 0.3], [2.0, 0.3]]), a0=0.13)
     assert np.hypot(0.74, 0.2) > np.hypot(0.25, 0.6) + 0.1 > np.hypot(0.70, 0.2)  # the reach of the list
     states = [outlines.Scene([replace(tip, points=tip.points - [0.004 * n, 0]), edge], [6, 6]) for n in range(11)]
     (tmp_path / "data").write_text(outlines.data(states[0]))
-    code, output = launch(tmp_path, outlines.deck("data") + GLIDE + STYLES[style] + "\nrun 10\n", 1)
+    code, output = launch(tmp_path, outlines.deck("data") + GLIDE + "run 10\n", 1)
     assert code == 0, output[-2000:]
     found = re.findall(r"^\s*\d+\s+(\d\.\d{9,})\s*$", output, re.MULTILINE)
     assert [float(pe) for pe in found] == pytest.approx([outlines.energy(s) for s in states], rel=1e-9)

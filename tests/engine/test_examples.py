@@ -69,9 +69,9 @@ def test_walls_of_a_channel_bear_its_normal_stress(result):
     length, box, height = 6.0, 10.0, 7.0 - 13 * 0.3
     last = {name: values[-1] for name, values in result("channel").items()}
     assert last["Fmax"] <= 1e-10
-    assert last["c_up[2]"] > 1.0
-    assert last["c_up[2]"] + last["c_low[2]"] == pytest.approx(0.0, abs=1e-9)
-    assert last["c_up[2]"] == pytest.approx(last["Pyy"] * box / height * length, rel=1e-9)
+    assert last["f_up[2]"] > 1.0
+    assert last["f_up[2]"] + last["f_low[2]"] == pytest.approx(0.0, abs=1e-9)
+    assert last["f_up[2]"] == pytest.approx(last["Pyy"] * box / height * length, rel=1e-9)
 
 
 def free_droplet(gamma, ka, a0=1.0, corners=12):

@@ -97,21 +97,18 @@ def test_atoms_have_their_shares(tmp_path, ranks):
 INTEGRATE = """
 fix move all nve
 timestep 0.002
-{style}
 run 25
 """
 
 
 @RANKS
 def test_shares_add_up_in_all_forms_and_runs(tmp_path, ranks):
-    """The three contact forms; during a run, under respa, in a minimization; virial per atom asked or not."""
+    """The three contact forms; during a run, in a minimization; virial per atom asked or not."""
     state = outlines.scene(12)
     (tmp_path / "data").write_text(outlines.data(state))
     deck = ""
     ends = {form: "run 0\n" for form in CONTACT_FORMS}
-    ends |= {"verlet": INTEGRATE.format(style=""), "minimize": "minimize 0 1e-9 20 20\n"}
-    ends |= {"respa": INTEGRATE.format(style="run_style respa 2 2 bond 1 pair 2")}
-    ends |= {"inner": INTEGRATE.format(style="run_style respa 3 2 2 bond 1 pair 2\nfix_modify area respa 1")}
+    ends |= {"verlet": INTEGRATE, "minimize": "minimize 0 1e-9 20 20\n"}
     for name, end in ends.items():
         for newton in ("on", "off"):
             form = name if name in CONTACT_FORMS else "outline"

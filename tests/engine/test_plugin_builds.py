@@ -6,10 +6,11 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from jamlab.engine.installation import mpi_library
-from jamlab.kernels.library import INTEGER, kernel
+from jamlab.kernels.library import INTEGER, INTEGERS, kernel
 
 SOURCES = Path(__file__).parents[2] / "plugin"
 slow = pytest.mark.slow
@@ -108,7 +109,7 @@ def test_another_lammps_is_warned_and_goes_on(build, release, options, named):
 def test_no_exception_leaves_a_kernel():
     """Lack of memory is a MemoryError of Python; every function of a file that allocates takes care of it."""
     with pytest.raises(MemoryError):
-        kernel("loop_areas", INTEGER, INTEGER)(0, 2**62)
+        kernel("vertex_meetings", INTEGER, INTEGERS)(1, np.array([0, 2**62]))
     for path in (SOURCES / "kernels").glob("*.cpp"):
         functions = re.findall(r"(?ms)^JAMLAB_KERNEL \w+\([^;{]*?\)\n(.*?)^}\n(.*?)\n", path.read_text())
         assert all((start[:4], end) == ("try ", "JAMLAB_OR_NO_MEMORY") for start, end in functions), path.name

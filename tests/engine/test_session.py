@@ -281,8 +281,8 @@ def test_forces_jump_only_where_the_closest_point_does(form, one, other, way, ro
     assert (np.abs(after - before).max() > 0.1) == (form == rough)
 
 
-@pytest.mark.parametrize(("ending", "dtype", "bits"), [("", np.int32, 10), ("_wide", np.int64, 21)])
-def test_atoms_are_exchanged_in_both_sizes_of_integers(ending, dtype, bits):
+@pytest.mark.parametrize(("wide", "dtype", "bits"), [(0, np.int32, 10), (1, np.int64, 21)])
+def test_atoms_are_exchanged_in_both_sizes_of_integers(wide, dtype, bits):
     """Ids and image flags of LAMMPS have 32 bits or 64: positions there and back, by numpy."""
     rng = np.random.default_rng(3)
     n, box = 5, np.array([[3.0, 0.0], [0.7, 2.0]])
@@ -290,17 +290,22 @@ def test_atoms_are_exchanged_in_both_sizes_of_integers(ending, dtype, bits):
     flags = rng.integers(-(2 ** (bits - 1)), 2 ** (bits - 1), (n, 2))
     images, x = np.zeros(n, dtype), np.zeros((n, 3))
     rows = (ctypes.c_void_p * n)(*(x[i].ctypes.data for i in range(n)))
-    pointer, call = ctypes.c_void_p, lambda name, *values: kernel(name + ending, *map(type, values))(*values)
+    pointer = ctypes.c_void_p
+
+    def call(name, *values):
+        given = (INTEGER(n), INTEGER(wide), *values)
+        return kernel(name, *map(type, given))(*given)
+
     own, image, of_box = (pointer(a.ctypes.data) for a in (ids, images, box))
     inner, unwrapped = pointer(inside.ctypes.data), np.zeros((n, 2))
-    assert call("place_atoms", INTEGER(n), own, inner, pointer(flags.ctypes.data), rows, image) == n
+    assert call("place_atoms", own, inner, pointer(flags.ctypes.data), rows, image) == n
     out = pointer(unwrapped.ctypes.data)
-    assert call("take_positions", INTEGER(n), own, image, of_box, rows, out) == n
+    assert call("take_positions", own, image, of_box, rows, out) == n
     assert unwrapped == pytest.approx(inside + flags @ box, rel=1e-15)
     x[:] = 0.0
-    assert call("put_positions", INTEGER(n), own, image, of_box, out, rows) == n
+    assert call("put_positions", own, image, of_box, out, rows) == n
     assert x[np.argsort(ids), :2] == pytest.approx(inside, abs=1e-9)
-    assert call("take_forces", INTEGER(n), own, rows, out) == n
+    assert call("take_forces", own, rows, out) == n
     assert np.array_equal(unwrapped, x[np.argsort(ids), :2])
     ids[0] = n + 1
-    assert call("take_forces", INTEGER(n), own, rows, out) == -1
+    assert call("take_forces", own, rows, out) == -1

@@ -23,9 +23,9 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.voids.boundary_loops import Boundary
 from jamlab.geometry.voids.void_rays import find_first_hits, follow_rays
-from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
+from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, LABEL, drawn, label_axes
@@ -35,13 +35,6 @@ VOIDS_DEFINITION = 1  # version, see jamlab.campaign.versions
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
 SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below EMPTY
 PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void between three equal disks that touch, 4.8706
-
-_PIECES = (REALS, REALS, REALS, REALS, INTEGERS, INTEGERS)
-_loop_areas = kernel("loop_areas", INTEGER, INTEGER, *_PIECES, INTEGERS, INTEGERS, REALS, REALS)
-_sum_voids = kernel(
-    "sum_voids", INTEGER, INTEGER, INTEGERS, REALS, *_PIECES, INTEGERS, INTEGERS, FLAGS, FLAGS, REAL, REALS,
-    INTEGERS, INTEGERS, REALS, INTEGERS, REALS, REALS,
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -157,18 +150,31 @@ def voids(packing: Packing) -> Voids:
     """
     bounded = bound_voids(packing)
     boundary, area, percolating = bounded.boundary, bounded.area, bounded.percolating
-    pieces, k, count = boundary.pieces, len(boundary.loop), len(area)
+    pieces, count = boundary.pieces, len(area)
+    void, image = bounded.void[boundary.loop], boundary.image + bounded.image[boundary.loop]
+    bounding = np.flatnonzero(void >= 0)
+    owner, where, place = pieces.particle[bounding], void[bounding], image[bounding] @ packing.box
+    start, end, radius, angle = (values[bounding] for values in (pieces.start, pieces.end, pieces.radius, pieces.angle))
+    chord, reference = end - start, np.empty((count, 2))
+    reference[where[::-1]] = (start + place)[::-1]  # where the first piece of each void begins
+    move = place - reference[where]
+    # of the area between an arc and its chord: (2/3) R^3 sin(angle/2)^3 towards the middle of the arc
+    bulging = (pieces.centre[bounding] + move) * _bulge(radius, angle)[:, None]
+    bulging += np.where(radius > 0, (chord**2).sum(axis=1) / 12, 0.0)[:, None] * np.column_stack(
+        [chord[:, 1], -chord[:, 0]]
+    )
+    p, q = start + move, end + move
+    parts = (p + q) * cross(p, q)[:, None] / 6 + bulging
+    moment = -np.column_stack([np.bincount(where, part, count) for part in parts.T])
+    length = np.where(radius > 0, radius * angle, np.hypot(*chord.T))
+    perimeter = np.asarray(np.bincount(where, length, count), dtype=np.float64)
     # of a void that percolates the particles on all loops are sides, of others those on the loop around it
     percolates = percolating > 0
     counts = (bounded.kind == LoopKind.AROUND) | np.append(percolates, False)[bounded.void]
-    shortest = SLIVER * np.sqrt(packing.area / packing.n)
-    void, image = np.empty(k, dtype=np.int64), np.empty((k, 2), dtype=np.int64)
-    perimeter, sides, (reference, moment) = np.empty(count), np.empty(count, dtype=np.int64), np.empty((2, count, 2))
-    _sum_voids(
-        k, count, pieces.particle, pieces.start, pieces.end, pieces.centre, pieces.radius, pieces.angle, boundary.loop,
-        boundary.image, bounded.void, bounded.image, counts, ~percolates, shortest, packing.box,
-        void, image, perimeter, sides, reference, moment,
-    )  # fmt: skip
+    side = counts[boundary.loop[bounding]] & (length > SLIVER * np.sqrt(packing.area / packing.n))
+    images = np.where(percolates[where, None], 0, image[bounding])
+    corners = np.unique(np.column_stack([where, owner, images])[side], axis=0)
+    sides = np.bincount(corners[:, 0], minlength=count)
     centre = reference + moment / area[:, None]
     centre += moves_home(centre, packing.box)
     centre[percolates] = np.nan
@@ -192,11 +198,12 @@ class BoundedVoids:
 def bound_voids(packing: Packing) -> BoundedVoids:
     """Find the voids of a packing and their areas alone."""
     boundary: Boundary = packing.kind.boundary(packing)
-    pieces, signed = boundary.pieces, np.empty(len(boundary.winding))  # to the right of each loop
-    _loop_areas(
-        len(boundary.loop), len(signed), pieces.start, pieces.end, pieces.radius, pieces.angle, boundary.loop,
-        boundary.image, boundary.winding, boundary.origin, packing.box, signed,
-    )  # fmt: skip
+    pieces, loop, place = boundary.pieces, boundary.loop, boundary.image @ packing.box
+    wound, first = boundary.winding @ packing.box, (pieces.start + place)[boundary.origin]
+    # loops that close are measured from their own beginning, which keeps the digits of small ones
+    move = place - np.where((wound == 0).all(axis=1)[:, None], first, 0.0)[loop]
+    part = 0.5 * cross(pieces.start + move, pieces.end + move) + _bulge(pieces.radius, pieces.angle)
+    signed = 0.5 * cross(wound, first) - np.bincount(loop, part, len(first))  # to the right of each loop
     kind = np.where(signed > 0, LoopKind.AROUND, LoopKind.ISLAND)
     kind[np.abs(signed) < EMPTY * packing.area / packing.n] = LoopKind.ROUNDING
     kind[(boundary.winding != 0).any(axis=1)] = LoopKind.WINDING
@@ -210,6 +217,11 @@ def bound_voids(packing: Packing) -> BoundedVoids:
     area = np.bincount(void[loops], signed[loops], count).astype(np.float64)
     area = np.where(percolating > 0, np.mod(area, packing.area), area)
     return BoundedVoids(area, percolating, islands, boundary, kind, void, image)
+
+
+def _bulge(radius: Array, angle: Array) -> Array:
+    """Area between circular pieces and their chords; 0 of straight ones."""
+    return np.asarray(0.5 * radius**2 * (angle - np.sin(angle)))
 
 
 def _group_loops(boundary: Boundary, box: Array, kind: Indices) -> tuple[int, Indices, Indices]:

@@ -19,7 +19,6 @@ STYLES = {  # header: macro of registration, style, class
     "compute_polygon": ("Compute", "polygon", "ComputePolygon"),
     "pair_circuloline": ("Pair", "circuloline", "PairCirculoline"),
     "compute_polygon_contact": ("Compute", "polygon/contact", "ComputePolygonContact"),
-    "compute_polygon_group_group": ("Compute", "polygon/group/group", "ComputePolygonGroupGroup"),
 }
 REQUESTS = {1: list(STYLES)[:4], 2: list(STYLES)[4:]}
 AUTHOR = """\
@@ -60,7 +59,6 @@ def american(text: str) -> str:
 
 def needed(name: str, found: set[str]) -> set[str]:
     """Files of the plugin that a style is made of, by what they include."""
-    name = "compute_polygon_group" if name == "compute_polygon_group_group" else name
     if not (SOURCE / f"{name}.h").exists():
         return found  # of LAMMPS itself
     stems = [name, *(path.stem for path in SOURCE.glob(f"{name}_*.cpp") if not path.with_suffix(".h").exists())]
@@ -81,11 +79,10 @@ def header() -> str:
 def source(name: str, helpers: dict[str, str]) -> str:
     """A file of the plugin with LAMMPS' header, guard and registration; `helpers`: names that get another prefix."""
     text = (SOURCE / name).read_text().partition("\n\n")[2]
-    text = text.replace("ComputePolygonGroup", "ComputePolygonGroupGroup").replace("JAMLAB_", "LMP_")
+    text = text.replace("JAMLAB_", "LMP_")
     if name.endswith(".h"):
         guard = f"LMP_{renamed(Path(name).stem).upper()}_H"
         text = text.replace("#pragma once\n", f"#ifndef {guard}\n#define {guard}\n", 1) + "\n#endif\n"
-    text = re.sub(r"// The wheel.*?#if __has_include.*?#endif\n", '#include "respa.h"\n', text, flags=re.DOTALL)
     text = re.sub(r'#include "(\w+)\.h"', lambda m: f'#include "{renamed(m[1])}.h"', text)
     for old, new in helpers.items():
         text = re.sub(rf"\b{old}\b", new, text)
@@ -105,8 +102,6 @@ def source(name: str, helpers: dict[str, str]) -> str:
 
 def renamed(stem: str) -> str:
     """LAMMPS names a file after its style; files of no style begin with the name of the package."""
-    if stem == "compute_polygon_group":
-        return "compute_polygon_group_group"
     helper = (SOURCE / f"{stem}.h").exists() or (SOURCE / f"{stem}.cpp").exists()
     styled = stem.startswith(("polygon_", *STYLES))
     return f"polygon_{stem}" if helper and not styled else stem
@@ -117,7 +112,7 @@ def classes(files: set[str]) -> dict[str, str]:
     texts = [(SOURCE / name).read_text() for name in files if name.endswith(".h") and Path(name).stem not in STYLES]
     kinds = re.compile(r"^(?:class|struct|enum)(?: class)? (\w+)(?=[ {:])", re.MULTILINE)
     found = {name for text in texts for name in kinds.findall(text)}
-    return {name: f"Polygon{name}" for name in sorted(found - {"Respa"}) if "Polygon" not in name}  # that is LAMMPS'
+    return {name: f"Polygon{name}" for name in sorted(found) if "Polygon" not in name}
 
 
 def inline(text: str) -> str:
@@ -202,8 +197,8 @@ FIRST = {
 pulls with a force that does not depend on the length of a bond; fix polygon/area holds the area of every ring; compute
 polygon gives area, perimeter, shape and crossings of each. Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """An internal fix, POLYGON/OUTLINE, finds the rings from bonds and molecule IDs, on any number of ranks
-and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet and respa, virials are
-tallied per atom, and restart files keep all coefficients.""",
+and across periodic boundaries. 2d only; needs an atom map. Energies are conserved under verlet, virials are tallied
+per atom, and restart files keep all coefficients.""",
     "lines": """- cmake/CMakeLists.txt: POLYGON in STANDARD_PACKAGES; pkg_depends(POLYGON MOLECULE)
 - cmake/presets: polygon in all_on, all_off, most and windows
 - src/Makefile: polygon in PACKAGE, after plugin; src/Depend.sh: POLYGON after MOLECULE
@@ -214,13 +209,13 @@ tallied per atom, and restart files keep all coefficients.""",
 }
 SECOND = {
     "summary": """pair_style circuloline: contact of the rims of deformable polygons, of chains as walls, and of disks,
-in three contact forms; compute polygon/contact lists contacts, compute polygon/group/group sums forces between groups.
+in three contact forms; compute polygon/contact lists contacts.
 Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """A vertex meets the edges of other outlines, so one contact has three atoms: single() is absent, born and
 pair/local are refused, and contacts are summed with newton on and off. The style raises the ghost cutoff to its longest
 edge. Two widths mix arithmetically, strengths as pair_modify mix says. Accelerator variants are not planned.""",
     "lines": """- doc/src/Commands_pair.rst, pair_style.rst: circuloline
-- doc/src/Commands_compute.rst, compute.rst: polygon/contact, polygon/group/group
+- doc/src/Commands_compute.rst, compute.rst: polygon/contact
 - doc/src/Howto.rst: Howto_polygon
 - src/.gitignore: the files that are new in src/POLYGON""",
     "words": "circuloline, circulo",
