@@ -35,14 +35,9 @@ static constexpr char CITE_CONTACT_DRAG[] =
 
 /* Ask users of a pair style to cite its paper. LAMMPS lists it once, however often this is
    called; with -nocite there is no list. */
-inline void cite_circuloline(LAMMPS *lmp)
+inline void cite(LAMMPS *lmp, const char *paper)
 {
-  if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);
-}
-
-inline void cite_contact_drag(LAMMPS *lmp)
-{
-  if (lmp->citeme) lmp->citeme->add(CITE_CONTACT_DRAG);
+  if (lmp->citeme) lmp->citeme->add(paper);
 }
 
 }    // namespace LAMMPS_NS

@@ -147,8 +147,8 @@ void DiskDrag::find_preconditioner(bool free_rate)
       own = block(k, part, part);
       const double whole = 1.0 / contacts[k].share;    // where two ranks see a contact, each adds it for its own disk
       Vec3 &f = blocks[0][part.site], &s = blocks[1][part.site];
-      f = {f.x + whole * own[0], f.y + whole * own[1], f.spin + whole * own[4]};
-      s = {s.x + whole * own[2], s.y + whole * own[5], s.spin + whole * own[8]};
+      f = f + whole * Vec3{own[0], own[1], own[4]};
+      s = s + whole * Vec3{own[2], own[5], own[8]};
     }
     const double squared = lever(k) * lever(k);
     flow[0] += squared * own[0];

@@ -77,8 +77,7 @@ DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, con
   std::copy_n(force.begin(), nlocal, residual.begin());
   field_add(residual, -1.0, product, nlocal);
   if (moved && looks_ahead()) {
-    for (int i = 0; i < nlocal; i++)
-      direction[i] = {u[i].x - start[i].x, u[i].y - start[i].y, u[i].spin - start[i].spin};
+    for (int i = 0; i < nlocal; i++) direction[i] = u[i] - start[i];
     multiply_ahead(direction, load.rate - start_rate, product, unused, ahead);
     field_add(residual, -1.0, product, nlocal);
     multiply(direction, load.rate - start_rate, product, unused, without);
@@ -188,9 +187,7 @@ void DragSolver::line_search(double rho, Field &force, Field &u, Load &load)
 {
   keep(after, force, u, load);
   const auto between = [&](double part, const Field &a, const Field &b, Field &out) {
-    for (int i = 0; i < nlocal; i++)
-      out[i] = {a[i].x + part * (b[i].x - a[i].x), a[i].y + part * (b[i].y - a[i].y),
-                a[i].spin + part * (b[i].spin - a[i].spin)};
+    for (int i = 0; i < nlocal; i++) out[i] = a[i] + part * (b[i] - a[i]);
   };
   const auto left = [&](double part) {
     between(part, before.force, after.force, force);

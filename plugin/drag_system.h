@@ -235,7 +235,7 @@ template <class Row> class DragSystem : public DragSolver {
         for (int a = 1; a < Row::SITES; a++) add_force(*row, a, push, rub, sums[row->site(a)]);
         if (FLOW) flow += contacts[k].share * (push * row->nx - rub * row->ny) * lever(k);
       } while (++row < end && row->site(0) == first);
-      sums[first] = {sums[first].x + own.x, sums[first].y + own.y, sums[first].spin + own.spin};
+      sums[first] = sums[first] + own;
     }
     return flow;
   }

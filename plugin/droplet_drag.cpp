@@ -147,7 +147,7 @@ FlowSums DropletDrag::add_up(const Field &u, double rate)
   double power, power_all, power_drag, all, drag;
   Field out(nlocal + nghost);
   Field &followed = still;
-  for (int i = 0; i < nlocal; i++) followed[i] = {u[i].x - start[i].x, u[i].y - start[i].y, 0.0};
+  for (int i = 0; i < nlocal; i++) followed[i] = u[i] - start[i];
   const double extra = rate - start_rate;
   multiply_ahead(followed, extra, out, power_all, all, nullptr);
   multiply(followed, extra, out, power_drag, drag);

@@ -8,6 +8,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "image_offset.h"
 #include "modify.h"
 #include "neighbor.h"
 #include "output.h"
@@ -34,12 +35,6 @@ static constexpr double DROPLET_SHORTEST = 1e-2;    // over tau
 static constexpr double DROPLET_STILL = 1e-11;    // over tau: a velocity whose error is rounding
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
 static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
-
-/* lattice vectors from the box to the unwrapped place of an atom */
-static std::array<int, 2> boxes(imageint image)
-{
-  return {static_cast<int>(image & IMGMASK) - IMGMAX, static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX};
-}
 
 double FixOverdamped::area() const
 {
@@ -86,8 +81,7 @@ void FixOverdamped::setup(int /*vflag*/)
 /* something else has moved the particles since, such as a minimisation */
 void FixOverdamped::forget_velocities()
 {
-  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement})
-    std::fill(each->begin(), each->end(), Vec3());
+  for (Field *each : fields()) std::fill(each->begin(), each->end(), Vec3());
   state.step = state.last_step = state.step_before = 0.0;
 }
 
@@ -161,8 +155,8 @@ void FixOverdamped::move_back()
   const tagint *const particle = droplets ? atom->molecule : atom->tag;
   tagint most[2] = {0, 0};    // boxes, particles
   for (int i = 0; i < atom->nlocal; i++) {
-    const auto [x, y] = boxes(atom->image[i]);
-    most[0] = std::max<tagint>(most[0], std::max(std::abs(x), std::abs(y)));
+    const ImageOffset own(atom->image[i]);
+    most[0] = std::max<tagint>(most[0], std::max(std::abs(own.a), std::abs(own.b)));
     most[1] = std::max(most[1], particle[i]);
   }
   MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_LMP_TAGINT, MPI_MAX, world);
@@ -170,9 +164,9 @@ void FixOverdamped::move_back()
   std::vector<std::array<int, 2>> least(most[1] + 1, {IMGMAX, IMGMAX});
   for (int i = 0; i < atom->nlocal; i++) {
     auto &[x, y] = least[particle[i]];
-    const auto own = boxes(atom->image[i]);
-    x = std::min(x, own[0]);
-    y = std::min(y, own[1]);
+    const ImageOffset own(atom->image[i]);
+    x = std::min(x, own.a);
+    y = std::min(y, own.b);
   }
   MPI_Allreduce(MPI_IN_PLACE, least.data(), static_cast<int>(2 * least.size()), MPI_INT, MPI_MIN, world);
   for (int i = 0; i < atom->nlocal; i++) {

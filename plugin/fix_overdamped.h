@@ -78,6 +78,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
   Field velocity, last_velocity;        // velocities: of this step, and, of droplets, of the last one
   Field displacement, last_displacement;    // droplets: beside the affine flow, in the last two steps
+  std::array<Field *, 4> fields() { return {&velocity, &last_velocity, &displacement, &last_displacement}; }
   Field forces;             // on every atom, but for the drag
   Field *traveling = nullptr;
   double implicit_time = 0.0;         // droplets: time over which a new velocity counts in the last step

@@ -60,28 +60,20 @@ void FixOverdamped::add_from_ghosts(Field &motions)
   comm->reverse_comm(this, 3);
 }
 
-static int put(double *buf, const Vec3 &motion)
-{
-  buf[0] = motion.x;
-  buf[1] = motion.y;
-  buf[2] = motion.spin;
-  return 3;
-}
-
 int FixOverdamped::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
 {
-  for (int k = 0; k < n; k++) buf += put(buf, (*traveling)[indices[k]]);
+  for (int k = 0; k < n; k++) std::copy_n(&(*traveling)[indices[k]].x, 3, buf + 3 * k);
   return 3 * n;
 }
 
 void FixOverdamped::unpack_forward_comm(int n, int first, double *buf)
 {
-  for (int i = first; i < first + n; i++, buf += 3) (*traveling)[i] = {buf[0], buf[1], buf[2]};
+  if (n) std::copy_n(buf, 3 * n, &(*traveling)[first].x);
 }
 
 int FixOverdamped::pack_reverse_comm(int n, int first, double *buf)
 {
-  for (int i = first; i < first + n; i++) buf += put(buf, (*traveling)[i]);
+  if (n) std::copy_n(&(*traveling)[first].x, 3 * n, buf);
   return 3 * n;
 }
 
@@ -89,42 +81,37 @@ void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 {
   for (int k = 0; k < n; k++, buf += 3) {
     Vec3 &sum = (*traveling)[indices[k]];
-    sum.x += buf[0];
-    sum.y += buf[1];
-    sum.spin += buf[2];
+    sum = sum + Vec3{buf[0], buf[1], buf[2]};
   }
 }
 
 void FixOverdamped::grow_arrays(int nmax)
 {
-  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement}) each->resize(nmax);
+  for (Field *each : fields()) each->resize(nmax);
 }
 
 void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
 {
-  for (Field *each : {&velocity, &last_velocity, &displacement, &last_displacement}) (*each)[j] = (*each)[i];
+  for (Field *each : fields()) (*each)[j] = (*each)[i];
 }
 
 void FixOverdamped::set_arrays(int i)
 {
-  velocity[i] = last_velocity[i] = displacement[i] = last_displacement[i] = Vec3();
+  for (Field *each : fields()) (*each)[i] = Vec3();
 }
 
 int FixOverdamped::pack_exchange(int i, double *buf)
 {
-  put(buf, velocity[i]);
-  put(buf + 3, last_velocity[i]);
-  put(buf + 6, displacement[i]);
-  put(buf + 9, last_displacement[i]);
+  for (const Field *each : fields()) buf = std::copy_n(&(*each)[i].x, 3, buf);
   return PER_ATOM;
 }
 
 int FixOverdamped::unpack_exchange(int i, double *buf)
 {
-  velocity[i] = {buf[0], buf[1], buf[2]};
-  last_velocity[i] = {buf[3], buf[4], buf[5]};
-  displacement[i] = {buf[6], buf[7], buf[8]};
-  last_displacement[i] = {buf[9], buf[10], buf[11]};
+  for (Field *each : fields()) {
+    (*each)[i] = {buf[0], buf[1], buf[2]};
+    buf += 3;
+  }
   return PER_ATOM;
 }
 

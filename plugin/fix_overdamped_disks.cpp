@@ -135,7 +135,7 @@ double FixOverdamped::try_stages(double step)
   const auto keep = [&](int s, double strain) {
     Stage &stage = stages[s];
     stage.velocities.resize(nall);
-    for (int i = 0; i < nall; i++) stage.velocities[i] = {u[i].x - strain * u[i].y, u[i].y, u[i].spin};
+    for (int i = 0; i < nall; i++) stage.velocities[i] = with_lean(u[i], -strain);
     stage.rate = state.rate;
     stage.stress = state.stress;
     stage.dissipation = state.dissipation;
@@ -145,17 +145,13 @@ double FixOverdamped::try_stages(double step)
   bool converged = true;
   for (int s = 1; s < 3 && converged; s++) {
     const Stage &last = stages[s - 1];
-    for (int i = 0; i < nall; i++)
-      displacement[i] = {step * TO_NODE[s] * last.velocities[i].x, step * TO_NODE[s] * last.velocities[i].y, 0.0};
+    for (int i = 0; i < nall; i++) displacement[i] = step * TO_NODE[s] * last.velocities[i];
     state.time = start.time + NODES[s] * step;
     const double strain = drive == STRESS ? step * TO_NODE[s] * last.rate : strain_after(NODES[s] * step, step);
     disks->displace(displacement, strain);
     if (s == 2)
-      for (int i = 0; i < nall; i++) {    // from the line through the first two stages
-        const Vec3 &v = stages[0].velocities[i];
-        u[i] = {u[i].x + EXTRAPOLATION * 0.5 * (u[i].x - v.x), u[i].y + EXTRAPOLATION * 0.5 * (u[i].y - v.y),
-                u[i].spin + EXTRAPOLATION * 0.5 * (u[i].spin - v.spin)};
-      }
+      for (int i = 0; i < nall; i++)    // from the line through the first two stages
+        u[i] = u[i] + EXTRAPOLATION * 0.5 * (u[i] - stages[0].velocities[i]);
     std::swap(u, velocity);
     velocity.resize(std::max<std::size_t>(u.size(), nall));
     converged = find_velocities().converged;
@@ -225,10 +221,8 @@ void FixOverdamped::plan_disks()
     plan.work += step * w[s] * (stage.stress - stages[0].stress) * stage.rate;
     plan.dissipated += step * w[s] * stage.dissipation;
     for (int i = 0; i < atom->nlocal; i++) {
-      const Vec3 &u = stage.velocities[i];
-      Vec3 &m = plan.displacement[i], &a = plan.extrapolated[i];
-      m = {m.x + step * w[s] * u.x, m.y + step * w[s] * u.y, 0.0};
-      a = {a.x + v[s] * u.x, a.y + v[s] * u.y, a.spin + v[s] * u.spin};
+      plan.displacement[i] = plan.displacement[i] + step * w[s] * stage.velocities[i];
+      plan.extrapolated[i] = plan.extrapolated[i] + v[s] * stage.velocities[i];
     }
   }
   plan.made = true;
@@ -242,12 +236,10 @@ double FixOverdamped::up_to_changes(double step, double allowed)
   std::vector<DiskDrag::Change> changes;
   const auto displacement = [&](const DiskPair &p, double time, double &x, double &y, double &strain) {
     const Weights w = dense_weights(time / step);
-    x = y = 0.0;
-    for (int s = 0; s < 3; s++) {
-      const Vec3 &a = stages[s].velocities[p.i], &b = stages[s].velocities[p.j];
-      x += step * w[s] * (b.x - a.x);
-      y += step * w[s] * (b.y - a.y);
-    }
+    Vec3 sum;
+    for (int s = 0; s < 3; s++) sum = sum + step * w[s] * (stages[s].velocities[p.j] - stages[s].velocities[p.i]);
+    x = sum.x;
+    y = sum.y;
     strain = strain_after(time, step);
   };
   disks->find_changes(velocity, state.rate, step, displacement, changes);
@@ -293,11 +285,9 @@ void FixOverdamped::move_disks()
   const double ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const Vec3 &m = plan.displacement[i], &u = plan.extrapolated[i], &v = velocity[i];
-    x[i][1] += m.y;
-    x[i][0] += m.x + plan.strain * (x[i][1] - ylo);
-    velocity[i] = {v.x + EXTRAPOLATION * (u.x + plan.strain * u.y - v.x), v.y + EXTRAPOLATION * (u.y - v.y),
-              v.spin + EXTRAPOLATION * (u.spin - v.spin)};
+    x[i][1] += plan.displacement[i].y;
+    x[i][0] += plan.displacement[i].x + plan.strain * (x[i][1] - ylo);
+    velocity[i] = velocity[i] + EXTRAPOLATION * (with_lean(plan.extrapolated[i], plan.strain) - velocity[i]);
   }
   for (const auto &change : plan.changes) disks->expect(change);
   state.work += plan.work;

@@ -67,9 +67,9 @@ void FixOverdamped::predict_droplets(double dt, double strain_step)
     x[i][1] += dy;
     x[i][0] += dx + strain_step * (x[i][1] - ylo);
     last_velocity[i] = v;
-    velocity[i] = {u.x + strain_step * u.y, u.y, 0.0};
+    velocity[i] = with_lean(u, strain_step);
     last_displacement[i] = m;
-    displacement[i] = {dx + strain_step * dy, dy, 0.0};
+    displacement[i] = with_lean({dx, dy, 0.0}, strain_step);
   }
   state.step_before = state.last_step;
 }

@@ -11,6 +11,7 @@
 #include "neighbor.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 #include <unordered_map>
 
@@ -19,8 +20,8 @@ using namespace FixConst;
 
 static constexpr char ID[] = "POLYGON_OUTLINE";
 static bigint all_rebuilds = 0;    // of all instances: users may unfix one
-static constexpr int PER_ATOM = 7;     // of a link, on its way to another rank
-static constexpr int PER_GHOST = 5;
+static constexpr int PER_ATOM = (sizeof(OutlineLink) + 7) / 8;    // numbers of a link, on its way to another rank
+static constexpr int PER_GHOST = PER_ATOM + 2;
 
 /* fix ID all POLYGON/OUTLINE: made by the other styles, not by users */
 FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
@@ -233,21 +234,13 @@ void FixPolygonOutline::set_arrays(int i)
 
 int FixPolygonOutline::pack_exchange(int i, double *buf)
 {
-  const OutlineLink &own = links[i];
-  buf[0] = ubuf(own.next).d;
-  buf[1] = ubuf(own.prev).d;
-  buf[2] = own.kind;
-  buf[3] = own.size;
-  buf[4] = own.first;
-  buf[5] = own.crossings;
-  buf[6] = own.bonds;
+  std::memcpy(buf, &links[i], sizeof(OutlineLink));
   return PER_ATOM;
 }
 
 int FixPolygonOutline::unpack_exchange(int i, double *buf)
 {
-  links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]),
-              static_cast<int>(buf[3]), static_cast<int>(buf[4]), static_cast<int>(buf[5]), static_cast<int>(buf[6])};
+  std::memcpy(static_cast<void *>(&links[i]), buf, sizeof(OutlineLink));
   return PER_ATOM;
 }
 
@@ -255,12 +248,9 @@ int FixPolygonOutline::unpack_exchange(int i, double *buf)
 int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
 {
   for (int k = 0; k < n; k++, buf += PER_GHOST) {
-    const int i = list[k];
-    buf[0] = ubuf(links[i].next).d;
-    buf[1] = ubuf(links[i].prev).d;
-    buf[2] = links[i].kind;
-    buf[3] = images[i].a - pbc[0];
-    buf[4] = images[i].b - pbc[1];
+    pack_exchange(list[k], buf);
+    buf[PER_ATOM] = images[list[k]].a - pbc[0];
+    buf[PER_ATOM + 1] = images[list[k]].b - pbc[1];
   }
   return PER_GHOST * n;
 }
@@ -268,9 +258,8 @@ int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pb
 void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
 {
   for (int i = first; i < first + n; i++, buf += PER_GHOST) {
-    links[i] = {
-        static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]), 0, 0, 0};
-    images[i] = {static_cast<int>(buf[3]), static_cast<int>(buf[4])};
+    unpack_exchange(i, buf);
+    images[i] = {static_cast<int>(buf[PER_ATOM]), static_cast<int>(buf[PER_ATOM + 1])};
   }
 }
 

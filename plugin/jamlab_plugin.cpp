@@ -56,7 +56,7 @@ template <class Style> static void *create(void *lmp, int narg, char **arg)
 // LAMMPS makes the style here, also inside pair_style hybrid
 template <> void *create<PairCirculoline>(void *lmp)
 {
-  cite_circuloline(static_cast<LAMMPS *>(lmp));
+  cite(static_cast<LAMMPS *>(lmp), CITE_CIRCULOLINE);
   return new PairCirculoline(static_cast<LAMMPS *>(lmp));
 }
 

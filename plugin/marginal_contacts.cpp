@@ -284,9 +284,8 @@ bool DiskDrag::enforce_constraints(Field &force, Field &u, Load &load, Result &r
     marginal[rubs[a]].free = free[a];
     marginal[rubs[a]].held += q;
     for (int i = 0; i < nlocal; i++) {
-      const Vec3 &z = answers[a][i], &t = forces[a][i];
-      u[i] = {u[i].x + q * z.x, u[i].y + q * z.y, u[i].spin + q * z.spin};
-      force[i] = {force[i].x + q * t.x, force[i].y + q * t.y, force[i].spin + q * t.spin};
+      u[i] = u[i] + q * answers[a][i];
+      force[i] = force[i] + q * forces[a][i];
     }
     load.rate += q * rate_answers[a];
     load.moment += q * moments[a];

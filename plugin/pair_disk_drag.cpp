@@ -29,7 +29,7 @@ PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nu
 {
   writedata = 1;
   comm_forward = comm_reverse = 1;
-  cite_contact_drag(lmp);
+  cite(lmp, CITE_CONTACT_DRAG);
 }
 
 PairDiskDrag::~PairDiskDrag()

@@ -9,7 +9,13 @@ namespace LAMMPS_NS {
 
 struct Vec3 {    // velocity of a disk or a vertex beside the affine flow, or a force on it and a torque
   double x = 0.0, y = 0.0, spin = 0.0;
+
+  Vec3 operator+(const Vec3 &o) const { return {x + o.x, y + o.y, spin + o.spin}; }
+  Vec3 operator-(const Vec3 &o) const { return {x - o.x, y - o.y, spin - o.spin}; }
 };
+inline Vec3 operator*(double factor, const Vec3 &v) { return {factor * v.x, factor * v.y, factor * v.spin}; }
+inline Vec3 with_lean(const Vec3 &v, double strain) { return {v.x + strain * v.y, v.y, v.spin}; }    // along with the box
+
 using Field = std::vector<Vec3>;    // of owned atoms, then of ghosts
 
 // of the first n atoms, as plain numbers, on which compilers know how to work side by side

@@ -25,7 +25,6 @@ MOST_IMAGES = 20_000_000  # copies of points that a search may reach: more take 
 
 _OUT = (INTEGER, INTEGERS, INTEGERS, REALS, INTEGERS, REALS)
 _neighbors = kernel("periodic_neighbors", INTEGER, REALS, REALS, INTEGER, REALS, REALS, REALS, INTEGER, REAL, *_OUT)
-_copies = kernel("periodic_copies", INTEGER, REALS, REALS, REAL, REAL, INTEGER, INTEGERS, INTEGERS, REALS)
 _TOO_MANY_IMAGES = -1  # as in periodic_grid.h
 
 
@@ -63,16 +62,7 @@ def shortest_images(vectors: Array, box: Array) -> Indices:
 
     Exact for any tilt: the lattice is reduced, and of the nine images around the rounded one the shortest is taken. A
     vector that no image is shorter than, but for rounding, has zeros. `box`: (2, 2), rows are the lattice vectors."""
-    whole = np.eye(2, dtype=np.int64)  # reduced cell = whole @ box
-    cell = np.array(box)
-    while True:
-        if cell[1] @ cell[1] < cell[0] @ cell[0]:
-            cell, whole = cell[::-1], whole[::-1]
-        times = int(np.rint((cell[0] @ cell[1]) / (cell[0] @ cell[0])))
-        shorter = cell[1] - times * cell[0]
-        if not shorter @ shorter < cell[1] @ cell[1]:
-            break
-        cell, whole = np.array([cell[0], shorter]), np.array([whole[0], whole[1] - times * whole[0]])
+    cell, whole = _reduced(box)
     found = np.zeros(vectors.shape, dtype=np.int64)
     long = np.flatnonzero(np.hypot(*vectors.T) >= 0.5 * np.hypot(*cell[0]) * (1 - _SAME_LENGTH))
     around = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
@@ -83,6 +73,19 @@ def shortest_images(vectors: Array, box: Array) -> Indices:
     taken = np.take_along_axis(near, best[..., None], axis=1)[:, 0].astype(np.int64) @ whole
     found[long] = np.where(shorter[:, None], taken, 0)
     return found
+
+
+def _reduced(box: Array) -> tuple[Array, Indices]:
+    """Shortest vectors of a lattice, and how many of each vector of the box they are: whole @ box."""
+    cell, whole = np.array(box), np.eye(2, dtype=np.int64)
+    while True:
+        if cell[1] @ cell[1] < cell[0] @ cell[0]:
+            cell, whole = cell[::-1], whole[::-1]
+        times = int(np.rint((cell[0] @ cell[1]) / (cell[0] @ cell[0])))
+        shorter = cell[1] - times * cell[0]
+        if not shorter @ shorter < cell[1] @ cell[1]:
+            return cell, whole
+        cell, whole = np.array([cell[0], shorter]), np.array([whole[0], whole[1] - times * whole[0]])
 
 
 def periodic_pairs(points: Array, box: Array, cutoff: float | Array) -> Pairs:
@@ -107,14 +110,19 @@ def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, I
     2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0]; `reach`: distance, in the unit of the points.
     Returns (m,) int64, point, and (m, 2) int64, shift of its copy in lattice vectors: points + shift @ box. The first n
     rows are the points 0 .. n - 1 moved into one cell."""
-    points, box = np.ascontiguousarray(points), np.ascontiguousarray(box)
-
-    def fill(room: int, search: Array) -> tuple[int, tuple[Indices, Indices]]:
-        out = np.empty(room, dtype=np.int64), np.empty((room, 2), dtype=np.int64)
-        return _copies(len(points), points, box, reach, MOST_IMAGES, room, *out, search), out
-
-    source, shift = search_lattice(fill, 2 * len(points) + 64)
-    return source, shift
+    cell, whole = _reduced(box)
+    place = points @ np.linalg.inv(cell)
+    wrap = np.floor(place)
+    margin = reach * np.hypot(*cell[::-1].T) / abs(np.linalg.det(cell)) + 1e-9  # in fractions of the cell, and rounding
+    layers = np.ceil(margin)
+    if not (2 * layers + 1).prod() * len(points) <= MOST_IMAGES:
+        raise InputError(f"cutoff {reach:.6g} reaches over too many periodic images of box {cell.tolist()}")
+    first, second = (np.arange(-layer, layer + 1) for layer in layers)
+    images = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1).reshape(-1, 2)
+    images = images[np.argsort((images != 0).any(axis=1), kind="stable")]  # the cell itself comes first
+    f = place - wrap + images[:, None]
+    which, source = np.nonzero(((f >= -margin) & (f <= 1 + margin)).all(axis=2))
+    return source, (images[which] - wrap[source]).astype(np.int64) @ whole
 
 
 def search_lattice(fill: Callable[[int, Array], tuple[int, tuple[Any, ...]]], room: int) -> tuple[Any, ...]:

@@ -46,33 +46,36 @@ template <class Act> int64_t visit(int64_t n, int64_t wide, const void *id, Act 
 // wrapped positions of LAMMPS from unwrapped ones (n, 2); the image flags stay
 JAMLAB_KERNEL put_positions(int64_t n, int64_t wide, const void *id, const void *image, const double *box,
                             const double *positions, double *const *x)
-{
+try {
   const Flags flags(wide);
   return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) {
     x[i][axis] = positions[2 * k + axis] - flags.shift(number(image, wide, i), box, axis);
   });
 }
+JAMLAB_OR_NO_MEMORY
 
 // unwrapped positions (n, 2) from those of LAMMPS
 JAMLAB_KERNEL take_positions(int64_t n, int64_t wide, const void *id, const void *image, const double *box,
                              const double *const *x, double *positions)
-{
+try {
   const Flags flags(wide);
   return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) {
     positions[2 * k + axis] = x[i][axis] + flags.shift(number(image, wide, i), box, axis);
   });
 }
+JAMLAB_OR_NO_MEMORY
 
 // forces (n, 2) from those of LAMMPS
 JAMLAB_KERNEL take_forces(int64_t n, int64_t wide, const void *id, const double *const *f, double *forces)
-{
+try {
   return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) { forces[2 * k + axis] = f[i][axis]; });
 }
+JAMLAB_OR_NO_MEMORY
 
 // wrapped positions and image flags into LAMMPS
 JAMLAB_KERNEL place_atoms(int64_t n, int64_t wide, const void *id, const double *inside, const int64_t *images,
                           double *const *x, void *image)
-{
+try {
   const Flags flags(wide);
   return visit(n, wide, id, [&](int64_t i, int64_t k, int axis) {
     x[i][axis] = inside[2 * k + axis];
@@ -83,3 +86,4 @@ JAMLAB_KERNEL place_atoms(int64_t n, int64_t wide, const void *id, const double 
       static_cast<std::int32_t *>(image)[i] = static_cast<std::int32_t>(packed);
   });
 }
+JAMLAB_OR_NO_MEMORY

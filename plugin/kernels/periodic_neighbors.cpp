@@ -1,4 +1,4 @@
-// Points that are neighbors in a periodic parallelogram, in every image, and copies of points around it.
+// Points that are neighbors in a periodic parallelogram, in every image.
 
 #include "kernel.h"
 #include "periodic_grid.h"
@@ -78,42 +78,6 @@ try {
       ++count;
     }
   }
-  return count;
-}
-JAMLAB_OR_NO_MEMORY
-
-// Copies of points (n, 2) within reach of the primitive cell, the points moved into it first.
-//   source (room), shift (room, 2) out: point and translation in vectors of the box; search (5) out as above.
-JAMLAB_KERNEL periodic_copies(int64_t n, const double *points, const double *box, double reach, double most_copies,
-                              int64_t room, int64_t *source, int64_t *shift, double *search)
-try {
-  const Lattice lattice(box);
-  lattice.report(reach, search);
-  if (lattice.too_many_images(reach, n, most_copies)) return TOO_MANY_IMAGES;
-  std::vector<Place> places;
-  if (!locate_all(lattice, n, points, places)) return TOO_FAR;
-  const double margin[2] = {lattice.margin(reach, 0), lattice.margin(reach, 1)};
-  const int64_t layers[2] = {static_cast<int64_t>(std::ceil(margin[0])), static_cast<int64_t>(std::ceil(margin[1]))};
-  int64_t count = 0;
-  const auto copy_to = [&](const Image &image) {
-    for (int64_t i = 0; i < n; ++i) {
-      const double f[2] = {places[i].f[0] + image.first, places[i].f[1] + image.second};
-      bool within = true;
-      for (int k = 0; k < 2; ++k) within = within && f[k] >= -margin[k] && f[k] <= 1 + margin[k];
-      if (!within) continue;
-      if (count < room) {
-        const Image moved = lattice.in_box(image - places[i].wrap);
-        source[count] = i;
-        shift[2 * count] = moved.first;
-        shift[2 * count + 1] = moved.second;
-      }
-      ++count;
-    }
-  };
-  copy_to({0, 0});
-  for (int64_t first = -layers[0]; first <= layers[0]; ++first)
-    for (int64_t second = -layers[1]; second <= layers[1]; ++second)
-      if (first || second) copy_to({first, second});
   return count;
 }
 JAMLAB_OR_NO_MEMORY
