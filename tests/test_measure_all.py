@@ -25,17 +25,6 @@ def at_once(monkeypatch):
     monkeypatch.setattr(MODULE, "_START", 0.0)
 
 
-@pytest.mark.slow
-def test_processes_give_the_rows_of_one_in_order(sweep, at_once):
-    counts = []
-    found = jamlab.measure_all(sweep, processes=2, progress=lambda *count: counts.append(count))
-    assert counts == [(k / len(sweep), f"{k} of {len(sweep)} states") for k in range(1, len(sweep) + 1)]
-    assert list(found) == list(MODULE.COLUMNS)
-    rows = [jamlab.measure(state) for state in sweep]
-    for name, values in found.items():
-        np.testing.assert_array_equal(values, [row[name] for row in rows])
-
-
 def test_short_work_and_a_worker_stay_in_one_process(sweep, monkeypatch):
     monkeypatch.setattr(MODULE, "run_side_by_side", lambda *_, **__: pytest.fail("a process was started"))
     assert len(jamlab.measure_all(sweep, ["rho", "phi"])["phi"]) == len(sweep)

@@ -165,21 +165,6 @@ def test_a_requeued_job_is_kept_and_one_that_hangs_is_cancelled(monkeypatch):
     assert hung.sent == 2 and hung.cancelled == ["1"]
 
 
-def test_a_new_job_may_take_time_to_be_listed(monkeypatch):
-    monkeypatch.setattr(slurm, "_LOOK", 1.0)
-    cluster = Cluster(monkeypatch, 400, unlisted=8, starts=False)
-    crew = SlurmCrew(cluster, 1, lambda name: name, "1")
-    crew.submit("a", (1, 1))
-    while cluster.time < 40:
-        crew._watch()
-    assert cluster.sent == 1
-
-
-def test_no_more_jobs_than_calls(monkeypatch):
-    cluster = Cluster(monkeypatch, 1000)
-    assert len(carry_all(SlurmCrew(cluster, 50, lambda name: name, "1"), [3, 3, 3])) == cluster.sent == 3
-
-
 def test_jobs_that_never_begin_and_jobs_that_are_all_refused_end_the_run(monkeypatch):
     lost = Cluster(monkeypatch, 40, dict.fromkeys(range(1000), "lose"))
     with pytest.raises(EngineError):

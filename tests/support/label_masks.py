@@ -80,16 +80,6 @@ def lines(labels: Indices) -> Indices:
     return np.where((low != high) & (high > 0) & (labels > 0) & (low > 0) & (low <= labels.max()), 0, labels)
 
 
-def eroded(labels: Indices) -> Indices:
-    """Labels without their outermost pixels."""
-    return np.where(ndimage.grey_erosion(labels, 3) == ndimage.grey_dilation(labels, 3), labels, 0)
-
-
-def without_gaps(labels: Indices) -> Indices:
-    """Every pixel has the label of the nearest droplet."""
-    return labels[tuple(ndimage.distance_transform_edt(labels == 0, return_indices=True, return_distances=False))]
-
-
 def debris(labels: Indices, rng: Any, count: int = 12, ratio: float = 4.0) -> Indices:
     """Round objects, `ratio` times smaller than droplets, on the ground or over droplets."""
     found, new = labels.copy(), labels.max() + 1
@@ -122,22 +112,16 @@ def wrong(row: dict[str, tuple[float, float, str]]) -> list[str]:
 FAULTS: dict[str, Callable[[Indices, Any], Indices]] = {
     "perfect": lambda labels, rng: labels,
     "specks": specks,
-    "many specks": lambda labels, rng: specks(labels, rng, 200, 6),
     "holes": holes,
     "large holes": lambda labels, rng: holes(labels, rng, 0.5, 0.6),
     "two labels each": cracks,
-    "torn": lambda labels, rng: cracks(labels, rng, 5, False, 2.0),
     "torn and renamed": lambda labels, rng: cracks(labels, rng, 5, True, 2.0),
     "merged": merged,
     "wrapped numbers": lambda labels, rng: wrapped(labels),
     "lines": lambda labels, rng: lines(labels),
-    "eroded": lambda labels, rng: eroded(labels),
     "mask": lambda labels, rng: (labels > 0).astype(int),
     "mask with lines": lambda labels, rng: 255 * (lines(labels) > 0),
-    "mask with holes and specks": lambda labels, rng: specks(holes(lines(labels), rng), rng) > 0,
     "inverted mask": lambda labels, rng: labels == 0,
-    "inverted mask with lines": lambda labels, rng: lines(labels) == 0,
-    "without gaps": lambda labels, rng: without_gaps(labels),
     "debris": debris,
     "twice the pixels": lambda labels, rng: np.kron(labels, np.ones((2, 2), dtype=int)),
     "labelled ground": lambda labels, rng: labels + 1,
