@@ -81,7 +81,7 @@ class Slab:
     Example:
         >>> s = jamlab.slab(jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1)))
         >>> s.bottom < s.top, round(s.packing_fraction, 3)
-        (True, 0.863)
+        (True, 0.855)
     """
 
     bottom: float

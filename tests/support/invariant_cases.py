@@ -423,6 +423,7 @@ CASES = {
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(("write", "write_data", "write_dump", "write_page"), "files hold what the packing holds"),
     "universe": "coordinates as they are",
+    **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
 }
 
