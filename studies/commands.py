@@ -1,7 +1,7 @@
 """`python -m studies`: list, draw and run evidence, compare with other codes, reduce campaigns to tables."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.text import Text
@@ -13,9 +13,15 @@ from jamlab.cli.main import Commands
 from jamlab.cli.options import Force, Json, Seed
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_targets
-
-if TYPE_CHECKING:
-    from studies.panels import Drawing
+from studies.ensemble_tables import NAMES
+from studies.estimate_tables import SEEDS, make_table
+from studies.flow_errors import measure_runs
+from studies.other_codes.compare import CODES, LIBRARIES, compare, compare_analysis, jolted_minimum, text_of
+from studies.pages import file_names, write_page, write_verdicts
+from studies.panels import Drawing
+from studies.reference_data import open_tables, write_tables
+from studies.registry import chosen, groups
+from studies.tables import measure
 
 app = typer.Typer(
     cls=Commands,
@@ -29,9 +35,6 @@ STYLES = {"differs": "red", "tension": "yellow"}  # of verdicts in the terminal
 Names = Annotated[
     list[str], typer.Argument(help="papers, beyond, speed-accuracy, stability, all, or names that `list` prints.")
 ]
-Source = Annotated[
-    Path | None, typer.Option("--from", help="Campaign or folder of tables; default: those that ship with the studies.")
-]
 
 
 def tell(share: float, text: str) -> None:
@@ -39,62 +42,44 @@ def tell(share: float, text: str) -> None:
     print_stage(text)
 
 
-@app.command("list", short_help="List all studies.", epilog="Example: python -m studies list")
-def list_studies(as_json: Json = False) -> None:
-    """List all studies by group."""
-    from studies.registry import groups, studies
+def say(text: str | Text) -> None:
+    """Print a line as it stands."""
+    out_console.print(text, soft_wrap=True, highlight=False, markup=False)
 
-    of = {study.name: name for name, group in groups().items() for study in group.studies}
-    lines = [[study.name, of.get(study.name, "-"), study.title] for study in studies().values()]
-    if as_json:
-        print_json({name: {"group": group, "title": title} for name, group, title in lines})
-        return
+
+@app.command("list", short_help="List all studies.", epilog="Example: python -m studies list")
+def list_studies() -> None:
+    """List all studies by group."""
+    lines = [[study.name, name, study.title] for name, group in groups().items() for study in group.studies]
     print_table("studies", ["name", "group", "shows"], lines)
 
 
-@app.command(
-    "draw", short_help="Draw pictures, tables and pages.", epilog="Example: python -m studies draw papers --out figures"
-)
+@app.command("draw", short_help="Draw pictures, tables and pages.", epilog="Example: python -m studies draw papers")
 def draw(
     names: Names,
-    source: Source = None,
+    source: Annotated[
+        Path | None, typer.Option("--from", help="Campaign or folder of tables; default: those that ship.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-studies"),
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw studies from the tables that ship, or from a campaign or results of your own."""
-    from jamlab.processes.cores import available_cores
-    from studies.pages import file_names, write_page, write_verdicts
-    from studies.reference_data import open_tables
-    from studies.registry import chosen
-
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
-    groups, tables = chosen(names), open_tables(source)
+    pages, tables = chosen(names), open_tables(source)
+    files = [file for page, group in pages.items() for file in file_names([s.name for s in group.studies], page)]
     expect_output(out)
-    check_targets(
-        out,
-        [file for page, group in groups.items() for file in file_names([s.name for s in group.studies], page)],
-        replace=force,
-    )
+    check_targets(out, files, replace=force)
     drawn: list[Drawing] = []
     missing: dict[str, str] = {}
-    for page, group in groups.items():
-        opening = group.opening() if source is None else ()
-        found, failed = write_page(
-            out,
-            page,
-            group,
-            tables,
-            opening=opening,
-            pdf=page == "studies",  # of those that were named
-            processes=available_cores(),
-            progress=tell,
-        )
+    for page, group in pages.items():
+        opening, pdf = group.opening() if source is None else (), page == "studies"  # PDF of those that were named
+        found, failed = write_page(out, page, group, tables, opening=opening, pdf=pdf, progress=tell)
         drawn += found
         missing |= failed
         if not as_json:
-            out_console.print(f"Open {out / page}.html", soft_wrap=True, highlight=False)
+            say(f"Open {out / page}.html")
     claims = [claim for each in drawn for claim in each.claims]
     if claims:
         write_verdicts(out, claims)
@@ -103,11 +88,10 @@ def draw(
         values, captions = ({each.name: getattr(each, part) for each in drawn} for part in ("numbers", "caption"))
         print_json({"out": str(out), "rows": rows, "values": values, "captions": captions, "not_drawn": missing})
         return
-    for each in drawn:
-        for claim in each.claims:
-            out_console.print(Text(claim.line, style=STYLES.get(claim.verdict, "")), soft_wrap=True)
-        if not each.claims and "studies" in groups:
-            out_console.print(f"{each.name}: {each.caption}", soft_wrap=True, highlight=False, markup=False)
+    for claim in claims:
+        say(Text(claim.line, style=STYLES.get(claim.verdict, "")))
+    for each in drawn if "studies" in pages else ():
+        say(f"{each.name}: {each.caption}")
     for name, reason in missing.items():
         err_console.print(Text(f"not drawn: {name}: {reason}", style="red"), soft_wrap=True)
 
@@ -118,11 +102,7 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder of tables; run again to resume.")] = Path("jamlab-results"),
 ) -> None:
     """Measure the tasks of studies that a folder of tables does not hold. Rows are saved task by task."""
-    from studies.registry import chosen
-    from studies.tables import measure
-
-    every = [study for group in chosen(names).values() for study in group.studies]
-    measured = [study for study in every if study.tasks]
+    measured = [study for group in chosen(names).values() for study in group.studies if study.tasks]
     if not measured:
         raise InputError(
             f"{', '.join(names)}: drawn from campaigns: jamlab campaign run studies/campaigns/reference.toml, "
@@ -131,9 +111,7 @@ def run(
     expect_output(out)
     for study in measured:
         measure(out, study.name, study.tasks, tell)
-    out_console.print(
-        f"Draw it: python -m studies draw {' '.join(names)} --from {out}", soft_wrap=True, highlight=False
-    )
+    say(f"Draw it: python -m studies draw {' '.join(names)} --from {out}")
 
 
 @app.command(
@@ -145,9 +123,6 @@ def tables(
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
 ) -> None:
     """Measure a table of jamlab/estimates."""
-    from studies.estimate_tables import SEEDS, make_table
-    from studies.flow_errors import measure_runs
-
     check_choice("table", name, ("ways", "flow-errors"))
     file = out / f"{name.replace('-', '_')}.csv.xz"
     expect_output(file)
@@ -155,7 +130,7 @@ def tables(
         make_table(file, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
     else:
         measure_runs(file, progress=tell)
-    out_console.print(f"wrote {file}", soft_wrap=True)
+    say(f"wrote {file}")
 
 
 @app.command("compare", short_help="Compare with other codes.", epilog="Example: python -m studies compare --n 64")
@@ -166,16 +141,14 @@ def compare_codes(
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, ASE, LAMMPS; analysis: freud, matscipy."""
-    from studies.other_codes.compare import CODES, LIBRARIES, compare, compare_analysis, jolted_minimum, text_of
-
     found = compare(n, seed, phi, progress=tell)
     analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
     if as_json:
         print_json({"rows": found, "analysis": analysis})
         return
     for tables, rows in ((CODES, found), (LIBRARIES, analysis)):
-        for heading, names in tables.items():
-            print_table(heading, list(names), [[text_of(row[name]) for name in names] for row in rows])
+        for heading, columns in tables.items():
+            print_table(heading, list(columns), [[text_of(row[name]) for name in columns] for row in rows])
 
 
 @app.command(
@@ -189,16 +162,11 @@ def reduce(
     commit: Annotated[str, typer.Option(help="Commit to record.")] = "unknown",
     only: Annotated[list[str] | None, typer.Option("--only", help="A table to write; default: all.")] = None,
     force: Force = False,
-    as_json: Json = False,
 ) -> None:
     """Reduce the tables of a campaign to what figures are drawn from."""
-    from studies.ensemble_tables import NAMES
-    from studies.reference_data import reduce as write_tables
-
+    for name in only or ():
+        check_choice("only", name, NAMES)
     expect_output(out)
     check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=force)
-    written = write_tables(campaign, out, commit, only or [])
-    if as_json:
-        print_json({"out": str(out), "files": [path.name for path in written]})
-    else:
-        print_table(f"wrote {out}", ["table", "bytes"], [[p.name, str(p.stat().st_size)] for p in written])
+    for path in write_tables(open_tables(campaign), out, commit, only or NAMES):
+        say(f"wrote {path}")

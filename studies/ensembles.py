@@ -87,11 +87,6 @@ def mean_over_packings(groups: Sequence[Array]) -> Interval:
     return bootstrap(groups, lambda drawn: np.array([average(values) for values in drawn]))
 
 
-def mean_curve(curves: Array) -> tuple[Array, Array]:
-    """Average x and y (places,) of curves (packings, places, 2)."""
-    return average(curves[..., 0]), average(curves[..., 1])
-
-
 def scaled(found: Interval, factor: ArrayLike) -> Interval:
     """Multiply a number and the ends of its interval."""
     by = np.asarray(factor, dtype=np.float64)

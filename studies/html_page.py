@@ -3,14 +3,13 @@
 import base64
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
-from PIL import Image
 
 from jamlab.storage.atomic_file import atomic_file
 
@@ -40,7 +39,7 @@ def typeset(text: str) -> Markup:
 
 
 _NOTHING = Markup("")
-_WIDE = 1.7  # width over height of a picture
+_WIDE = 1.7  # width over height of a picture: a phone lets it slide instead of making it illegible
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Section:
     """One part of a page: picture first, then what was measured."""
 
     heading: str  # also in the table of contents
-    picture: bytes | None = None  # PNG, held inside the page; none by default
+    picture: bytes = b""  # PNG, held inside the page; none by default
     caption: str = ""  # of the picture
     tables: Sequence[TextTable] = ()  # in their order
     fragment: Markup = _NOTHING  # HTML above all of them, such as an explorer
@@ -73,16 +72,14 @@ class Section:
 
     @property
     def image(self) -> str:
-        """Picture as base64; "" without one."""
-        return base64.b64encode(self.picture or b"").decode("ascii")
+        """Picture as base64."""
+        return base64.b64encode(self.picture).decode("ascii")
 
     @property
     def wide(self) -> bool:
-        """Whether the picture holds panels side by side: a phone lets it slide instead of making it illegible."""
-        if self.picture is None:
-            return False
-        with Image.open(BytesIO(self.picture)) as image:
-            return image.width > _WIDE * image.height
+        """Whether the picture holds panels side by side."""
+        width, height = (int.from_bytes(self.picture[k : k + 4], "big") for k in (16, 20))  # where a PNG has them
+        return width > _WIDE * height
 
     @property
     def marks(self) -> Counter[str]:
@@ -90,22 +87,13 @@ class Section:
         return Counter(mark for table in self.tables for mark in table.marks)
 
 
-def write_report(
-    path: Path,
-    title: str,
-    lead: str,
-    sections: Sequence[Section],
-    facts: Mapping[str, str],
-    assets: Markup = _NOTHING,
-    columns: int = 0,
-) -> None:
-    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it. Facts
-    stand at the end; pictures in columns fit on a screen, without columns they are as wide as the page."""
+def write_report(path: Path, sections: Sequence[Section], **words: Any) -> None:
+    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it. Words:
+    title, lead, facts at the end, assets (styles and scripts), and columns: pictures in columns fit on a screen,
+    without columns they are as wide as the page."""
     environment = Environment(loader=PackageLoader("studies", ""), autoescape=select_autoescape())
     environment.filters["typeset"] = typeset
     marks: Counter[str] = sum((section.marks for section in sections), Counter())
-    page = environment.get_template("page.html").render(
-        title=title, lead=lead, sections=sections, marks=marks, facts=facts, assets=assets, columns=columns
-    )
+    page = environment.get_template("page.html").render(sections=sections, marks=marks, **words)
     with atomic_file(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

@@ -73,33 +73,16 @@ class Drawing:
     figure: Figure  # matplotlib
     caption: str = ""  # what is drawn, and what of the paper's figure is missing
     claims: "list[Comparison]" = field(default_factory=list)  # numbers of the paper beside ours
-    # further numbers of the figure, of which captions and reasons are written; nan ends: without interval
+    # further numbers of the figure
     values: dict[str, Interval] = field(default_factory=dict)
     rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
     text: list[TextTable] = field(default_factory=list)  # tables for the reader, below the picture
 
-    def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
-        """Keep a number or an interval of the figure by name, None as nan, and return it as it is. Of several, values
-        tell what tells them apart: "theta" by N=[32, 64] is kept as "theta, N = 32" and so on."""
-        if not by:
-            self.values[name] = as_interval(found)
-            return found
-        ((what, places),) = by.items()
-        for k, place in enumerate(places):
-            self.values[f"{name}, {what} = {place:g}"] = as_interval(None if found is None else found[k])
-        return found
-
     @property
     def numbers(self) -> dict[str, dict[str, float]]:
         """Write `values` as plain numbers, the form that JSON takes: value, low and high by name."""
-        return {
-            name: {end: float(getattr(found, end)) for end in ("value", "low", "high")}
-            for name, found in self.values.items()
-        }
-
-    def write(self, name: str, digits: int = 2) -> str:
-        """Write a number of the figure with its interval, such as "0.21 [0.19, 0.23]"."""
-        return write_interval(self.values[name], digits)
+        ends = ("value", "low", "high")
+        return {name: {end: float(getattr(found, end)) for end in ends} for name, found in self.values.items()}
 
     @property
     def table(self) -> pd.DataFrame:
@@ -224,13 +207,6 @@ def _row(values: ArrayLike) -> Array:
 
 
 # numbers with their intervals, in captions ----------------------------------------------------------------------------
-
-
-def as_interval(found: Any) -> Interval:
-    """Take a number without an interval as one whose ends are not known; None as nan."""
-    if isinstance(found, Interval):
-        return found
-    return Interval(*(np.asarray(np.nan if v is None else v, dtype=np.float64) for v in (found, None, None)))
 
 
 def write_interval(found: Interval, digits: int = 2) -> str:

@@ -8,7 +8,6 @@ from pathlib import Path
 import pandas as pd
 
 from jamlab.campaign.campaign import open_campaign
-from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_fragment
 from jamlab.packing.hdf5 import read_all, read_observables
@@ -40,13 +39,6 @@ def open_tables(source: Path | None) -> EnsembleTables:
     if source is None or (source / MANIFEST).is_file():
         return read_folder(source or DATA)
     return EnsembleTables(open_campaign(source).table, {"campaign": str(source), **versions()})
-
-
-def reduce(source: Path, folder: Path, commit: str, only: Sequence[str] = ()) -> list[Path]:
-    """Write the tables of a campaign that figures are drawn from."""
-    for name in only:
-        check_choice("only", name, NAMES)
-    return write_tables(EnsembleTables(open_campaign(source).table), folder, commit, only or NAMES)
 
 
 def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES) -> list[Path]:

@@ -3,11 +3,8 @@
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from importlib import import_module
-from typing import Any
 
 from jamlab.checks import check_choice
-from jamlab.figures.explorer.write_page import explorer_assets
 from studies.beyond import droplet_modes, droplet_voids, polydispersity
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
@@ -18,17 +15,18 @@ from studies.papers.baumgarten import pictures as pictures_of_t
 from studies.papers.boromand import coefficients, confluence, contacts_and_modulus, geometry, onset, pictures, voids
 from studies.papers.verdicts import RULE, first_line
 from studies.reference_data import example_sections
-from studies.speed_accuracy import size_scaling
+from studies.speed_accuracy import flow, moduli, other_codes, packings, size_scaling
 from studies.speed_accuracy.chart import LEAD as LEAD_OF_CHARTS
 from studies.speed_accuracy.chart import Chart
+from studies.stability import flow as flow_of_maps
+from studies.stability import moduli as moduli_of_maps
+from studies.stability import packings as packings_of_maps
 from studies.stability.map import LEAD as LEAD_OF_MAPS
 from studies.stability.map import Map
-from studies.study import Group, Overview, Study
-
-Draw = Callable[[EnsembleTables], Drawing]
+from studies.study import Group, Study
 
 
-def _figures(functions: Mapping[str, Draw]) -> tuple[Study, ...]:
+def _figures(functions: Mapping[str, Callable[[EnsembleTables], Drawing]]) -> tuple[Study, ...]:
     """Studies that are drawn from tables of campaigns; their titles stand in the docstrings of the functions."""
     titles = {name: (inspect.getdoc(draw) or "").split("\n\n")[0] for name, draw in functions.items()}
     return tuple(Study(name, " ".join(titles[name].split()).rstrip("."), {}, draw) for name, draw in functions.items())
@@ -62,20 +60,11 @@ PAPERS = _figures(
         **collapse.FIGURES,
     }
 )
-BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), *polydispersity.STUDIES)
-_FILES = {  # of a folder, in which charts and maps stand
-    "speed_accuracy": (*("packings", "moduli", "flow", "other_codes"),),
-    "stability": ("packings", "moduli", "flow"),
+BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), polydispersity.STUDY)
+CHARTS: dict[str, Chart] = {each.name: each for file in (packings, moduli, flow, other_codes) for each in file.CHARTS}
+MAPS: dict[str, Map] = {
+    each.name: each for file in (packings_of_maps, moduli_of_maps, flow_of_maps) for each in file.MAPS
 }
-
-
-def _within(folder: str, kind: str) -> dict[str, Any]:
-    modules = [import_module(f"studies.{folder}.{name}") for name in _FILES[folder]]
-    return {each.name: each for module in modules for each in getattr(module, kind)}
-
-
-CHARTS: Mapping[str, Chart] = _within("speed_accuracy", "CHARTS")
-MAPS: Mapping[str, Map] = _within("stability", "MAPS")
 
 
 def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
@@ -86,18 +75,11 @@ def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
 @cache
 def groups() -> dict[str, Group]:
     """The groups by name, which is that of their page."""
-    assets, overview = explorer_assets(), Overview(forest.TITLE, forest.forest, forest.forest_rows)
     charts = (*(chart.study for chart in CHARTS.values()), size_scaling.STUDY)
     maps = [each.study for each in MAPS.values()]
+    found = Group("Figures of both papers", _lead_of_papers, PAPERS, overview=forest, opening=example_sections)
     return {
-        "papers": Group(
-            "Figures of both papers",
-            _lead_of_papers,
-            PAPERS,
-            assets=assets,
-            overview=overview,
-            opening=example_sections,
-        ),
+        "papers": found,
         "beyond": Group("Beyond the papers", lambda _: "What other laws of jamming and of foams say.", BEYOND),
         "speed-accuracy": Group("Cost against error", lambda _: LEAD_OF_CHARTS, charts, columns=1),
         "stability": Group("Where methods fail", lambda _: LEAD_OF_MAPS, maps, columns=2),
@@ -119,5 +101,5 @@ def chosen(names: list[str]) -> dict[str, Group]:
     single = [known[name] for name in dict.fromkeys(names) if name in known]
     if single:
         lead = "; ".join(study.title for study in single) + "."
-        found["studies"] = Group("Studies", lambda _: lead, single, assets=explorer_assets())
+        found["studies"] = Group("Studies", lambda _: lead, single)
     return found

@@ -1,9 +1,8 @@
 """A study is a piece of evidence: what is measured, task by task, and how tables are drawn; pages show several."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-
-from markupsafe import Markup
+from dataclasses import dataclass
+from typing import Any
 
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import Section
@@ -23,15 +22,6 @@ class Study:
 
 
 @dataclass(frozen=True)
-class Overview:
-    """All numbers of papers beside ours in one picture."""
-
-    title: str
-    draw: Callable[..., Drawing]  # function of all comparisons
-    rows: Callable[..., Markup]  # likewise, and of the anchors of studies by name: a line with a link for each
-
-
-@dataclass(frozen=True)
 class Group:
     """Studies that are drawn on one page."""
 
@@ -39,6 +29,7 @@ class Group:
     lead: Callable[[Sequence[Drawing]], str]  # function of all drawings that gives its first paragraph
     studies: Sequence[Study]
     columns: int = 0  # of sections, see `studies.html_page.write_report`
-    assets: Markup = field(default_factory=Markup)  # styles and scripts that opening sections need
-    overview: Overview | None = None  # first on the page
+    # module that draws all numbers of papers beside ours in one picture, first on the page: TITLE, `forest`, a function
+    # of all comparisons, and `forest_rows`, of these and of the anchors of studies: a line with a link for each
+    overview: Any = None
     opening: Callable[[], Sequence[Section]] = lambda: ()  # sections at the top, where shipped tables are drawn

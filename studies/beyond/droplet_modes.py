@@ -25,7 +25,6 @@ GROUPS = {
     "contact": {"slow": (0.0, 0.1), "middle": (0.1, 10**1.5), "fast": (10**1.5, np.inf)},
     "stokes": {"slow": (0.0, 1.0), "middle": (1.0, 10.0), "fast": (10.0, np.inf)},
 }
-OTHER = {"middle": "along", "fast": "across"}  # motion that is kept as well
 
 
 def droplet_modes(tables: EnsembleTables) -> Drawing:
@@ -78,21 +77,20 @@ def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[
 
 
 def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
+    parts = {rho: rows[np.isclose(rows["rho"], rho)] for rho in FRACTIONS}
     for k, (name, limits) in enumerate(GROUPS[law].items()):
-        whole = [(rho, rows[np.isclose(rows["rho"], rho)]) for rho in FRACTIONS]
-        found = {rho: group_share(part, limits, ("translation", "rotation")) for rho, part in whole}
+        found = {rho: group_share(part, limits, ("translation", "rotation")) for rho, part in parts.items()}
         shares = {rho: share for rho, share in found.items() if share is not None}
         if not shares:
             continue
-        places, ends = np.array(list(shares)) + 0.001 * k, side_by_side(shares.values())
-        out.curve(axes, f"{name}: whole droplets", places, ends, band=False, **style(k))
-        out.keep(f"{DRAGS[law]}, {name}, whole droplets", list(shares.values()), rho=shares)
-        if name in OTHER:
-            for rho in (SHOWN[0], SHOWN[-1]):
-                here = group_share(rows[np.isclose(rows["rho"], rho)], limits, (OTHER[name],))
-                out.keep(f"{DRAGS[law]}, {name}, {WORDS[OTHER[name]]}", [here], rho=[rho])
-        if law == "contact":
-            out.keep(f"{DRAGS[law]}, {name}, dissipation by sliding", group_share(rows, limits, ("sliding",)))
+        out.curve(
+            *(axes, f"{name}: whole droplets", np.array(list(shares)) + 0.001 * k, side_by_side(shares.values())),
+            **{"band": False, **style(k)},
+        )
+        out.values |= {f"{DRAGS[law]}, {name}, whole droplets, rho = {rho:g}": share for rho, share in shares.items()}
+        slides = group_share(rows, limits, ("sliding",))
+        if law == "contact" and slides is not None:
+            out.values[f"{DRAGS[law]}, {name}, dissipation by sliding"] = slides
     axes.set_ylim(0, 1.25)
     axes.set_yticks(np.linspace(0, 1, 6))
     label(axes, r"true packing fraction $\rho$", "share of the motion", loc="upper right")
@@ -112,7 +110,7 @@ def _keep_rates(out: Drawing, table: pd.DataFrame) -> None:
             kept = rows[(rows["rate"] >= low) & (rows["rate"] < high)]
             sums = kept.assign(weighted=kept["strength"] * np.log(kept["rate"])).groupby("seed")
             groups.append(sums[["weighted", "strength"]].sum().to_numpy(dtype=np.float64))
-        out.keep(f"{name}, exponent of its rate in line tension", bootstrap(groups, partial(_slope, tensions)))
+        out.values[f"{name}, exponent of its rate in line tension"] = bootstrap(groups, partial(_slope, tensions))
 
 
 def _slope(tensions: list[float], groups: list[Array]) -> float:

@@ -16,7 +16,6 @@ from studies.papers.statements import caption, paper
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
 SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
 OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the area that droplets share over that of the cell
-KEPT = (0.88, 0.94, 0.98)  # packing fractions at which the mean shape is kept
 
 
 def droplet_voids(tables: EnsembleTables) -> Drawing:
@@ -41,10 +40,10 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         over = mean_shapes(sums_by_overlap(rows[rows["overlap"] > 0]))
         places = np.sqrt(OVERLAPS[1:] * OVERLAPS[:-1])
         out.curve(by_overlap, name, places, over, **style(k))
-        out.keep(f"{name}, at onset", mean_shape(rows[rows["state"] == 0]))
-        at = {rho: mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in KEPT}
-        held = [rho for rho in KEPT if np.isfinite(at[rho].value)]
-        out.keep(name, [at[rho] for rho in held], rho=held)
+        out.values[f"{name}, at onset"] = mean_shape(rows[rows["state"] == 0])
+        out.values |= {
+            f"{name}, rho = {rho:g}": mean[k] for k, rho in enumerate(FRACTIONS) if np.isfinite(mean.value[k])
+        }
     overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
     out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
     for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):

@@ -1,6 +1,5 @@
 """A study of what the sizes of disks and droplets change: onset, and contacts, G and G* at one distance above it."""
 
-from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -19,7 +18,6 @@ from studies.ensembles import FEWEST, mean_over_packings
 from studies.panels import Drawing, drawing, label, model_style, scale, style
 from studies.papers.statements import caption
 from studies.study import Study
-from studies.tables import Task
 
 DISTANCE = 0.01  # above the onset of each packing, in phi
 OMEGA = (1e-3, 1e-2, 1e-1, 1.0)
@@ -53,39 +51,29 @@ def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
         return found | {"note": str(error)}
 
 
-def _tasks() -> dict[str, Task]:
-    """Some packings of each model and distribution."""
-    named = []
-    for model, (ratios, shares) in _MIXED.items():
-        named += [(model, f"bidisperse:{ratio:g},{share:g}") for ratio in ratios for share in shares]
-    named += [(model, "monodisperse") for model in PARTICLES]
-    named += [(model, f"lognormal:{width:g}") for model, widths in _WIDTHS.items() for width in widths]
-    return {
-        f"{model} {sizes} {first}": partial(measure_sizes, model, sizes, first)
-        for first in range(1, SEEDS + 1, BLOCK)
-        for model, sizes in named
-    }
-
-
 def draw_sizes(tables: EnsembleTables) -> Drawing:
     """Draw onset against mixing, ratio and width; z, G and G* above it against the width of all distributions."""
     rows = tables.read("polydispersity")
-    rows["width"] = [SizeDistribution.of(sizes).width for sizes in rows["sizes"]]
+    laws = [SizeDistribution.of(sizes) for sizes in rows["sizes"]]
+    rows = rows.assign(width=[law.width for law in laws], large=[(0.0, *law.numbers)[-1] for law in laws])
     out, axes = drawing("polydispersity", 2, 3, 4.3, 3.6)
     for part, model in zip(axes, PARTICLES, strict=False):
         for k, ratio in enumerate(_MIXED[model][0]):
-            names = [f"bidisperse:{ratio:g},{share:g}" for share in _MIXED[model][1]]
-            _draw(out, part, f"ratio {ratio:g}", rows[rows["model"] == model], names, "phi_J", style(k), share=True)
+            two = rows[(rows["model"] == model) & rows["sizes"].str.startswith(f"bidisperse:{ratio:g},")]
+            _draw(out, part, f"ratio {ratio:g}", two, "phi_J", style(k), "large")
         title = rf"$\phi_J$ of {PARTICLES[model]} {_NAMES[model]}"
         label(part, "share of large ones by number", title, loc="best")
-    for model in PARTICLES:
-        of_model = rows[rows["model"] == model]
-        wide = ["monodisperse", *(f"lognormal:{width:g}" for width in _WIDTHS[model])]
-        looks = model_style(model, linestyle="-"), model_style(model)
-        _draw(out, axes[2], _NAMES[model], of_model, wide, "phi_J", looks[0])
-        for part, column in zip(axes[3:], ("z", "g"), strict=False):
-            every = of_model.sort_values("width", kind="stable")["sizes"].unique()
-            _draw(out, part, _NAMES[model], of_model, every, column, looks[1])
+        one = rows[rows["model"] == model]
+        _draw(
+            out,
+            axes[2],
+            _NAMES[model],
+            one[~one["sizes"].str.startswith("bidisperse")],
+            "phi_J",
+            model_style(model, linestyle="-"),
+        )
+        for panel, column in zip(axes[3:], ("z", "g"), strict=False):
+            _draw(out, panel, _NAMES[model], one, column, model_style(model))
     above = rf"$\phi_J + {DISTANCE:g}$"
     label(axes[2], "width of the lognormal", r"$\phi_J$", loc="best")
     label(axes[3], "width of the sizes", f"$z$ at {above}", loc="best")
@@ -97,49 +85,35 @@ def draw_sizes(tables: EnsembleTables) -> Drawing:
         if len(of_sizes) >= FEWEST:
             out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
     label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
-    _keep_ranges(out, rows)
     counts = rows.groupby(["model", "sizes"]).size()
     made = {"few": counts.min(), "most": counts.max(), "kinds": len(counts), "rows": len(rows)}
     out.caption = caption(out.name, loose=int(rows["z"].isna().sum()), at=DISTANCE, **PARTICLES, **made)
     return out
 
 
-def _keep_ranges(out: Drawing, rows: pd.DataFrame) -> None:
-    """Keep the lowest and highest mean onset and z of distributions of more sizes than one."""
-    means = rows[rows["width"] > 0].groupby(["model", "sizes"])[["phi_J", "z"]].mean()
-    for model, name in _NAMES.items():
-        for column, word in (("phi_J", "mean onset"), ("z", "mean z")):
-            values = means.xs(model, level="model")[column]
-            out.keep(f"{word} of {name}, lowest", values.min())
-            out.keep(f"{word} of {name}, highest", values.max())
-
-
 def _draw(
-    out: Drawing,
-    axes: Any,
-    name: str,
-    rows: pd.DataFrame,
-    sizes: Iterable[str],
-    column: str,
-    look: dict[str, Any],
-    *,
-    share: bool = False,
+    out: Drawing, axes: Any, name: str, rows: pd.DataFrame, column: str, look: dict[str, Any], x: str = "width"
 ) -> None:
     """Draw the mean over packings of a column for some distributions, over their width or their share of large ones."""
-    groups = {one: rows.loc[rows["sizes"] == one, column].dropna().to_numpy() for one in sizes}
-    kept = [one for one, values in groups.items() if len(values) >= FEWEST]
-    if not kept:
-        return
-    laws = [SizeDistribution.of(one) for one in kept]
-    x = [law.numbers[1] if share else law.width for law in laws]
-    out.curve(axes, name, x, mean_over_packings([groups[one] for one in kept]), band=False, **look)
+    ordered = rows.dropna(subset=column).sort_values(x, kind="stable")
+    kept = [part for _, part in ordered.groupby("sizes", sort=False) if len(part) >= FEWEST]
+    if kept:
+        mean = mean_over_packings([part[column].to_numpy() for part in kept])
+        out.curve(axes, name, [part[x].iloc[0] for part in kept], mean, band=False, **look)
 
 
-STUDIES = (
-    Study(
-        "polydispersity",
-        "What sizes change: onset, contacts and moduli against ratio, mixing and width",
-        _tasks(),
-        draw_sizes,
-    ),
+_KINDS = [
+    *((m, f"bidisperse:{r:g},{share:g}") for m, (ratios, shares) in _MIXED.items() for r in ratios for share in shares),
+    *((model, "monodisperse") for model in PARTICLES),
+    *((model, f"lognormal:{width:g}") for model, widths in _WIDTHS.items() for width in widths),
+]
+STUDY = Study(
+    "polydispersity",
+    "What sizes change: onset, contacts and moduli against ratio, mixing and width",
+    {
+        f"{model} {sizes} {first}": partial(measure_sizes, model, sizes, first)
+        for first in range(1, SEEDS + 1, BLOCK)
+        for model, sizes in _KINDS
+    },
+    draw_sizes,
 )

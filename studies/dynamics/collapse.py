@@ -9,13 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from jamlab.arrays import Array
-from jamlab.checks import finite_array
 from jamlab.errors import InputError
-from studies.dynamics.flow_curves import (
-    HIGHEST,
-    SETTINGS,
-    steady_flows,
-)
+from studies.dynamics.flow_curves import HIGHEST, SETTINGS, steady_flows
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence
@@ -67,12 +62,9 @@ def collapse_through(
 ) -> CriticalCollapse:
     """Fit both exponents, and the critical point unless it is given, by least squares in ln y (m,), from a guess (x_c,
     q, w). A narrow range of s does not settle all three: data far above x_c scale with many of them."""
-    points = [finite_array(name, value, (None,)) for name, value in (("x", x), ("s", s), ("y", y))]
-    place, log_s, log_y = points[0], *(np.log(np.maximum(p, 1e-300)) for p in points[1:])
-    if not len(place) == len(log_s) == len(log_y) > order + 4:
+    place, log_s, log_y = np.asarray(x, dtype=np.float64), np.log(s), np.log(y)
+    if len(place) <= order + 4:
         raise InputError(f"{len(place)} points: {order + 5} or more are needed for {order + 4} unknowns")
-    if min(points[1].min(), points[2].min()) <= 0:
-        raise InputError("a collapse is measured in logarithms: s and y must be positive")
     width, middle = float(np.ptp(place)) or 1.0, float(np.median(log_s))
 
     def misfit(at: float, q: float, w: float) -> tuple[Array, Array]:

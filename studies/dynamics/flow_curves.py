@@ -14,7 +14,7 @@ from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, bootstrap, mean_over_packings, of_packings, scaled, select, side_by_side
-from studies.panels import FIT, FREQUENCY, Drawing, drawing, label, scale, sequence, style, write_interval
+from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style, write_interval
 from studies.papers.statements import caption, paper, statistic
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
@@ -206,59 +206,31 @@ def _falls_to(amplitude: Array, storage: Array, share: float) -> float:
     return float(amplitude[k - 1] * (amplitude[k] / amplitude[k - 1]) ** part)
 
 
-PARTS = {"storage": "G'", "loss": "G''"}
 ALLOWED = 10.0  # %
 
 
 def equivalent_damping(tables: EnsembleTables) -> Drawing:
     """Error of the equivalent linear damping against frequency and the power of the drag."""
-    table = _small_oscillations(tables.oscillation)
+    small = {"n": 64, "target_pressure": 1e-2, "amplitude": 1e-4, "background": 1e-4}
+    table = select(tables.oscillation, **small).dropna(subset=["equivalent_time"]).round({"alpha": 4})
+    table = table.assign(reduced=table["omega"] * table["equivalent_time"])
     powers = sorted(table["alpha"].unique())
-    out, (grid, *parts) = drawing("dynamics-equivalent-damping", 1, 3, 4.8, 4.0)
-    scale(grid, y="linear")
+    out, panels = drawing("dynamics-equivalent-damping", 1, 2, 4.8, 4.0)
     said = []
-    for axes, (part, name) in zip(parts, PARTS.items(), strict=True):
+    for axes, (part, name) in zip(panels, {"storage": "G'", "loss": "G''"}.items(), strict=True):
         scale(axes, y="linear")
         for k, alpha in enumerate(powers):
             rows = table[table["alpha"] == alpha]
-            _, mean = mean_of_rows(rows, "omega", f"{part}_error")
-            x = mean_of_rows(rows, "omega", "reduced")[1].value
-            text = rf"$\alpha$ = {alpha:.2f}"
-            out.curve(axes, text, x, mean, band=False, **sequence(k, len(powers)))
+            rows = rows.assign(error=100 * (rows[f"equivalent_{part}"] / rows[part] - 1))
+            mean, x = (mean_of_rows(rows, "omega", column)[1] for column in ("error", "reduced"))
+            out.curve(axes, rf"$\alpha$ = {alpha:.2f}", x.value, mean, band=False, **sequence(k, len(powers)))
             said.append(f"{name} at alpha {alpha:.2f}: {round(mean.value.min())} to {round(mean.value.max())}")
         axes.axhspan(-ALLOWED, ALLOWED, color="#999999", alpha=0.15, linewidth=0)
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         label(axes, r"$\omega\,\tau_\alpha$", f"error of {name}  [%]", legend=part == "storage")
-    _draw_map(out, grid, table)
-    label(grid, FREQUENCY, r"power $\alpha$ of the drag", legend=False)
-    first = table.iloc[0]
-    made = {"n": int(first["n"]), "made": table["seed"].nunique(), "said": "; ".join(said)}
-    out.caption = caption(out.name, pressure=first["target_pressure"], amplitude=first["amplitude"], **made)
+    made = {"n": small["n"], "made": table["seed"].nunique(), "said": "; ".join(said)}
+    out.caption = caption(out.name, pressure=small["target_pressure"], amplitude=small["amplitude"], **made)
     return out
-
-
-def _small_oscillations(table: pd.DataFrame) -> pd.DataFrame:
-    """Select rows at the amplitude at which powers were measured, with errors in percent."""
-    small = {"n": 64, "target_pressure": 1e-2, "amplitude": 1e-4, "background": 1e-4}
-    rows = select(table, **small).dropna(subset=["equivalent_time"]).round({"alpha": 4})
-    for part in PARTS:
-        rows[f"{part}_error"] = 100 * (rows[f"equivalent_{part}"] / rows[part] - 1)
-    size = np.hypot(rows["equivalent_storage"], rows["equivalent_loss"]) / np.hypot(rows["storage"], rows["loss"])
-    return rows.assign(reduced=rows["omega"] * rows["equivalent_time"], size_error=100 * (size - 1))
-
-
-def _draw_map(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
-    mean = table.groupby(["alpha", "omega"], as_index=False)["size_error"].mean()
-    span = max(float(mean["size_error"].abs().max()), ALLOWED)
-    look = {"c": mean["size_error"], "cmap": "PuOr", "vmin": -span, "vmax": span, "edgecolor": BLACK}
-    axes.scatter(mean["omega"], mean["alpha"], s=330, marker="s", linewidth=0.5, **look)
-    for alpha, rows in mean.groupby("alpha"):
-        out.curve(axes, f"alpha {alpha:.2f}", rows["omega"], np.full(len(rows), alpha), ls="none")
-    for _, row in mean.iterrows():
-        colour = "white" if abs(row["size_error"]) > 0.6 * span else BLACK
-        at = (row["omega"], row["alpha"])
-        axes.annotate(f"{round(row['size_error']):+d}", at, ha="center", va="center", fontsize=7.5, color=colour)
-    axes.margins(0.1, 0.15)
 
 
 FIGURES = {

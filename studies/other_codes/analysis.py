@@ -12,24 +12,18 @@ from studies.other_codes.peers import Analyst, Descent, Peer, Point, mean_diamet
 HEIGHT = 20.0  # mean diameters: its box is three-dimensional, forces stay in the plane
 
 
-class Matscipy(Analyst):
-    """Disks in one plane of a periodic box."""
-
-    name = "matscipy"
-    package = "matscipy"
-
-    def measure(self, packing: Packing) -> dict[str, Any]:
-        """Energy, pressure and shear modulus along x of a backbone: rattlers leave its Hessian singular."""
-        atoms = disks_in_ase(packing)
-        born = atoms.calc.get_property("born_constants", atoms)
-        relaxation = atoms.calc.get_property("nonaffine_elastic_contribution", atoms)
-        # Born's constants are of symmetric strain; simple shear x -> x + gamma y has a term of the stress as well
-        stress = -HEIGHT * atoms.get_stress(voigt=False)
-        return {
-            "energy": float(atoms.get_potential_energy()),
-            "pressure": 0.5 * (stress[0, 0] + stress[1, 1]),
-            "shear modulus": HEIGHT * (born[0, 1, 0, 1] + relaxation[0, 1, 0, 1]) - stress[1, 1],
-        }
+def elasticity_by_matscipy(packing: Packing) -> dict[str, Any]:
+    """Energy, pressure and shear modulus along x of a backbone: rattlers leave its Hessian singular."""
+    atoms = disks_in_ase(packing)
+    born = atoms.calc.get_property("born_constants", atoms)
+    relaxation = atoms.calc.get_property("nonaffine_elastic_contribution", atoms)
+    # Born's constants are of symmetric strain; simple shear x -> x + gamma y has a term of the stress as well
+    stress = -HEIGHT * atoms.get_stress(voigt=False)
+    return {
+        "energy": float(atoms.get_potential_energy()),
+        "pressure": 0.5 * (stress[0, 0] + stress[1, 1]),
+        "shear modulus": HEIGHT * (born[0, 1, 0, 1] + relaxation[0, 1, 0, 1]) - stress[1, 1],
+    }
 
 
 def disks_in_ase(packing: Packing) -> Any:
@@ -108,16 +102,10 @@ class ASE(Peer):
         return run
 
 
-class Freud(Analyst):
-    """Centres of disks in a two-dimensional box, in a process of its own. Both freud and liblammps bring voro++; where
-    LAMMPS was opened first, freud would call LAMMPS' and crash."""
-
-    name = "freud"
-    package = "freud-analysis"
-
-    def measure(self, packing: Packing) -> dict[str, Any]:
-        """Number of contacts, and |psi_6| of every disk."""
-        return run_side_by_side(_measure, [packing], 1)[0]
+def order_by_freud(packing: Packing) -> dict[str, Any]:
+    """Number of contacts, and |psi_6| of every disk, in a process of its own: both freud and liblammps bring voro++,
+    and where LAMMPS was opened first, freud would call LAMMPS' and crash."""
+    return run_side_by_side(_measure, [packing], 1)[0]
 
 
 def _measure(packing: Packing, _: Any) -> dict[str, Any]:
@@ -135,3 +123,9 @@ def _measure(packing: Packing, _: Any) -> dict[str, Any]:
     cells = freud.locality.Voronoi().compute((box, points))
     order = freud.order.Hexatic(k=6).compute((box, points), neighbors=cells.nlist)
     return {"contacts": int(touch[i < j].sum()), "|psi_6|": np.abs(order.particle_order)}
+
+
+ANALYSTS = (
+    Analyst("matscipy", "matscipy", elasticity_by_matscipy),
+    Analyst("freud", "freud-analysis", order_by_freud),
+)

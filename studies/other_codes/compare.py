@@ -19,9 +19,9 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
-from studies.other_codes.analysis import ASE, Freud, Matscipy
+from studies.other_codes.analysis import ANALYSTS, ASE
 from studies.other_codes.jax_md import JaxMD
-from studies.other_codes.peers import MOST_STEPS, Analyst, Jamlab, Lammps, Peer, plain_point
+from studies.other_codes.peers import MISSING, MOST_STEPS, Analyst, Jamlab, Lammps, Peer, installed, plain_point
 from studies.tables import one_core, shortest
 
 _JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
@@ -43,7 +43,6 @@ LIBRARIES = {  # the same of libraries of analysis
         *("name", "version", "quantity", "difference", "note"),
     )
 }
-ANALYSTS: tuple[Analyst, ...] = (Matscipy(), Freud())
 PEERS: tuple[Peer, ...] = (JaxMD(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the names that analysts use
     "energy": lambda p: evaluate(p).energy,
@@ -60,9 +59,10 @@ def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS
     backbone = without_rattlers(minimum)
     rows = []
     for analyst in analysts:
-        row: Row = {"name": analyst.name, "version": analyst.version, "quantity": "", "difference": None, "note": ""}
-        if analyst.version is None:
-            rows.append(row | {"note": f"not installed: {analyst.install}"})
+        version = installed(analyst.package)
+        row: Row = {"name": analyst.name, "version": version, "quantity": "", "difference": None, "note": ""}
+        if version is None:
+            rows.append(row | {"note": MISSING})
             continue
         for quantity, there in analyst.measure(backbone).items():
             difference = _over_largest(np.asarray(there), np.asarray(HERE[quantity](backbone)))
@@ -92,9 +92,9 @@ def _row(item: tuple[Peer, Packing, dict[str, float], Row | None], _: Any = None
     point of jamlab itself, which has no row yet, stands beside all pairs in numpy."""
     peer, start, target, jamlab = item
     row: Row = dict.fromkeys(name for names in CODES.values() for name in names)
-    row |= {"name": peer.name, "method": peer.method, "version": peer.version}
-    if peer.version is None:
-        return row | {"note": f"not installed: {peer.install}"}
+    row |= {"name": peer.name, "method": peer.method, "version": installed(peer.package)}
+    if row["version"] is None:
+        return row | {"note": MISSING}
     there, here = plain_point(start) if jamlab is None else peer.evaluate(start), Jamlab().evaluate(start)
     began = time.process_time()
     run = partial(peer.descent(start), force_tolerance("sp"), MOST_STEPS)

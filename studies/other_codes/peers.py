@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from studies.stability.plain_physics import plain_forces, plain_stress
 Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
 
 MOST_STEPS = 200_000  # of a minimisation, so that one that never meets its force ends too
-EXTRA = "pip install 'jamlab[peers]'"
+MISSING = "not installed: pip install 'jamlab[peers]'"
 
 
 @dataclass(frozen=True)
@@ -32,33 +32,27 @@ class Point:
     pressure: float  # trace of the stress over 2
 
 
-class OtherCode(ABC):
-    """A code that takes the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2."""
+def installed(package: str) -> str | None:
+    """Version of a distribution, None if it is missing."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+class Analyst(NamedTuple):
+    """A code that measures a packing of the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2."""
 
     name: str  # as tables show it
     package: str  # distribution that must be installed
-    install: str = EXTRA  # how to get it
-
-    @property
-    def version(self) -> str | None:
-        """Installed version, None if the package is missing."""
-        try:
-            return metadata.version(self.package)
-        except metadata.PackageNotFoundError:
-            return None
+    measure: Callable[[Packing], dict[str, Any]]  # quantities by name, those of `compare.HERE` that it knows
 
 
-class Analyst(OtherCode):
-    """A code that measures a packing."""
+class Peer(ABC):
+    """A code that evaluates one point of such disks and minimises."""
 
-    @abstractmethod
-    def measure(self, packing: Packing) -> dict[str, Any]:
-        """Quantities by name, those of `analysis.HERE` that it knows; numbers or arrays."""
-
-
-class Peer(OtherCode):
-    """A code that evaluates one point and minimises."""
-
+    name: str  # as tables show it
+    package: str  # distribution that must be installed
     method: str  # its minimiser
     # whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in the same
     # process, and so jamlab's, up to ten times slower, which would count against these.

@@ -18,7 +18,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.relaxation import force_tolerance
 from studies.other_codes.compare import PEERS, jolted_minimum
-from studies.other_codes.peers import MOST_STEPS, Descent, Jamlab
+from studies.other_codes.peers import MISSING, MOST_STEPS, Descent, Jamlab, installed
 from studies.speed_accuracy.chart import Chart, Trial
 from studies.tables import shortest
 
@@ -49,8 +49,8 @@ class Run(NamedTuple):
 def measure_codes(seed: int) -> Iterator[Trial]:
     """Measure every code at every tolerance, from a minimum whose disks were moved a little."""
     for peer in PEERS:
-        if peer.version is None:
-            raise InputError(f"{peer.name} is not installed: {peer.install}")
+        if installed(peer.package) is None:
+            raise InputError(f"{peer.name}: {MISSING}")
     for n in [n for n, packings in _PACKINGS.items() if seed <= packings]:
         start, minimum = jolted_minimum(n, seed, _PHI, _JOLT[n])
         bearing = ~contacts(minimum).rattlers

@@ -34,16 +34,17 @@ from studies.html_page import TextTable
 from studies.panels import BESIDE, Drawing, drawing, label, scale, sequence
 from studies.reference_data import example_file
 from studies.study import Study
-from studies.tables import Task, one_core, shortest
+from studies.tables import one_core, shortest
 
 KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
 OMEGA = np.geomspace(1e-6, 1e2, 400)
 PRESSURE, STRAIN, RATE, CONFLUENCE = 1e-3, 0.01, 1e-3, 0.98
 _WANTED = {"disks": 1_000_000, "droplets": 100_000}
-_LARGE_DISKS, _LARGE_DROPLETS = (1024, 4096, 16384, 65536), (128, 512, 1152)  # sizes, of packings that are repeated
+_LARGE = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}  # sizes, of packings that are repeated
 _DISKS, _ONSETS, _MOVING, _SWEEPS = (256, 1024, 4096), (128, 256, 512), (64, 256, 1024), (16, 32, 64)  # and made anew
 
 Run = Callable[[], Any]
+Part = tuple[tuple[int, ...], Callable[[int], Run]]  # sizes, and what is timed of a size
 
 
 def large(model: str, n: int, kick: float = 0.0) -> Packing:
@@ -62,17 +63,15 @@ def large(model: str, n: int, kick: float = 0.0) -> Packing:
     return Packing("dp", box, positions, params, small.units, offsets=offsets)
 
 
-def _step(packing: Packing) -> Run:
-    """A function that does 200 steps of FIRE, or of droplets relaxes them."""
+def _fire(packing: Packing) -> None:
+    with Session(packing) as session:
+        session.minimize(0.0, style="fire", steps=200)
 
-    def run() -> None:
-        with Session(packing) as session:
-            if packing.model == "sp":
-                session.minimize(0.0, style="fire", steps=200)
-            elif not relax(session).converged:
-                raise ConvergenceError(f"{packing.n} droplets were not relaxed")
 
-    return run
+def _relax(packing: Packing) -> None:
+    with Session(packing) as session:
+        if not relax(session).converged:
+            raise ConvergenceError(f"{packing.n} droplets were not relaxed")
 
 
 def _forces(packing: Packing) -> Run:
@@ -85,15 +84,19 @@ def _sweep(onset: Packing) -> Run:
     return lambda: list(compress(onset, CONFLUENCE, (CONFLUENCE - packing_fraction(onset)) / 40))
 
 
-_disks, _droplets = partial(large, "disks"), partial(large, "droplets")
-PARTS: dict[str, tuple[tuple[int, ...], Callable[[int], Run]]] = {  # part -> sizes, what is timed of a size
-    "disks: 200 FIRE steps": (_LARGE_DISKS, lambda n: _step(_disks(n, KICK))),
+def _on_large(run: Callable[[Packing], Any], model: str, kick: float = 0.0) -> Part:
+    return _LARGE[model], lambda n: partial(run, large(model, n, kick))
+
+
+_spectrum = partial(complex_modulus, omega=OMEGA)
+PARTS: dict[str, Part] = {
+    "disks: 200 FIRE steps": _on_large(_fire, "disks", KICK),
     f"disks: 3 packings at p = {PRESSURE:g}": (_DISKS, lambda n: lambda: [pack(n, PRESSURE, s) for s in (1, 2, 3)]),
     "disks: 3 onsets": (_ONSETS, lambda n: lambda: [jam(n=n, seed=s) for s in (1, 2, 3)]),
-    "disks: contacts": (_LARGE_DISKS, lambda n: partial(contacts, _disks(n))),
-    "disks: measure": (_LARGE_DISKS, lambda n: partial(measure, _disks(n))),
-    "disks: elastic tensor": (_LARGE_DISKS, lambda n: partial(elastic_tensor, _disks(n))),
-    f"disks: G* at {len(OMEGA)} frequencies": (_LARGE_DISKS, lambda n: partial(complex_modulus, _disks(n), OMEGA)),
+    "disks: contacts": _on_large(contacts, "disks"),
+    "disks: measure": _on_large(measure, "disks"),
+    "disks: elastic tensor": _on_large(elastic_tensor, "disks"),
+    f"disks: G* at {len(OMEGA)} frequencies": _on_large(_spectrum, "disks"),
     f"disks: quasi-static shear to {STRAIN:g}": (
         _MOVING,
         lambda n: partial(quasistatic_shear, pack(n, PRESSURE, 1), strain=STRAIN),
@@ -102,13 +105,10 @@ PARTS: dict[str, tuple[tuple[int, ...], Callable[[int], Run]]] = {  # part -> si
         _MOVING,
         lambda n: partial(shear, pack(n, PRESSURE, 1), rate=RATE, strain=STRAIN),
     ),
-    "droplets: 10 forces": (_LARGE_DROPLETS, lambda n: _forces(_droplets(n))),
-    f"droplets: relax after kicks of {KICK:g}": (_LARGE_DROPLETS, lambda n: _step(_droplets(n, KICK))),
-    "droplets: measure": (_LARGE_DROPLETS, lambda n: partial(measure, _droplets(n))),
-    f"droplets: G* at {len(OMEGA)} frequencies": (
-        _LARGE_DROPLETS,
-        lambda n: partial(complex_modulus, _droplets(n), OMEGA),
-    ),
+    "droplets: 10 forces": (_LARGE["droplets"], lambda n: _forces(large("droplets", n))),
+    f"droplets: relax after kicks of {KICK:g}": _on_large(_relax, "droplets", KICK),
+    "droplets: measure": _on_large(measure, "droplets"),
+    f"droplets: G* at {len(OMEGA)} frequencies": _on_large(_spectrum, "droplets"),
     f"droplets: 40 states to {CONFLUENCE:g}": (_SWEEPS, lambda n: _sweep(jam("dp", n, 1))),
 }
 
@@ -126,13 +126,6 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
     return {"part": part, "n": n, "seconds": seconds, "bytes": peak}
 
 
-def _tasks() -> dict[str, Task]:
-    """One task for each part and size; small ones first, so that a run that is stopped has every part."""
-    turns = [(rank, part, n) for part, (sizes, _) in PARTS.items() for rank, n in enumerate(sizes)]
-    in_turn = sorted(turns, key=lambda turn: turn[0])
-    return {f"{part}, N = {n}": partial(measure_part, part, n) for _, part, n in in_turn}
-
-
 def draw_scaling(tables: EnsembleTables) -> Drawing:
     """Draw seconds over N, with exponents and, by them, what a million disks or 10^5 droplets will need."""
     out, (axes,) = drawing("size-scaling", 1, 1, 9.5, 5.6)
@@ -140,13 +133,14 @@ def draw_scaling(tables: EnsembleTables) -> Drawing:
     lines = []
     for index, (part, rows) in enumerate(tables.read("size-scaling").groupby("part", sort=False)):
         n, seconds, peaks = (rows[name].to_numpy(dtype=np.float64) for name in ("n", "seconds", "bytes"))
-        wanted = _WANTED[str(part).partition(":")[0]]
-        line = "-" if wanted == _WANTED["disks"] else "--"
-        out.curve(axes, str(part), n, seconds, linestyle=line, **sequence(index, len(PARTS)))
+        model = str(part).partition(":")[0]
+        look = sequence(index, len(PARTS)) | {"linestyle": "-" if model == "disks" else "--"}
+        out.curve(axes, str(part), n, seconds, **look)
         if len(n) < 2:
             continue
         measured = "; ".join(f"{a:g}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
         exponent, at_one = np.polyfit(np.log(n), np.log(seconds), 1)
+        wanted = _WANTED[model]
         memory = np.polyval(np.polyfit(n[-2:], peaks[-2:], 1), wanted)  # a process of no particles has its share too
         there = [f"{np.exp(at_one) * wanted**exponent:.3g} s", f"{memory / 1e9:.2g} GB"]
         lines.append([str(part), measured, f"{exponent:.2f}", f"{wanted:.0e}", *there])
@@ -159,6 +153,11 @@ def draw_scaling(tables: EnsembleTables) -> Drawing:
 STUDY = Study(
     "size-scaling",
     "What every task costs: time and memory against N, and what large packings need",
-    _tasks(),
+    {  # small ones first, so that a run that is stopped has every part
+        f"{part}, N = {sizes[rank]}": partial(measure_part, part, sizes[rank])
+        for rank in range(4)
+        for part, (sizes, _) in PARTS.items()
+        if rank < len(sizes)
+    },
     draw_scaling,
 )

@@ -1,6 +1,6 @@
-"""Maps where flow in time fails: steps, rates, drag laws, oscillation beyond the linear range, quasi-static steps."""
+"""Maps where flow in time fails: steps, rates, drag laws, oscillation beyond the linear range."""
 
-from functools import cache, lru_cache, partial
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -8,12 +8,11 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import oscillate
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE, SMALL_STRAIN_TOLERANCE
-from jamlab.flow.quasistatic_shear import LIMIT, QuasistaticShear, quasistatic_shear
+from jamlab.flow.quasistatic_shear import LIMIT
 from jamlab.flow.shear import TOLERANCE, shear
 from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import to_polygons
-from jamlab.protocols.relaxation import force_tolerance
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
 from studies.stability.map import Map, Trial, worst_of
 from studies.stability.moduli import opening_strain
@@ -22,7 +21,6 @@ from studies.stability.plain_physics import (
     plain_complex_modulus,
     plain_drag,
     plain_forces,
-    plain_max_force,
     plain_stress,
 )
 
@@ -33,8 +31,6 @@ _ENERGY = 1e-8  # of the work: stored energy is a difference of two larger ones
 _ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
 _BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
 _NOT_LINEAR = 0.05  # of G*
-_SAME_BASIN = 1e-6  # of the largest energy: far above what a force within tolerance leaves
-_FINEST_STEP = 5e-4  # of strain
 
 
 _packed = partial(packed, _N, _PRESSURE)  # function of a seed
@@ -126,23 +122,6 @@ def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:
     return worst_of(Trial("converged", note, error, _SUMMED * SMALL_STRAIN_TOLERANCE), elastic)
 
 
-def try_quasistatic(packing: Packing, step: float) -> Trial:
-    """Quasi-static shear with steps of one length: forces and stress at the end."""
-    run, finest = _quasistatic(packing, step), _quasistatic(packing, _FINEST_STEP)
-    if not run.converged.all():
-        return Trial("stalled", f"{(~run.converged).sum()} states not converged")
-    change = abs(run.energy[-1] - finest.energy[-1]) / finest.energy.max()  # what came loose has none at the end
-    verdict = "another basin" if change > _SAME_BASIN else "converged"
-    left = plain_max_force(run.packing)
-    balance = Trial("converged", f"max force {left:.1g}", left, 2 * force_tolerance("sp"))
-    return _as(verdict, worst_of(balance, elastic_trial(run)), f"energy {change:.1g} from that of the finest steps")
-
-
-@cache
-def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
-    return quasistatic_shear(packing, _STRAIN, step)
-
-
 MAPS = (
     Map(
         "flow-tolerance",
@@ -170,10 +149,5 @@ MAPS = (
         "oscillation-amplitude",
         lambda amplitude, omega, seed: try_oscillation(_packed(seed), omega, amplitude),
         lambda omega, seed: opening_strain(_packed(seed), affine=True),
-    ),
-    Map(
-        "quasistatic-step",
-        lambda step, pressure, seed: try_quasistatic(packed(_N, pressure, seed), step),
-        lambda pressure, seed: opening_strain(packed(_N, pressure, seed)),
     ),
 )

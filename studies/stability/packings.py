@@ -164,8 +164,7 @@ def try_step(step: float, rho: float, seed: int) -> Trial:
     same = abs(plain_forces(packing)[0] / plain_forces(finest)[0] - 1) < _SAME_ENERGY
     verdict = "converged" if same else "another basin"
     return worst_of(
-        balanced(verdict, packing, FORCE),
-        Trial(verdict, "rho", abs(plain_packing_fraction(packing) - rho), 2e-4),
+        balanced(verdict, packing, FORCE), Trial(verdict, "rho", abs(plain_packing_fraction(packing) - rho), 2e-4)
     )
 
 
@@ -209,11 +208,6 @@ MAPS = (
         (FORCE, None),
     ),
     Map("sweep-step", try_step),
-    Map(
-        "droplet-elasticity",
-        lambda gamma, ka, seed: try_hand_over(0.88, gamma, seed, ka),
-        collapse,
-        (GAMMA, KA),
-    ),
+    Map("droplet-elasticity", lambda gamma, ka, seed: try_hand_over(0.88, gamma, seed, ka), collapse, (GAMMA, KA)),
     Map("droplet-density", try_hand_over, defaults=(None, GAMMA)),
 )

@@ -46,7 +46,7 @@ FLOWS = {  # figures of flow in time, from tables in which known laws hold, and 
     "flow-curves": 3,  # from dark to light, their means over pressure, the law with a yield stress through one of them
     "collapse": 2,  # one line through onset, and its two branches
     "amplitudes": 4,  # storage filled, loss dashed, at three frequencies; softening and yielding over pressure
-    "equivalent-damping": 3,  # a map of squares with numbers, and errors over reduced frequency, with a grey band
+    "equivalent-damping": 2,  # errors over reduced frequency, with a grey band
 }
 
 

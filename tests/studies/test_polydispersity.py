@@ -5,10 +5,8 @@ import pytest
 
 import jamlab
 from studies.beyond import polydispersity
-from studies.beyond.polydispersity import DISTANCE, STUDIES, measure_sizes
+from studies.beyond.polydispersity import DISTANCE, STUDY, measure_sizes
 from studies.reference_data import reference_tables
-
-(STUDY,) = STUDIES
 
 
 def test_rows_are_measured_at_one_distance_above_the_onset_of_each_packing(monkeypatch):

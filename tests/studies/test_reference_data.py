@@ -58,8 +58,8 @@ def test_limits_repeat_where_the_models_part():
 
 @pytest.mark.slow
 def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
-    """Two processes write, this one draws once more: the same numbers and verdicts, and no legend covers a point."""
-    drawn, failures = pages.write_page(tmp_path, "papers", groups()["papers"], reference_tables(), processes=2)
+    """Drawn once more: the same numbers and verdicts, and no legend covers a point."""
+    drawn, failures = pages.write_page(tmp_path, "papers", groups()["papers"], reference_tables())
     assert not failures and [d.name for d in drawn] == [study.name for study in PAPERS]
     claims = [c for d in drawn for c in d.claims]
     assert sum(c.measured.known for c in claims) > 120

@@ -34,7 +34,6 @@ CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "flow-power": [(0.5, 0.1, "converged"), (0.34, 0.1, "refused")],
     "flow-droplets": [(1e-2, 10.0, "converged"), (0.3, 1.0, "refused")],
     "oscillation-amplitude": [(1e-6, 1.0, "converged"), (0.02, 1.0, "another basin")],
-    "quasistatic-step": [(0.05, 1e-2, "converged")],
 }
 
 
@@ -110,22 +109,6 @@ def test_another_path_is_seen(run, monkeypatch, off, verdict):
 
 def test_sweeps_are_compared_with_finer_steps_than_any_in_the_map():
     assert min(MAPS["sweep-step"].x.values) > packings._FINEST
-
-
-def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
-    assert min(MAPS["quasistatic-step"].x.values) > flow._FINEST_STEP
-    run = jamlab.quasistatic_shear(packing, 0.01, 5e-3)
-    moved = replace(run, energy=1.00001 * run.energy)
-    loose = [replace(run, energy=np.append(run.energy[:-1], left * run.energy[0])) for left in (1e-16, 1e-18)]
-    for here, there, verdict in (
-        (run, run, "converged"),
-        (moved, run, "another basin"),
-        (loose[0], loose[1], "converged"),
-        (loose[0], run, "another basin"),
-    ):
-        finest = {flow._FINEST_STEP: there}
-        monkeypatch.setattr(flow, "_quasistatic", lambda p, step, here=here, known=finest: known.get(step, here))
-        assert flow.try_quasistatic(packing, 0.05).verdict == verdict
 
 
 def test_a_wrong_spectrum_is_seen(monkeypatch):

@@ -109,8 +109,8 @@ def test_a_page_holds_what_could_be_drawn_and_why_the_rest_could_not(tmp_path):
 
 
 def test_commands(tmp_path):
-    listed = json.loads(call_studies(tmp_path, "list", "--json").stdout)
-    assert listed["moved"]["group"] == "stability" and set(listed) == set(registry.studies())
+    listed = call_studies(tmp_path, "list").stdout
+    assert all(name in listed for name in registry.studies())
     done = call_studies(tmp_path, "draw", "baumgarten-5", "moved", "--out", "d", "--json")
     assert done.exit_code == 0, done.stderr
     assert set(json.loads(done.stdout)["captions"]) == {"baumgarten-5", "moved"}
