@@ -30,7 +30,7 @@ def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sp
     between the same sites have one pattern."""
     rows, columns = [], []
     for group in sites:
-        place = (2 * group[:, :, None] + np.arange(2)).reshape(len(group), -1).astype(np.int32)
+        place = (2 * group[:, :, None] + np.arange(2)).reshape(len(group), 2 * group.shape[1]).astype(np.int32)
         rows.append(np.repeat(place, place.shape[1], axis=1).ravel())
         columns.append(np.tile(place, place.shape[1]).ravel())
     values = np.concatenate([block.ravel() for block in blocks])
