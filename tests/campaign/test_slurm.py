@@ -41,13 +41,12 @@ class Future:
 class Cluster:
     """SLURM and a Dask client in one, whose clock ticks when it is read: jobs of some lifetime, calls of some length.
     `faults`: job number -> "refuse", "lose", "requeue", "quiet": its end is seen by its absence alone, "forget": it
-    ends before what its first call returned is fetched, or "hang": its worker ends, but SLURM lists it as running.
-    `unlisted`: time that a new job is not listed."""
+    ends before what its first call returned is fetched, or "hang": its worker ends, but SLURM lists it as running."""
 
-    def __init__(self, monkeypatch, lifetime, faults=None, starts=True, unlisted=0):
+    def __init__(self, monkeypatch, lifetime, faults=None, starts=True):
         self.time, self.lifetime, self.faults, self.starts = 0.0, lifetime, faults or {}, starts
         self.jobs, self.sent, self.ends, self.carried = {}, 0, 0, Counter()
-        self.unlisted, self.cancelled = unlisted, []
+        self.cancelled = []
         monkeypatch.setattr(slurm, "_run", self.run)
         monkeypatch.setattr(slurm, "_run_script", lambda words, script: self.sbatch(script))
         monkeypatch.setattr(slurm.time, "monotonic", self.tick)
@@ -74,8 +73,7 @@ class Cluster:
             self.jobs = {name: job for name, job in self.jobs.items() if job["id"] not in words}
             self.cancelled += words[1:]
             return 0, ""
-        listed = [job for job in self.jobs.values() if self.time - job["sent"] >= self.unlisted]
-        return 0, "".join(f"{job['id']} {'PD' if job['age'] < 0 else 'R'}\n" for job in listed)
+        return 0, "".join(f"{job['id']} {'PD' if job['age'] < 0 else 'R'}\n" for job in self.jobs.values())
 
     def tick(self):
         self.time += 1.0

@@ -134,3 +134,11 @@ def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
     for look in (jamlab.contacts, jamlab.hessian, energy, jamlab.evaluate, partial(jamlab.shear, rate=0.1, strain=0.1)):
         with pytest.raises(jamlab.InputError, match=r"0\D+1"):
             look(packing)
+
+
+def test_a_small_outline_inside_another_of_short_edges_is_refused():
+    """No vertex of either comes near an edge of the other, and areas alone tell where one has room in the other."""
+    turn = 2 * np.pi * np.arange(64) / 64
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    with pytest.raises(InputError):
+        vertex_contacts(droplets([0.3 * ring + 5, 0.1 * ring[::4] + 5], 0.06, contact="segment/smooth"))

@@ -53,11 +53,12 @@ def test_what_is_not_finite_is_refused(solver, value):
 
 
 def test_blocks_sum_as_in_plain_loops():
-    """Groups of different width, a site twice in one term, terms between the same sites, sites without any term."""
+    """Groups of different width, one of no term, a site twice in one term, terms between the same sites, sites without
+    any term."""
     rng = np.random.default_rng(5)
     size = 9
-    sites = [rng.integers(0, size - 1, (6, m)) for m in (2, 3, 5)]
-    blocks = [rng.normal(size=(6, s.shape[1], 2, s.shape[1], 2)) for s in sites]
+    sites = [rng.integers(0, size - 1, (terms, m)) for terms, m in ((6, 2), (6, 3), (0, 4), (6, 5))]
+    blocks = [rng.normal(size=(len(s), s.shape[1], 2, s.shape[1], 2)) for s in sites]
     blocks = [block + block.transpose(0, 3, 4, 1, 2) for block in blocks]
     dense = np.zeros((2 * size, 2 * size))
     for group, block in zip(sites, blocks, strict=True):
