@@ -61,6 +61,14 @@ def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
             assert read[column] == pytest.approx(wanted[column], rel=1e-9)
 
 
+def test_analyze_names_what_a_foreign_file_lacks(packed, tmp_path):
+    jamlab.write_data(tmp_path / "p.data", jamlab.read(packed[0]))
+    lines = (tmp_path / "p.data").read_text().splitlines()
+    (tmp_path / "p.data").write_text("\n".join(["foreign", *lines[1:]]))
+    done = call(tmp_path, "analyze", "p.data")
+    assert done.exit_code == 0 and all(word in done.stderr for word in ("p.data", "eps", "diameters")), done.stderr
+
+
 def test_gstar_explains_a_modulus_below_zero(tmp_path):
     done = call(tmp_path, "gstar", example_file("sp"), "--frame", "6", "--points", "3")
     assert done.exit_code == 0 and "G = -" in done.stdout and "G below 0: at this box shape" in done.stdout
