@@ -9,7 +9,7 @@ class NewtonSettings:
 
     Halved or doubled, they change force evaluations and factorisations by less than 5 % and lose no state, except for
     `near_steps` (11 % more of the first, or 22 % more of the second), `first_shift` (a third more of both either way)
-    and a larger `good` (18 and 43 % more): `tests/protocols/benchmark_solver_settings.py`.
+    and a larger `good` (18 and 43 % more).
     """
 
     steps: int = 150  # at most
@@ -60,8 +60,7 @@ class LbfgsSettings:
 
 @dataclass(frozen=True)
 class RelaxationSettings:
-    """Which method takes over from which; `tests/protocols/benchmark_solver_settings.py` shows what each number costs.
-    Noise is the largest force over the pressure."""
+    """Which method takes over from which. Noise is the largest force over the pressure."""
 
     rounds: int = 3  # starts with first-order steps; another follows when Newton steps leave their basin
     # from here on FIRE goes on almost to the end, instead of conjugate gradients: local events keep the one step length
@@ -157,7 +156,7 @@ class BoxShearSettings:
 class OnsetSettings:
     """Numbers of the search for onset that `lammps_inputs/parts/onset` does not share with the decks. Halved or
     doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no state, over
-    five sweeps of disks and droplets: `tests/protocols/benchmark_solver_settings.py`."""
+    five sweeps of disks and droplets."""
 
     # on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one
     search_tolerance: float = 1e-6
@@ -274,7 +273,7 @@ class PressureSettings:
 class SolverSettings:
     """Numbers of all solvers that make packings, for the argument `settings`.
 
-    The defaults are measured: `tests/protocols/benchmark_solver_settings.py` halves and doubles each of them.
+    The defaults lie on plateaus: each was halved and doubled, force evaluations and factorisations were counted.
 
     Attributes:
         newton: Newton steps at a fixed box.
