@@ -69,6 +69,15 @@ def test_rattlers_are_pruned_one_after_the_other():
     assert not rattlers.any() and bearing.all()
 
 
+def test_contacts_below_a_part_of_the_mean_force_do_not_count(sp_jammed):
+    network = jamlab.contacts(sp_jammed, min_force=0.3)
+    strong = network.forces.size >= 0.3 * network.forces.size.mean()
+    rattlers, bearing = find_rattlers(network.pairs[strong], np.ones(sp_jammed.n, dtype=bool))
+    held = ~rattlers[network.pairs].any(axis=1)
+    assert (network.rattlers == rattlers).all() and (held & ~strong).any()
+    np.testing.assert_array_equal(np.flatnonzero(network.bearing), np.flatnonzero(strong)[bearing])
+
+
 @pytest.mark.parametrize("name", ["sp_jammed", "dp_onset", "dp_dense"])
 def test_network_renumbers_what_a_new_search_finds(request, name):
     """Contacts of the particles that bear load, bit for bit: Newton steps depend on the order of sums."""

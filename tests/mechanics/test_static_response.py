@@ -59,6 +59,9 @@ def test_a_floppy_mode_takes_no_part_in_the_response(size):
     matrix, mode, load = _pushed(size, 0.1 * HIDDEN)
     moved, free = mode @ static_response(matrix, load[:, None])[:, 0], mode @ load / (FLOPPY * 300)
     assert abs(moved) < 0.03 * free and free > 100
+    matrix, mode, load = _pushed(size, 1e-4)
+    with pytest.raises(UnstableError):
+        static_response(matrix, load[:, None])
 
 
 @pytest.mark.parametrize("size", SIZES)
