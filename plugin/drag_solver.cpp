@@ -69,6 +69,25 @@ double DragSolver::precondition()
   return product;
 }
 
+double DragSolver::precondition_free()
+{
+  for (std::size_t i = 0; i < given.size(); i++)
+    if (given[i]) residual[i] = Vec3();
+  const double product = precondition();
+  for (std::size_t i = 0; i < given.size(); i++)
+    if (given[i]) descent[i] = Vec3();
+  return product;
+}
+
+void DragSolver::net_forces(const Field &force, Field &u, double rate, Field &net)
+{
+  double power, flow;
+  net.resize(nlocal + nghost);
+  multiply(u, rate, net, power, flow);
+  for (int i = 0; i < nlocal; i++)
+    net[i] = {force[i].x - net[i].x, force[i].y - net[i].y, force[i].spin - net[i].spin};
+}
+
 /* residual = F - ahead K (u - start) - B u - b rate */
 DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
 {
@@ -100,7 +119,7 @@ DragSolver::Energies DragSolver::conjugate_gradients(Field &u, Load &load, doubl
   needs_flow = load.free_rate;
   while (!found.reached && result.iterations < settings.iterations) {
     const double z_flow = inverse_flow * r_flow;
-    double rho = precondition(), power, flow;
+    double rho = precondition_free(), power, flow;
     multiply_ahead(descent, z_flow, product, power, flow, &rho);
     rho += r_flow * z_flow;
     if (!(rho > 0.0)) {    // no residual, but for rounding
@@ -169,7 +188,7 @@ double DragSolver::driving_norm(const Field &force, const Load &load)
 /* squared norm of the residual by the preconditioner: of two residuals it tells the smaller one */
 double DragSolver::norm(double r_flow)
 {
-  return sum(precondition()) + inverse_flow * r_flow * r_flow;
+  return sum(precondition_free()) + inverse_flow * r_flow * r_flow;
 }
 
 void DragSolver::keep(State &state, const Field &force, const Field &u, const Load &load) const

@@ -26,6 +26,7 @@ class GhostExchange {
 struct FlowSums {
   double elastic = 0.0, viscous = 0.0, xx = 0.0, yy = 0.0, energy = 0.0, dissipation = 0.0, speed = 0.0,
          contacts = 0.0;
+  double walls[4] = {0.0, 0.0, 0.0, 0.0};    // x and y of the force on the lower and on the upper one
 };
 
 /* Velocities at which drag balances elastic forces at every instant: B u = F - rate b, with B and
@@ -75,6 +76,8 @@ class DragSolver {
   virtual void zero_rattler_velocities(Field &) {}    // those that nothing holds keep none from the last step
   Result solve(Field &force, Field &u, Load &load);    // force: changed where pairs are held
   void set_solution(Field &u, double rate);    // velocities of a run before, as if they were the solution
+  void hold(const std::vector<char> &atoms) { given = atoms; }    // owned ones whose velocities stay as they are
+  void net_forces(const Field &force, Field &u, double rate, Field &net);    // F - B u - b rate, on owned atoms
 
   // at the velocities of the last solution
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
@@ -93,6 +96,7 @@ class DragSolver {
     double xx, xy, yy, xs, ys, ss;
   };
   std::vector<Block> inverse;
+  std::vector<char> given;      // owned atoms whose velocities are; empty: none
   double inverse_flow = 0.0;    // of c
   double affine_drag = 0.0;     // c, of disks
   bool factored = false;    // the preconditioner is by factors of the matrix
@@ -106,6 +110,7 @@ class DragSolver {
   double sum(double) const;
   double speed_floor(double squares, double count) const;
   virtual double precondition();    // descent = M^-1 residual; returns residual descent, of this rank
+  double precondition_free();       // the same of atoms whose velocities are not given
   struct Residual {
     double flow, dissipation;    // of the rate, where it is free; power of these velocities, or of affine flow
   };

@@ -244,13 +244,14 @@ DragSolver::Result FixOverdamped::find_velocities(bool with_forces)
   }
 
   state.rate = driven_rate();
+  hold_fixed();
   DragSolver::Load load = {state.rate, 0.0, drive == STRESS};
   if (load.free_rate) load.moment = area() * wanted_stress - solver->elastic_moment();
   const DragSolver::Result result = solver->solve(forces, velocity, load);
   last_iterations = result.iterations;
   state.iterations += result.iterations;
   state.rate = load.rate;
-  if (settings.background == 0.0) remove_drift();
+  if (settings.background == 0.0 && !fixed_bit) remove_drift();
   return result;
 }
 
@@ -293,9 +294,56 @@ void FixOverdamped::remove_drift()
   send_to_ghosts(velocity);
 }
 
+/* height of the edge of the box next to an atom, above it */
+double FixOverdamped::to_edge(int i) const
+{
+  const double y = atom->x[i][1] - domain->boxlo[1];
+  return round(y / domain->yprd) * domain->yprd - y;
+}
+
+/* what does not move follows the box, a wall as a whole with the edge next to it */
+void FixOverdamped::hold_fixed()
+{
+  if (!fixed_bit) return;
+  std::vector<char> given(atom->nlocal, 0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & fixed_bit)) continue;
+    given[i] = 1;
+    velocity[i] = {walls ? state.rate * to_edge(i) : 0.0, 0.0, 0.0};
+  }
+  solver->hold(given);
+}
+
+/* forces on walls, which do work beside that of the stress of an affine flow; no background drags on what is fixed */
+void FixOverdamped::add_walls()
+{
+  Field elastic, net;
+  disks->elastic_forces(elastic);
+  solver->net_forces(elastic, velocity, state.rate, net);
+  double found[7] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & fixed_bit)) continue;
+    const Vec3 u = velocity[i];
+    const double x = net[i].x + settings.background * u.x, y = net[i].y + settings.background * u.y;
+    const double offset = walls ? to_edge(i) : 0.0;
+    found[0] -= elastic[i].x * offset;
+    found[1] -= (x - elastic[i].x) * offset;
+    found[2] += settings.background * (u.x * u.x + u.y * u.y);
+    double *const wall = found + (offset < 0.0 ? 3 : 5);
+    wall[0] += x;
+    wall[1] += y;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, found, 7, MPI_DOUBLE, MPI_SUM, world);
+  sums.elastic += found[0];
+  sums.viscous += found[1];
+  sums.dissipation -= found[2];
+  std::copy_n(found + 3, 4, sums.walls);
+}
+
 void FixOverdamped::add_up()
 {
   sums = solver->add_up(velocity, state.rate);
+  if (fixed_bit) add_walls();
   sums.viscous += settings.fluid * state.rate;
   sums.dissipation += settings.fluid * state.rate * state.rate;
   state.stress = (sums.elastic + sums.viscous) / area();

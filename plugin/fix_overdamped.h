@@ -65,6 +65,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   DragSolver::Settings settings;
   DragLaw droplet_law;        // that of disks is in their pair style
   bool droplet_law_given = false;
+  int fixed_bit = 0;          // of the group of disks that do not move; 0: there is none
+  bool walls = false;         // they are two, which move with the edges of the box
 
   bool droplets = false;
   std::unique_ptr<DragSolver> solver;
@@ -154,6 +156,9 @@ class FixOverdamped : public Fix, private GhostExchange {
   [[noreturn]] void refuse(const DragSolver::Result &) const;
   std::string more_background() const;
   void remove_drift();
+  double to_edge(int i) const;
+  void hold_fixed();
+  void add_walls();
   void add_up();
   void lean(double strain);
   double driven_rate() const;

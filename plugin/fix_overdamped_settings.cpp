@@ -12,6 +12,7 @@
 #include "droplet_drag.h"
 #include "error.h"
 #include "force.h"
+#include "group.h"
 #include "modify.h"
 #include "pair_disk_drag.h"
 #include "update.h"
@@ -42,7 +43,7 @@ FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg,
   restart_global = restart_peratom = 1;
   restart_pbc = 1;
   vector_flag = 1;
-  size_vector = 17;
+  size_vector = 21;
   global_freq = 1;
   extvector = 0;
   comm_forward = comm_reverse = 3;
@@ -72,7 +73,7 @@ void FixOverdamped::post_constructor()
 
 /* fix ID all overdamped (rate value | oscillate amplitude omega | stress value)
      [drag tau beta alpha] [tolerance value] [solver value] [iterations value] [background value]
-     [fluid value] [longest value] [stop value] */
+     [fluid value] [longest value] [stop value] [(fixed | walls) group] */
 void FixOverdamped::read_arguments(int narg, char **arg)
 {
   const auto is = [&](int k, const char *keyword, int values) {
@@ -103,14 +104,19 @@ void FixOverdamped::read_arguments(int narg, char **arg)
                                                 : nullptr;
       if (value)
         *value = number(arg[k], arg[k + 1]);
-      else if (is(k, "drag", 3)) {
+      else if (is(k, "fixed", 1) || is(k, "walls", 1)) {
+        const int found = group->find(arg[k + 1]);
+        if (found < 0) error->all(FLERR, "{}: {} {}: there is no such group", WHO, arg[k], arg[k + 1]);
+        fixed_bit = group->bitmask[found];
+        walls = strcmp(arg[k], "walls") == 0;
+      } else if (is(k, "drag", 3)) {
         read_droplet_law(arg + k + 1);
         k += 2;
       } else if (is(k, "iterations", 1))
         settings.iterations = utils::inumeric(FLERR, arg[k + 1], false, lmp);
       else
         error->all(FLERR, "{}: {} is not one of: rate, oscillate, stress, drag, tolerance, solver, iterations, "
-                   "background, fluid, longest, stop", WHO, arg[k]);
+                   "background, fluid, longest, stop, fixed, walls", WHO, arg[k]);
       continue;
     }
     if (earlier != NONE) error->all(FLERR, "{}: give one of rate, oscillate and stress, not two", WHO);
@@ -229,6 +235,8 @@ void FixOverdamped::check() const
     error->all(FLERR, "{}: drag is for droplets: that of disks stands in pair_style disk/drag", WHO);
   if (!disks && !droplet_law_given && settings.background == 0.0)
     error->all(FLERR, "{}: no drag at all: give drag tau beta alpha, or a background drag", WHO);
+  if (!disks && fixed_bit) error->all(FLERR, "{}: fixed and walls are of disks", WHO);
+  if (walls && drive != RATE) error->all(FLERR, "{}: walls need a rate: their shape follows no other drive", WHO);
   if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every atom enters", WHO);
   if (domain->dimension != 2 || !domain->triclinic || !domain->xperiodic || !domain->yperiodic)
     error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);
@@ -266,6 +274,11 @@ double FixOverdamped::compute_vector(int n)
     case 14: return state.iterations;
     case 15: return sums.contacts;
     case 16: return state.unsettled;
+    // shear stress and pressure on the lower wall and on the upper one
+    case 17: return sums.walls[0] / domain->xprd;
+    case 18: return -sums.walls[1] / domain->xprd;
+    case 19: return -sums.walls[2] / domain->xprd;
+    case 20: return sums.walls[3] / domain->xprd;
     default: return 0.0;
   }
 }

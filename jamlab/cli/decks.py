@@ -113,6 +113,11 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         typer.echo(str(note.message))
     if packing.model != (taken := settings.get("model", "sp")):
         raise InputError(f"data = {settings['data']}: holds {packing.model}, this deck takes {taken}")
+    if packing.fixed is not None:
+        raise InputError(
+            f"data = {settings['data']}: {packing.fixed.sum()} particles are fixed, and decks move all: use jamlab in "
+            "Python, or free them with packing.with_state(fixed=None, walls=False)"
+        )
     if packing.converged is False:
         typer.echo(f"{settings['data']} says converged=0: it is no minimum")
     if packing.model == "dp" and float(given.get("phi_target", 0)):  # free areas are those of two numbers of vertices

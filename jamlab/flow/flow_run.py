@@ -93,6 +93,8 @@ class FlowRun:
     # times that several disks which touch with no gap decided on each other, and no states of them fitted: the
     # closest were taken
     unsettled: int = field(default=0, kw_only=True)
+    # (m, 2, 2) shear stress and pressure on the lower and on the upper wall; (0, 2, 2) without walls
+    wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)), kw_only=True)
 
     __repr__ = report
 

@@ -13,12 +13,15 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.flow.flow_run import HELPFUL_BACKGROUND
 from jamlab.geometry.contact_network import count_pressing
+from jamlab.geometry.walls import wall_stress
+from jamlab.mechanics.stiffness import energy_terms, forces_of
 from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
@@ -62,12 +65,17 @@ class FlowState(NamedTuple):
     iterations: float
     contacts: float
     unsettled: float
+    lower_stress: float  # shear stress and pressure on the lower wall and on the upper one
+    lower_pressure: float
+    upper_stress: float
+    upper_pressure: float
 
 
 _STRESSES = (
     *("stress", "elastic_stress", "viscous_stress", "pressure", "normal_stress_difference"),
     *("dissipation", "energy", "work", "dissipated"),
 )
+ON_WALLS = ("lower_stress", "lower_pressure", "upper_stress", "upper_pressure")
 _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
 _COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
 
@@ -103,6 +111,10 @@ class OverdampedSession:
     ) -> None:
         check_flowing(damping, tolerance, background)
         packing.kind.points(packing)  # refuses outlines that cross
+        if packing.fixed is not None and packing.kind.deforms:
+            raise InputError(
+                f"fixed: {packing.fixed.sum()} droplets are fixed: those flow without rate only, by quasistatic_shear"
+            )
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
@@ -126,6 +138,11 @@ class OverdampedSession:
                 faded = float(given["short_edge"]) * tolerance * float(packing.params["delta"])
                 eta = max(float(packing.params["eta"]), faded) / self._scales.length
                 self._session.command(f"bond_coeff * ${{gamma}} {eta:.17g}")
+            if natural.fixed is not None:  # the plugin holds them, and needs the forces on them
+                self._session.command("unfix fixed")
+                self._session.command("unfix on_fixed")
+                self._outlines = " walls fixed" if natural.walls else " fixed fixed"
+            self._between = _between_walls(natural) if natural.walls else np.zeros(4)
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
             self.close()
@@ -151,6 +168,11 @@ class OverdampedSession:
         time, after which `advance` returns; `longest`: step, by default no limit but that of the tolerance; `before`:
         last state of an earlier flow, from which time, strain, work and iterations go on instead. Returns the state
         before the first step."""
+        if self._given.walls and not drive.startswith("rate"):
+            raise InputError(
+                f"walls: the packing has them, and they move by a rate only, not to {drive.split()[0]}: use shear or "
+                "quasistatic_shear, or take the walls away with packing.with_state(walls=False)"
+            )
         if self._driven:
             self._session.command("unfix flow")
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
@@ -222,6 +244,8 @@ class OverdampedSession:
         stress = self._scales.stress
         found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
         found = found._replace(**{name: stress * getattr(found, name) for name in _STRESSES})
+        on_walls = [stress * (getattr(found, name) - self._between[k]) for k, name in enumerate(ON_WALLS)]
+        found = found._replace(**dict(zip(ON_WALLS, on_walls, strict=True)))
         if self._before is None:
             return found
         return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in _COUNTED})
@@ -246,6 +270,15 @@ class OverdampedSession:
     def steps(self) -> int:
         """Steps taken in this session."""
         return self._session.steps()
+
+
+def _between_walls(packing: Packing) -> Array:
+    """(4,) what either wall feels of the other across the edge of the box, as in `ON_WALLS`; it stays."""
+    pushes = forces_of(energy_terms(packing), len(packing.positions)) * packing.fixed_sites[:, None]
+    upper = packing.positions[:, 1] % packing.box[1, 1] > 0.5 * packing.box[1, 1]
+    low, high = pushes[~upper].sum(axis=0), pushes[upper].sum(axis=0)
+    total = np.array([low[0], -low[1], -high[0], high[1]]) / packing.box[0, 0]
+    return np.asarray(total - wall_stress(packing).ravel())
 
 
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:

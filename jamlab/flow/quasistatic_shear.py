@@ -78,8 +78,6 @@ class QuasistaticShear(ShearRun):
     event_width: Array
     direction: Direction = field(default="simple", kw_only=True)  # see `quasistatic_shear`
     area: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)  # (m,) of the cell; by default it stays
-    wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)), kw_only=True)  # (m, 2, 2) shear stress and
-    # pressure on the lower and the upper wall; (0, 2, 2) without walls
     held_pressure: float | None = field(default=None, kw_only=True)  # at which the area is free; None: the area stays
 
     def __post_init__(self) -> None:

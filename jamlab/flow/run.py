@@ -13,7 +13,7 @@ import numpy as np
 
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.overdamped_session import End, FlowState, OverdampedSession
+from jamlab.flow.overdamped_session import ON_WALLS, End, FlowState, OverdampedSession
 from jamlab.flow.run_file import FilePath, RunFile
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.force_network import check_at_rest
@@ -130,6 +130,9 @@ class TimedRun(Run[R]):
             self.rows[-1] = self.rows[-1]._replace(
                 iterations=float(self.before.iterations), unsettled=float(self.before.unsettled)
             )
+        if self.before and packing.walls:
+            kept = zip(self.rows, self.before.wall_stress.reshape(-1, 4).tolist(), strict=True)
+            self.rows = [row._replace(**dict(zip(ON_WALLS, on_walls, strict=True))) for row, on_walls in kept]
         self._last = self.rows[-1] if self.rows else None
         self.session = OverdampedSession(self._started, law, tolerance, background, end=end)
 
@@ -188,4 +191,7 @@ class TimedRun(Run[R]):
     def result(self) -> R:
         """The run so far."""
         self.facts |= {name: int(getattr(self.rows[-1], name)) for name in ("iterations", "unsettled")}
+        if self._started.walls:
+            on_walls = [[getattr(row, name) for name in ON_WALLS] for row in self.rows]
+            self.facts["wall_stress"] = np.array(on_walls).reshape(-1, 2, 2)
         return super().result()

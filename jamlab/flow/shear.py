@@ -15,6 +15,7 @@ from jamlab.flow.overdamped_session import LEAST_STRAIN, End, background_drag
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.flow.shear_run import ShearRun
+from jamlab.geometry.walls import walled
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
@@ -39,6 +40,7 @@ def shear(
     frames: float | None = None,
     tolerance: float = TOLERANCE,
     background: float | None = None,
+    walls: bool | None = None,
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> ShearRun:
@@ -74,6 +76,8 @@ def shear(
             the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of
             the stress (N = 16), though their means agree within their errors. 1e-4 is the default for disks, 1e-2 for
             droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
+        walls: True: between the walls of `jamlab.with_walls`, disks alone, the upper one of which moves by strain times
+            height of the box; False: take the walls away. By default the walls of the packing stay.
         out: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
             run, go on from there; a run that went as far or farther comes back with the rows and frames it has.
         progress: called after each row with the share of the work that is done, and in words.
@@ -84,6 +88,7 @@ def shear(
             strain and remedy are named.
         StorageError: `out` cannot be written, or holds anything but a part of this run.
     """
+    packing = walled(packing, walls)
     if is_number(rate) and rate == 0:
         warnings.warn("shear(rate=0) is now quasistatic_shear(packing, strain, step)", FutureWarning, stacklevel=3)
         whole, step = 1.0 if strain is None else strain, STEP if step is None else step

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.packing.neighbors import moves_home
 from jamlab.plotting.axes import merged
-from jamlab.plotting.palette import LARGE, OUTLINE, PARTICLE, SMALL
+from jamlab.plotting.palette import LARGE, OUTLINE, PARTICLE, RATTLER, SMALL
 from jamlab.plotting.periodic_cell import fill_everywhere, line_everywhere
 
 if TYPE_CHECKING:
@@ -43,11 +43,11 @@ _SCALE = "viridis"  # of many sizes; nothing in it looks like the grey of rattle
 
 
 def size_colours(packing: Packing) -> NDArray[np.str_]:
-    """(n,) colours: of two sizes the large ones blue and the small ones pink; more sizes on a scale of colours."""
-    sizes = packing.kind.sizes(packing)
-    if not has_many_sizes(packing):
-        return np.where(sizes > sizes.mean(), LARGE, SMALL)
-    return _scale_colours(_size_scale(sizes)(sizes))
+    """(n,) colours: of two sizes the large ones blue and the small ones pink; more sizes on a scale of colours; fixed
+    particles grey."""
+    sizes, many = packing.kind.sizes(packing), has_many_sizes(packing)
+    free = _scale_colours(_size_scale(sizes)(sizes)) if many else np.where(sizes > sizes.mean(), LARGE, SMALL)
+    return np.where(packing.fixed_particles, RATTLER, free)
 
 
 def bar_colours() -> list[str]:

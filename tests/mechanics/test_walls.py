@@ -124,6 +124,33 @@ def test_walls_shear_a_slab(packing):
     assert not len(bare.wall_stress) and np.array_equal(bare.stress, plain.stress)
 
 
+@pytest.mark.parametrize("damping", [jamlab.ContactDamping(), jamlab.StokesDrag(eta_f=0.5)])
+def test_flow_in_time_between_walls(packing, damping, tmp_path):
+    """Begins with the viscosity of G* at infinite frequency; the walls keep their shape, and energy is balanced."""
+    walled, file = jamlab.with_walls(packing), tmp_path / "flow.h5"
+    how = {"rows": 6, "frames": 0.01, "background": 0.0 if damping.at_contacts else None, "tolerance": 1e-3}
+    part = jamlab.shear(walled, 0.1, 0.02, damping, walls=True, out=file, **how)
+    found = jamlab.shear(walled, 0.1, 0.02, damping, out=file, **how)
+    assert np.array_equal(found.wall_stress, part.wall_stress) and found.imbalance < 1e-2
+    viscosity = jamlab.complex_modulus(walled, 1.0, damping).eta_inf
+    assert found.viscous_stress[0] == pytest.approx(0.1 * viscosity, rel=1e-4)
+    moved, height = (found.packing.positions - walled.positions)[walled.fixed], walled.box[1, 1]
+    image, inside = np.divmod(walled.positions[walled.fixed, 1], height)
+    assert moved[:, 0] - 0.02 * height * image == pytest.approx(0.02 * height * (inside > height / 2), abs=1e-12)
+    assert np.abs(moved[:, 1]).max() < 1e-12
+    if damping.at_contacts:  # nothing but the walls pushes the slab
+        assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], rel=1e-4)
+        assert found.wall_stress[:, 1, 0] == pytest.approx(found.stress, rel=1e-4)
+    assert found.velocity_profile.velocity[0] < found.velocity_profile.velocity[-1]
+
+
+def test_scattered_fixed_disks_follow_the_flow(packing):
+    mask = np.arange(packing.n) % 7 == 0
+    found = jamlab.shear(packing.with_state(fixed=mask), 0.1, 0.01, rows=2, background=0.0)
+    assert found.packing.positions[mask] == pytest.approx(sheared(packing, 0.01).positions[mask], abs=1e-12)
+    assert found.imbalance < 1e-2 and not len(found.wall_stress)
+
+
 def test_profile_of_an_affine_flow_is_straight():
     """A crystal: every layer moves with the box, walls or not, across the periodic edge as well."""
     i, j = np.divmod(np.arange(48), 6)
@@ -177,6 +204,9 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.quasistatic_shear(w, 0.01, pressure="constant"), "'constant'"),
         (lambda p, w: jamlab.Session(w, ranks=2), "ranks = 2"),
         (lambda p, w: jamlab.slab(p), "walls=True"),
+        (lambda p, w: jamlab.shear(p, 0.1, 0.01, walls=True), "walls=True"),
+        (lambda p, w: jamlab.creep(w, 1e-3, 1.0), "stress"),
+        (lambda p, w: jamlab.oscillate(w, 1.0, 1e-3), "oscillate"),
         (lambda p, w: jamlab.quasistatic_shear(p, 0.01, 0.01).frames[0] and _profile_of_one(p), "1 packing"),
     ],
 )
