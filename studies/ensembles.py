@@ -123,23 +123,18 @@ def size_law(n: Sequence[float], groups: Sequence[Array], exponent: float = 1.0)
 # numbers of resampled packings ----------------------------------------------------------------------------------------
 
 
-def as_drawn(drawn: list[Array]) -> Sequence[Any]:
-    """Give the packings themselves to a statistic."""
-    return [drawn]
-
-
 class Sample(NamedTuple):
     """Packings that a statistic is computed of."""
 
     groups: Sequence[Array]  # packings, drawn within their group
-    reduce: Callable[[list[Array]], Sequence[Any]] = as_drawn  # what the statistic takes of them, once a resample
+    reduce: Callable[[list[Array]], Sequence[Any]] = lambda drawn: [drawn]  # what the statistic takes, once a resample
 
 
 def vary_bootstrap(
     groups: Sequence[Array],
     statistic: Callable[..., ArrayLike],
     *variants: Mapping[str, Any],
-    reduce: Callable[[list[Array]], Sequence[Any]] = as_drawn,
+    reduce: Callable[[list[Array]], Sequence[Any]] = lambda drawn: [drawn],
     resamples: int = RESAMPLES,
 ) -> tuple[Interval, dict[str, Interval]]:
     """Compute a statistic with its interval, and under other defensible analyses, keywords of it such as

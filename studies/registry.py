@@ -75,13 +75,14 @@ def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
 @cache
 def groups() -> dict[str, Group]:
     """The groups by name, which is that of their page."""
-    charts = (*(chart.study for chart in CHARTS.values()), size_scaling.STUDY)
-    maps = [each.study for each in MAPS.values()]
+    charts, maps = ([each.study for each in of.values()] for of in (CHARTS, MAPS))
     found = Group("Figures of both papers", _lead_of_papers, PAPERS, overview=forest, opening=example_sections)
     return {
         "papers": found,
         "beyond": Group("Beyond the papers", lambda _: "What other laws of jamming and of foams say.", BEYOND),
-        "speed-accuracy": Group("Cost against error", lambda _: LEAD_OF_CHARTS, charts, columns=1),
+        "speed-accuracy": Group(
+            "Cost against error", lambda _: LEAD_OF_CHARTS, [*charts, size_scaling.STUDY], columns=1
+        ),
         "stability": Group("Where methods fail", lambda _: LEAD_OF_MAPS, maps, columns=2),
     }
 

@@ -74,9 +74,7 @@ def collapse_through(
         found, *_ = np.linalg.lstsq(powers, log_y - q * log_s, rcond=None)
         return powers @ found - log_y + q * log_s, found / (np.exp(-w * middle) * width) ** np.arange(order, -1, -1)
 
-    first, steps = np.array(start, dtype=np.float64), np.array([0.1 * width, 0.1, 0.1])
-    if critical is not None:
-        first[0] = critical
+    first, steps = np.array([start[0] if critical is None else critical, *start[1:]]), np.array([0.1 * width, 0.1, 0.1])
     fixed = 0 if critical is None else 1  # leading unknowns that stay
 
     def unknowns(move: Array) -> list[float]:

@@ -1,6 +1,5 @@
 """Draw flow in time: flow curves of disks, oscillation over amplitude and under power-law drag."""
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
-from jamlab.plotting.palette import BLACK, BLUE, RED
+from jamlab.plotting.palette import BLACK, RED
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.power_laws import fit_exponent
@@ -130,11 +129,11 @@ def slope_at_onset(rates: Array, stress: Array, highest: float = HIGHEST) -> flo
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"
 SWEPT = {"n": 64, "background": 1e-2}  # disks of the sweeps of amplitude
 PRESSURES = (3e-3, 1e-2, 3e-2)  # of the same
-SOFT, YIELDED = 0.7, 0.1  # of the storage modulus at small amplitude that is left; 0.9 is lost in noise of 64 disks
+SOFT = 0.7  # of the storage modulus at small amplitude that is left; 0.9 is lost in noise of 64 disks
 
 
 def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
-    """G' and G'' against the amplitude at three frequencies, with softening and yielding against pressure."""
+    """G' and G'' against the amplitude at three frequencies, and where disks soften against pressure."""
     table = balanced_disks(tables.oscillation, **SWEPT)
     frequencies, pressures = (sorted(table[name].unique()) for name in ("omega", "target_pressure"))
     out, axes = drawing("dynamics-amplitudes", 1, len(frequencies) + 1, 4.3, 3.9)
@@ -148,9 +147,14 @@ def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
                 look = {**style(k), "linestyle": line, "label": text}
                 draw_mean(out, part, name, rows, "amplitude", column, **look)
         label(part, AMPLITUDE, rf"$G'$, dashed $G''$  [k], $\omega\,\tau_1$ = {omega:g}", legend=part is axes[0])
-    _draw_limits(out, axes[-1], tables)
+    scale(axes[-1])
+    amplitude, groups = _moduli(tables)
+    ends = side_by_side([bootstrap([g], lambda drawn: _softens(amplitude, average(drawn[0]))) for g in groups])
+    out.curve(axes[-1], "softening", PRESSURES, ends, band=False, color=RED, marker="s")
+    out.slope(axes[-1], paper("flow-softening"), (PRESSURES[0], PRESSURES[-1]), 0.5 * ends.value[0])
+    label(axes[-1], "pressure $p$  [k]", AMPLITUDE)
     made = {"n": int(table["n"].iloc[0]), "made": table["seed"].nunique()}
-    out.caption = caption(out.name, soft=100 * SOFT, yielded=100 * YIELDED, **made)
+    out.caption = caption(out.name, soft=100 * SOFT, **made)
     return out
 
 
@@ -162,22 +166,6 @@ def _moduli(tables: EnsembleTables) -> tuple[Array, list[Array]]:
     return each[0][0], [storage for _, storage in each]
 
 
-def _draw_limits(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
-    """Draw the amplitudes of softening and yielding against pressure."""
-    scale(axes)
-    amplitude, groups = _moduli(tables)
-    for share, name, look in ((SOFT, "softening", {"color": RED, "marker": "s"}), (YIELDED, "yielding", _YIELD)):
-        found = [bootstrap([g], partial(_limit, amplitude, share)) for g in groups]
-        ends = side_by_side(found)
-        out.curve(axes, name, PRESSURES, ends, band=False, **look)
-        if name == "softening":
-            out.slope(axes, paper("flow-softening"), (PRESSURES[0], PRESSURES[-1]), 0.5 * ends.value[0])
-    label(axes, "pressure $p$  [k]", AMPLITUDE)
-
-
-_YIELD = {"color": BLUE, "marker": "o", "markeredgecolor": BLACK}
-
-
 def of_pressures(tables: EnsembleTables) -> Sample:
     """Take amplitudes and the mean storage moduli at each pressure."""
     amplitude, groups = _moduli(tables)
@@ -187,22 +175,18 @@ def of_pressures(tables: EnsembleTables) -> Sample:
 @statistic("flow-softening", sample=of_pressures)
 def power_of_softening(amplitude: Array, storage: list[Array]) -> float:
     """Fit the exponent in pressure of the amplitude at which 70 % of the storage modulus are left."""
-    limits = [_falls_to(amplitude, each, SOFT) for each in storage]
+    limits = [_softens(amplitude, each) for each in storage]
     return float(np.polyfit(np.log(PRESSURES), np.log(limits), 1)[0])
 
 
-def _limit(amplitude: Array, share: float, drawn: list[Array]) -> float:
-    return _falls_to(amplitude, average(drawn[0]), share)
-
-
-def _falls_to(amplitude: Array, storage: Array, share: float) -> float:
-    """Find the amplitude at which the storage modulus first falls to a share of its first value; nan if never."""
+def _softens(amplitude: Array, storage: Array) -> float:
+    """Find the amplitude at which the storage modulus first falls to `SOFT` of its first value; nan if never."""
     ratio = storage / storage[0]
-    below = np.flatnonzero(ratio < share)
+    below = np.flatnonzero(ratio < SOFT)
     if not len(below):
         return np.nan
     k = int(below[0])
-    part = np.log(ratio[k - 1] / share) / np.log(ratio[k - 1] / max(ratio[k], 1e-3))
+    part = np.log(ratio[k - 1] / SOFT) / np.log(ratio[k - 1] / max(ratio[k], 1e-3))
     return float(amplitude[k - 1] * (amplitude[k] / amplitude[k - 1]) ** part)
 
 

@@ -1,7 +1,6 @@
 """Charts of what makes packings: minimisers of droplets, the search for onset, and packing at a pressure."""
 
 import operator
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -13,7 +12,6 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
 from jamlab.estimates.ways import bring_on, default_way
-from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
@@ -85,8 +83,6 @@ _DISKS = 256
 _PRESSURES = (1e-2, 1e-3, 1e-4)
 _FORCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # over the pressure
 _PACK_FORCES = (1e-4, 1e-6)  # the same where Newton steps follow: they need a start, and end far below
-_MISSES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10)  # of the pressure, relative
-_MOST = 60  # minima of a secant
 _FIRE_STEPS = 50_000
 
 
@@ -99,52 +95,22 @@ def pack_to_pressures(seed: int) -> Iterator[Trial]:
             yield panel.trial("pack", f"force {force:g}", partial(_pack, pressure, seed, force), force == usual)
         for force in _FORCES:
             yield panel.trial("free box, FIRE alone", f"{force:g} p", partial(_fire_in_free_box, pressure, seed, force))
-        yield from _secant(panel, pressure, seed)
 
 
 def _pack(pressure: float, seed: int, force: float) -> float:
     return float(pack(_DISKS, pressure, seed, tolerance=force).provenance["pressure"])
 
 
-def _start(pressure: float, seed: int) -> Packing:
-    return random_disks(_DISKS, seed, phi=float(defaults("pressure")["phi_jammed"]) + 2 * pressure, units="k")
-
-
 def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:
     """The pressure where the enthalpy is minimised by FIRE alone, from the start on."""
-    with Session(_start(pressure, seed)) as session:
+    phi = float(defaults("pressure")["phi_jammed"]) + 2 * pressure
+    with Session(random_disks(_DISKS, seed, phi=phi, units="k")) as session:
         session.minimize(1e-2 * pressure, style="fire", steps=_FIRE_STEPS)  # the box would blow up at once
         border = Border(COMPRESSION, pressure)
         found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, border=border)
     if found.max_force > force * pressure:
         raise ConvergenceError("force tolerance not met")
     return found.pressure
-
-
-def _secant(panel: Panel, pressure: float, seed: int) -> Iterator[Trial]:
-    """Minima at fixed box, phi by a secant, as the deck in.sp.pressure; the clock is read at every miss that is met."""
-    waiting = list(_MISSES)
-    began = time.process_time()
-    start = _start(pressure, seed)
-    with Session(start) as session:
-        slope, before, phi = 0.3, None, start.phi
-        for _ in range(_MOST):
-            state = relax(session).evaluation
-            miss = state.pressure / pressure - 1
-            while waiting and abs(miss) <= waiting[0]:
-                took = time.process_time() - began
-                yield Trial(panel.name, "secant in φ", f"miss {waiting.pop(0):g}", took, miss, panel.reference_error)
-            if not waiting:
-                return
-            if before is not None and before[0] != phi and before[1] > 0.1 * pressure < state.pressure:
-                found = (state.pressure - before[1]) / (phi - before[0])
-                slope = found if 0.03 < found < 3 else slope
-            before = (phi, state.pressure)
-            phi += min((pressure - state.pressure) / slope, 0.5 * pressure / slope)
-            session.load(at_phi(session.packing(), phi))
-    for miss in waiting:
-        numbers = (float("nan"), float("nan"), panel.reference_error)
-        yield Trial(panel.name, "secant in φ", f"miss {miss:g}", *numbers, note=f"{_MOST} minima")
 
 
 CHARTS = (

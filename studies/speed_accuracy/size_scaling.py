@@ -1,4 +1,4 @@
-"""What every task costs against N: CPU time, peak memory, and what larger packings will need.
+"""What every task costs against N: CPU time and peak memory.
 
 Every part is measured in a process of its own. Large packings are small ones repeated along both sides of the box: a
 step costs the same there as in one made at random, but how many steps a minimum takes does not, so whole packings,
@@ -29,6 +29,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import TextTable
 from studies.panels import BESIDE, Drawing, drawing, label, scale, sequence
@@ -39,7 +40,6 @@ from studies.tables import one_core, shortest
 KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
 OMEGA = np.geomspace(1e-6, 1e2, 400)
 PRESSURE, STRAIN, RATE, CONFLUENCE = 1e-3, 0.01, 1e-3, 0.98
-_WANTED = {"disks": 1_000_000, "droplets": 100_000}
 _LARGE = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}  # sizes, of packings that are repeated
 _DISKS, _ONSETS, _MOVING, _SWEEPS = (256, 1024, 4096), (128, 256, 512), (64, 256, 1024), (16, 32, 64)  # and made anew
 
@@ -127,32 +127,25 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
 
 
 def draw_scaling(tables: EnsembleTables) -> Drawing:
-    """Draw seconds over N, with exponents and, by them, what a million disks or 10^5 droplets will need."""
+    """Draw seconds over N, with exponents."""
     out, (axes,) = drawing("size-scaling", 1, 1, 9.5, 5.6)
     scale(axes)
     lines = []
     for index, (part, rows) in enumerate(tables.read("size-scaling").groupby("part", sort=False)):
         n, seconds, peaks = (rows[name].to_numpy(dtype=np.float64) for name in ("n", "seconds", "bytes"))
-        model = str(part).partition(":")[0]
-        look = sequence(index, len(PARTS)) | {"linestyle": "-" if model == "disks" else "--"}
+        look = sequence(index, len(PARTS)) | {"linestyle": "-" if str(part).startswith("disks") else "--"}
         out.curve(axes, str(part), n, seconds, **look)
-        if len(n) < 2:
-            continue
         measured = "; ".join(f"{a:g}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
-        exponent, at_one = np.polyfit(np.log(n), np.log(seconds), 1)
-        wanted = _WANTED[model]
-        memory = np.polyval(np.polyfit(n[-2:], peaks[-2:], 1), wanted)  # a process of no particles has its share too
-        there = [f"{np.exp(at_one) * wanted**exponent:.3g} s", f"{memory / 1e9:.2g} GB"]
-        lines.append([str(part), measured, f"{exponent:.2f}", f"{wanted:.0e}", *there])
+        exponent = fit_exponent(n, seconds) if len(n) > 1 else np.nan
+        lines.append([str(part), measured, f"{exponent:.2f}"])
     label(axes, "number of particles N", "CPU time on one core, s", **BESIDE)
-    columns = ["part", "N: seconds, memory", "time ~ N^", "wanted N", "time there", "memory there"]
-    out.text, out.caption = [TextTable(columns, lines)], STUDY.title
+    out.text, out.caption = [TextTable(["part", "N: seconds, memory", "time ~ N^"], lines)], STUDY.title
     return out
 
 
 STUDY = Study(
     "size-scaling",
-    "What every task costs: time and memory against N, and what large packings need",
+    "What every task costs: time and memory against N",
     {  # small ones first, so that a run that is stopped has every part
         f"{part}, N = {sizes[rank]}": partial(measure_part, part, sizes[rank])
         for rank in range(4)

@@ -117,7 +117,7 @@ def try_oscillation(packing: Packing, omega: float, amplitude: float) -> Trial:
     exact = plain_complex_modulus(packing, omega)
     error = abs(complex(run.storage, run.loss) - exact) / abs(exact)
     note, elastic = f"G* off by {error:.1g}", elastic_trial(run)
-    if amplitude > _BEFORE_CHANGE * opening_strain(packing, affine=True):
+    if amplitude > _BEFORE_CHANGE * opening_strain(packing):
         return _as("another basin" if error > _NOT_LINEAR else "converged", elastic, note)
     return worst_of(Trial("converged", note, error, _SUMMED * SMALL_STRAIN_TOLERANCE), elastic)
 
@@ -148,6 +148,6 @@ MAPS = (
     Map(
         "oscillation-amplitude",
         lambda amplitude, omega, seed: try_oscillation(_packed(seed), omega, amplitude),
-        lambda omega, seed: opening_strain(_packed(seed), affine=True),
+        lambda omega, seed: opening_strain(_packed(seed)),
     ),
 )

@@ -1,47 +1,26 @@
-"""Maps where moduli fail: finite strains, states off their minimum; G* at extreme frequencies."""
+"""Maps where moduli fail: states off their minimum; G* at extreme frequencies."""
 
 from functools import cache
 
 import numpy as np
 
-from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.session import Session
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import LARGEST_IMBALANCE
-from jamlab.packing.deformation import sheared
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.protocols.relaxation import relax
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from studies.stability.map import Map, Trial
-from studies.stability.packings import modulus_trial, packed
+from studies.stability.packings import packed
 from studies.stability.plain_physics import plain_complex_modulus, plain_shear_modulus
 
-_FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot
-_NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
+_NEAR = 1e-2  # of the affine modulus: error of a packing almost at its minimum that would show in a plot
 
 
-def same_contacts(packing: Packing, strain: float) -> bool:
-    """Whether the minima at both ends of a strain have the same contacts: then the strain was in the linear range."""
-    sides = []
-    for s in (0.5 * strain, -0.5 * strain):
-        with Session(sheared(packing, s)) as session:
-            relax(session, near=True)
-            sides.append({tuple(pair) for pair in contacts(session.packing()).pairs.tolist()})
-    return sides[0] == sides[1]
-
-
-def try_strain(packing: Packing, strain: float) -> Trial:
-    """G by finite strain, which starts at the strain given and halves it where contacts change."""
-    found = float(shear_modulus(packing, "finite-strain", strain=strain))
-    return modulus_trial(packing, found, _FINITE, "converged" if same_contacts(packing, strain) else "another basin")
-
-
-def opening_strain(packing: Packing, *, affine: bool = False) -> float:
-    """Simple shear, one way or the other, at which the static linear answer opens the first contact. With `affine` that
-    of the affine motion, which is the answer to a fast shear, if it opens one sooner."""
+def opening_strain(packing: Packing) -> float:
+    """Simple shear, one way or the other, at which the static linear answer opens the first contact, or the affine
+    motion, which is the answer to a fast shear, if it opens one sooner."""
     found = contacts(packing)
     answer = elastic_tensor(packing).displacements[:, :, 0, 1]
     i, j = found.pairs.T
@@ -49,10 +28,8 @@ def opening_strain(packing: Packing, *, affine: bool = False) -> float:
     distance = np.hypot(*found.r.T)
     overlap = 0.5 * (packing.diameters[i] + packing.diameters[j]) - distance
     fast = found.r.prod(axis=1) / distance
-    apart = np.abs(fast + np.einsum("mk,mk->m", found.r, answer[j] - answer[i]) / distance)
-    if affine:
-        apart = np.maximum(apart, np.abs(fast))
-    return float(np.min(overlap / np.maximum(apart, 1e-300)))
+    slow = fast + np.einsum("mk,mk->m", found.r, answer[j] - answer[i]) / distance
+    return float(np.min(overlap / np.maximum(np.maximum(np.abs(slow), np.abs(fast)), 1e-300)))
 
 
 _plain_modulus = cache(plain_shear_modulus)
@@ -89,12 +66,6 @@ def try_spectrum(omega: float, pressure: float, seed: int) -> Trial:
 
 
 MAPS = (
-    Map(
-        "strain",
-        lambda strain, p, seed: try_strain(packed(16, p, seed), strain),
-        lambda p, seed: 2 * opening_strain(packed(16, p, seed)),  # half of the strain goes either way
-        (float(defaults("strain")["strain"]), None),
-    ),
     Map(
         "moved",
         lambda distance, p, seed: try_moved(packed(16, p, seed), seed, distance),

@@ -11,14 +11,11 @@ anew, in half an hour.
 import os
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 from blind_trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups, summarize
 
-from jamlab.estimates.model_choice import errors_of, expected_error, list_records
-from jamlab.estimates.ways import QUANTUM, default_way, read_ways
-from jamlab.statistics.confidence import between
+from jamlab.estimates.ways import read_ways
 from studies.estimate_tables import make_table
 from studies.reference_data import reference_tables
 
@@ -54,23 +51,3 @@ def test_intervals_of_a_new_trial_hold(tmp_path):
     answers.to_csv(tmp_path / "blind_trial.csv", index=False, float_format="%.6g", lineterminator="\n")
     show(answers)
     assert 0.90 <= holds(answers).mean() <= 0.99
-
-
-def test_errors_that_a_choice_expects_are_kept_by_packings_unknown_to_its_table():
-    """One packing, corrected, against default droplets on the same disks, half-way between the levels of the table."""
-    unknown, known, default = pool(), read_ways(), default_way(64)
-    kept = []
-    for record in list_records(known):
-        if record.way == default or record.way not in unknown:
-            continue
-        for name in ("z", "a", "void_sides"):
-            quantum = QUANTUM.get(name, 0.0) / 64
-            table = errors_of(record, known[default], name)
-            new = errors_of(unknown[record.way], unknown[default], name)
-            for rho, errors in zip(POOL_LEVELS, new, strict=True):
-                mean = between(record.levels, [each.mean() for each in table], rho)
-                far = between(record.levels, [expected_error(each, 64, 64, quantum) for each in table], rho)
-                kept.append((name, np.abs(errors - mean) <= far + abs(mean) / 3))
-    shares = {name: np.concatenate([k for n, k in kept if n == name]).mean() for name in ("z", "a", "void_sides")}
-    print(shares)
-    assert min(shares.values()) >= 0.93

@@ -7,8 +7,6 @@ import pandas as pd
 import pytest
 
 import jamlab
-from studies.other_codes.compare import jolted_minimum
-from studies.other_codes.peers import Lammps
 from studies.reference_data import read_folder, reference_tables
 from studies.registry import CHARTS
 from studies.speed_accuracy.chart import COLUMNS, Trial, drawn_of, points_of
@@ -49,15 +47,6 @@ def test_means_and_bands_over_packings():
     assert (first["error"], first["packings"], first["failed"]) == (pytest.approx(2.5e-3), 4, 1)
     assert first["low"] == pytest.approx(1.3e-3) and first["high"] == pytest.approx(3.7e-3)
     assert first["seconds"] == pytest.approx(0.15) and first["note"] == "note" and first["floor"] == pytest.approx(1e-7)
-
-
-def test_lammps_keeps_its_bound_of_steps():
-    """Its fire looks at the bound of iterations alone: 8192 disks once went on for a minute."""
-    start, _ = jolted_minimum(16, 1, 0.9)
-    for style in ("cg", "fire", "hftn"):
-        short, long = (Lammps(style).descent(start)(1e-12, steps) for steps in (3, 5000))
-        left = [jamlab.evaluate(start.with_state(positions=x)).max_force for x in (short, long)]
-        assert left[0] > 1e-6 and left[1] < 1e-11
 
 
 def test_the_reference_of_moduli_is_the_one_of_linear_response():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from jamlab.errors import InputError
 from studies.dynamics.collapse import collapse_through
 
 SHAPE = (-0.02, 0.1, 0.4, 0.3)  # of ln f, highest power first
@@ -23,17 +22,3 @@ def test_exponents_and_the_scaling_function_are_recovered(q, w):
     assert found.function(z) == pytest.approx(np.exp(np.polyval(SHAPE, z)), rel=1e-4)
     left = np.log(data(q, w)) - np.polyval(np.polyfit(X, np.log(data(q, w)), 3), X)  # one curve for all s
     assert found.spread < 1e-6 and found.before == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
-
-
-def test_limits_on_both_sides_follow_from_the_exponents():
-    """Far above, y no longer depends on s if f ~ z^(q/w); far below, y/s does not if f ~ |z|^-(1 - q)/w."""
-    found = collapse_through(X, S, data(0.4, 0.3), (0.84, 0.45, 0.35), critical=0.84, order=3)
-    s, distance = np.array([1e-6, 1e-4]), 0.01
-    above = s**found.q * (distance / s**found.w) ** found.above
-    below = s**found.q * (distance / s**found.w) ** -found.below / s
-    assert above[0] == pytest.approx(above[1], rel=1e-9) and below[0] == pytest.approx(below[1], rel=1e-9)
-
-
-def test_impossible_collapses_are_refused():
-    with pytest.raises(InputError):
-        collapse_through(X[:8], S[:8], S[:8], (0.84, 0.4, 0.3))

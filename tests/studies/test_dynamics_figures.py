@@ -3,12 +3,9 @@
 import drawn_figures
 import flow_tables
 import numpy as np
-import pandas as pd
 import pytest
 from drawn_figures import tables
 
-from jamlab.errors import InputError
-from studies import pages
 from studies.dynamics.flow_curves import SETTINGS, balanced_disks, yield_law_interval
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import of_packings
@@ -58,11 +55,3 @@ def test_amplitudes_at_which_disks_soften_go_as_pressure():
     assert measure("flow-softening", tables()).value == pytest.approx(1.0, abs=0.05)
     soft = curve("amplitudes", "d", "softening")
     assert soft["y"].to_numpy() == pytest.approx(flow_tables.SOFT_OVER_PRESSURE * soft["x"].to_numpy(), rel=0.15)
-
-
-def test_a_table_without_the_runs_of_a_figure_is_told():
-    few = EnsembleTables(lambda name: tables().flow.query("rate == 0") if name == "flow" else pd.DataFrame())
-    with pytest.raises(InputError):
-        pages.draw("dynamics-flow-curves", few)
-    one = EnsembleTables(lambda name: tables().flow.query("phi == 0.86"))
-    assert not measure("flow-q-tighe", one).known

@@ -16,7 +16,6 @@ from jamlab.packing.packing import Packing
 from studies.campaigns import observables
 from studies.campaigns.observables import (
     add_triples,
-    count_motions,
     rho_printed,
     root_mean_squares,
     shared_fraction,
@@ -71,13 +70,6 @@ def test_what_two_droplets_share_is_the_area_common_to_their_outlines():
     own = packing.polygon_areas.sum() + 0.1 * stretched.perimeters.sum() + 2 * 0.01 * np.pi
     assert shared_fraction(stretched) == pytest.approx(own / 16 - packing_fraction(stretched), abs=1e-12)
     assert shared_fraction(stretched) > stretched.phi - packing_fraction(stretched)
-
-
-def test_counts_of_contacts_are_those_of_held_motions():
-    """Of an isostatic packing of disks: 2N' - 1 contacts, one state of self-stress, no floppy mode."""
-    counts = count_motions(jamlab.jam("sp", 16, 1))
-    assert counts["pairs"] == counts["site_contacts"] == 2 * counts["load_bearing"] - 1
-    assert (counts["self_stresses"], counts["free_motions"]) == (1, 0)
 
 
 def test_squares_of_approach_add_up_to_the_modulus():

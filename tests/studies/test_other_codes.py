@@ -1,11 +1,8 @@
 """Other codes on the same disks: agreement, absent peers, recipes."""
 
-import sys
-
 import pytest
 from commands import call_studies
 
-from studies.other_codes import packing_generation
 from studies.other_codes.compare import HERE, compare, compare_analysis, jolted_minimum, text_of
 from studies.other_codes.peers import Analyst, Lammps, Peer
 
@@ -71,14 +68,3 @@ def test_libraries_of_analysis_see_the_backbone():
 def test_a_packing_that_is_not_jammed_is_refused(tmp_path):
     done = call_studies(tmp_path, "compare", "--phi", "0.2", "--n", "8", "--json")
     assert done.exit_code == 1 and not done.stdout and "phi" in done.stderr
-
-
-def test_costs_of_packings_end_with_their_bound_and_say_what_was_reached(tmp_path):
-    """A program that never ends is cut off, and its steps of FIRE are counted over all minimisations."""
-    program = tmp_path / "endless"
-    lines = "".join(f"print('** fireit \\t= {step}')\n" for step in (0, 5000, 10_000, 0, 5000))
-    program.write_text(f"#!{sys.executable}\n{lines}import sys; sys.stdout.flush()\nwhile True: pass\n")
-    program.chmod(0o755)
-    assert "15000 or a few more" in packing_generation.onset_in_dpm(str(program), 1.0)
-    seconds, reached = packing_generation.onsets("sp", 16, 1)
-    assert 0 < seconds < 10 and float(reached.removeprefix("force ")) <= 1e-12
