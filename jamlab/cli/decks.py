@@ -47,15 +47,25 @@ def deck(
     """Run a LAMMPS deck with its variables given as options, each checked: --n 64 --to 0.9.
 
     With --data FILE, law and sizes are those of the file. The table goes to the screen, what LAMMPS says to
-    log.lammps. Exit code 2: a state is not converged, or not what was asked for.
+    log.lammps. Exit code 2: a state is not converged, or not what was asked for. `jamlab deck NAME --help` lists the
+    variables of a deck with defaults and ranges.
     """
     import subprocess
 
     from jamlab.engine.deck_defaults import check_ranks, lammps_line, settings
     from jamlab.processes.child import child_environment
 
+    if name == "--help":
+        typer.echo(context.get_help())
+        return
     path = _path_of(name)
     known = settings(path.parent, path.name)
+    if "--help" in context.args:
+        typer.echo(path.read_text().partition("\n\n")[0] + "\n")
+        for setting in _own(known):
+            text = "of others" if "$(" in known[setting] else known[setting].replace("${", "").replace("}", "")
+            typer.echo(f"--{setting:16s} {text:12s} {values_of(name, setting, known[setting])}")
+        return
     given = dict(_options(context.args))
     check_ranks(ranks)
     for setting, text in given.items():
@@ -140,30 +150,43 @@ def check_setting(deck_name: str, name: str, text: str, known: Mapping[str, str]
     """Refuse a variable that a deck does not have and a value that Python would refuse, too."""
     from jamlab.checks import is_number, name_meant
 
-    own = sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
+    own = _own(known)
     if name not in own:
         raise InputError(f"--{name}: {deck_name} has no such variable; {name_meant(name.lower(), own, ', '.join(own))}")
     if name in (choices := _choices()):
-        if text not in choices[name]:
-            raise InputError(f"{name} = {text}: must be one of {', '.join(choices[name])}")
-        return
-    if name in ("data", "out"):
-        if set(text) & set(" \t\"'$&#") or not text:
-            raise InputError(f"{name} = {text!r}: LAMMPS takes a name without spaces and quotes")
-        return
-    least, most = limits_of(deck_name, name, known[name])
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not (is_number(value) and least <= value <= most):
-        low = "above 0" if least == _ABOVE_ZERO else f"from {least:g}"
-        raise InputError(f"{name} = {text}: must be a number {low} to {most:g}")
-    if (name in _WHOLE and value != int(value)) or (name == "n" and value % 2):
-        raise InputError(f"{name} = {text}: must be {'an even' if name == 'n' else 'a whole'} number")
+        good = text in choices[name]
+    elif name in _NAMES:
+        good = bool(text) and not set(text) & set(" \t\"'$&#")
+    else:
+        least, most = limits_of(deck_name, name, known[name])
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        good = is_number(value) and least <= value <= most and (name not in _WHOLE or value == int(value))
+        good = good and (name != "n" or value % 2 == 0)
+    if not good:
+        raise InputError(f"{name} = {text}: must be {values_of(deck_name, name, known[name])}")
+
+
+def values_of(deck_name: str, name: str, default: str) -> str:
+    """What a variable of a deck may be, in words."""
+    if name in (choices := _choices()):
+        return f"one of {', '.join(choices[name])}"
+    if name in _NAMES:
+        return "a name without spaces and quotes, which LAMMPS takes"
+    least, most = limits_of(deck_name, name, default)
+    kind = "an even" if name == "n" else "a whole" if name in _WHOLE else "a"
+    return f"{kind} number {'above 0' if least == _ABOVE_ZERO else f'from {least:g}'} to {most:g}"
+
+
+def _own(known: Mapping[str, str]) -> list[str]:
+    """Variables that `jamlab deck` does not set itself."""
+    return sorted(known.keys() - {"dir", "model", "table", "section", "strict"})
 
 
 _ABOVE_ZERO = 5e-324
+_NAMES = ("data", "out")
 _WHOLE = {"n", "seed", "steps", "stretch", "steps_shear", "halvings", "tries", "rows", "cycles", "per_decade", "least"}
 _WHOLE |= {"nv_small", "nv_large"}
 _SHARES = {"above", "phi_start", "increment_least", "miss", "residual", "doubt", "loose", "fall", "dmax"}

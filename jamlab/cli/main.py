@@ -142,7 +142,9 @@ for heading, group in COMMANDS.items():
     for command, short, words in group:
         name = command.__name__.replace("_", "-")
         _HEADINGS[name] = heading
-        free = {"allow_extra_args": True, "ignore_unknown_options": True} if command is deck else {}
+        free: dict[str, Any] = {}
+        if command is deck:  # its options are variables of the deck; --help after a name is about that deck
+            free = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
         example = f"Example: jamlab {name} {words}".rstrip()
         app.command(name, short_help=short, epilog=example, context_settings=free)(command)
 app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")

@@ -73,7 +73,32 @@ def test_jamlab_deck_refuses_by_name_and_value(given, deck, name, value):
     assert sorted(path.name for path in given.iterdir()) == ["packing.data", "sp.dump"]
 
 
-@pytest.mark.parametrize("settings", [{"n": 7}, {"data": "packing.data"}], ids=["odd", "law unknown"])
+def test_help_lists_variables_with_defaults_and_ranges(given):
+    done = call(given, "deck", "in.sp.jam", "--help")
+    assert done.exit_code == 0
+    rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines() if line.startswith("--"))
+    assert rows.keys() == {f"--{name}" for name in settings(installed("lammps_inputs"), "in.sp.jam").keys() - FREE} | {"--out"}
+    assert rows["--n"].split()[0] == "64" and "even" in rows["--n"]
+    assert sorted(path.name for path in given.iterdir()) == ["packing.data", "sp.dump"]
+
+
+def test_a_rerun_says_which_file_it_replaces(tmp_path):
+    """The first line of each run is the law in use."""
+    for _ in range(2):
+        run("in.sp.jam", tmp_path, n=4, to=0.87)
+    lines = (tmp_path / "sp.txt").read_text().splitlines()
+    assert [line.split()[1] for line in lines if line.startswith("REPLACED")] == ["sp.onset.data"]
+    assert [described([line])["eps"] for line in lines if line.startswith("#")] == [1.0, 1.0]
+
+
+def test_a_search_without_minima_ends(tmp_path):
+    run("in.sp.jam", tmp_path, code=2, n=16, steps=10)
+    assert "NO ONSET" in (tmp_path / "sp.txt").read_text()
+
+
+@pytest.mark.parametrize(
+    "settings", [{"n": 7}, {"above": 0}, {"data": "packing.data"}], ids=["odd", "no step", "law unknown"]
+)
 def test_a_deck_alone_refuses(given, settings):
     run("in.sp.shear" if "data" in settings else "in.sp.jam", given, code=1, law=False, **settings)
     assert not list(given.glob("sp.*data"))
