@@ -118,3 +118,11 @@ def test_shares_add_up_in_all_forms_and_runs(tmp_path, ranks):
     assert len(found) == 2 * len(ends)
     for row in found.values():
         close(row[4:], row[:4])
+
+
+def test_energies_of_atoms_need_no_virial(lmp, tmp_path):
+    """Nothing asks for one once the pressure of thermo output is gone."""
+    state = outlines.scene(13)
+    ask = "compute e all pe/atom\ncompute whole all reduce sum c_e\nthermo_style custom step c_whole\n"
+    outlines.start(lmp, tmp_path, state, ask + "uncompute thermo_press\nrun 0\n")
+    assert lmp.extract_compute("whole", 0, 0) == pytest.approx(outlines.energy(state), rel=1e-12)
