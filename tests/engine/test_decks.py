@@ -77,7 +77,8 @@ def test_help_lists_variables_with_defaults_and_ranges(given):
     done = call(given, "deck", "in.sp.jam", "--help")
     assert done.exit_code == 0
     rows = dict(line.split(maxsplit=1) for line in done.stdout.splitlines() if line.startswith("--"))
-    assert rows.keys() == {f"--{name}" for name in settings(installed("lammps_inputs"), "in.sp.jam").keys() - FREE} | {"--out"}
+    known = settings(installed("lammps_inputs"), "in.sp.jam").keys() - FREE
+    assert rows.keys() == {f"--{name}" for name in known | {"out"}}
     assert rows["--n"].split()[0] == "64" and "even" in rows["--n"]
     assert sorted(path.name for path in given.iterdir()) == ["packing.data", "sp.dump"]
 
