@@ -11,8 +11,6 @@ from scipy.integrate import solve_ivp
 
 import jamlab
 
-LAYER = 1e-5  # of overlap; errors of the stress are about as large
-
 
 @dataclass
 class PlainFlow:
@@ -23,6 +21,7 @@ class PlainFlow:
     alpha: float = 1.0
     background: float = 1e-4
     contacts_drag: bool = True
+    layer: float = 1e-5  # of overlap; errors of the stress are about as large, those of creep a hundred times
 
     def __post_init__(self):
         p = self.packing
@@ -48,7 +47,9 @@ class PlainFlow:
         r, s, a, b = vectors[act], self.reach[act], self.first[act], self.second[act]
         (nx, ny), k, exponent = r.T / np.hypot(*r.T), np.arange(len(act)), p.params.get("exponent", 2.0)
         push = s ** (2 - exponent) * (-gap[act]) ** (exponent - 1)
-        drag = (exponent - 1) * s ** (2 - exponent) * (-gap[act]) ** (exponent - 2) * np.minimum(1, -gap[act] / LAYER)
+        drag = (
+            (exponent - 1) * s ** (2 - exponent) * (-gap[act]) ** (exponent - 2) * np.minimum(1, -gap[act] / self.layer)
+        )
         drag = drag * self.contacts_drag
         across, along = np.zeros((2, len(act), 3 * n))
         across[k, a], across[k, b], across[k, n + a], across[k, n + b] = -nx, nx, -ny, ny
@@ -78,7 +79,7 @@ class PlainFlow:
         pull = np.column_stack([w * vn * nx - slide * ny, w * vn * ny + slide * nx])
         elastic, viscous = -(push * np.array([nx, ny])) @ r / p.area, pull.T @ r / p.area
         flow = u[: 2 * n].reshape(2, n).T + rate * np.column_stack([x[:, 1], np.zeros(n)])
-        return flow, elastic, viscous, (len(act), np.sum(gap[act] > -LAYER))
+        return flow, elastic, viscous, (len(act), np.sum(gap[act] > -self.layer))
 
     def rows(self, rate, strain, count, tolerance=1e-7):
         """(5, count + 1) at equal strains from 0 on: stress, pressure, N1, contacts, and how many of them rub."""
