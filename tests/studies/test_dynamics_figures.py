@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_figures import tables
 
-from studies.dynamics.flow_curves import SETTINGS, balanced_disks, yield_law_interval
+from studies.dynamics.flow_curves import balanced_disks, yield_law_interval
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import of_packings
 from studies.papers.statements import measure
@@ -28,15 +28,6 @@ def test_collapse_finds_the_exponents():
     assert q == pytest.approx(flow_tables.Q, abs=0.01)
     assert above == pytest.approx(flow_tables.Q / flow_tables.W, rel=0.05)
     assert below == pytest.approx((1 - flow_tables.Q) / flow_tables.W, rel=0.05)
-
-
-@pytest.mark.slow
-def test_flow_curves_fit_the_law_of_herschel_and_bulkley():
-    flow = balanced_disks(tables().flow, phi=0.86, **SETTINGS)
-    law = yield_law_interval(*of_packings(flow, "rate", "stress")).value
-    assert law[0] == pytest.approx(flow_tables.YIELD, rel=0.05)
-    assert law[1] == pytest.approx(flow_tables.HERSCHEL, abs=0.01)
-    assert 0.3 < measure("flow-at-onset", tables()).value < 0.6
 
 
 @pytest.mark.slow

@@ -60,10 +60,6 @@ def test_a_promise_is_the_upper_end_of_what_was_measured():
     assert table.promise(AT._replace(alpha=0.3)) == table.promise(AT._replace(alpha=0.5, drag=1e-3)) == np.inf
     calm, wild = (table.promise(AT._replace(amplitude=x)) for x in (1e-3, 3.0))
     assert calm < 0.05 < 0.5 < wild
-    grid = [[table.promise(AT._replace(drag=d, amplitude=x)) for x in np.geomspace(1e-3, 3, 12)] for d in (3e-3, 3)]
-    assert (np.diff(grid, axis=1) >= 0).all() and grid[0][0] < 0.05 < 0.3 < grid[0][8]
-    early = AT._replace(drag=0.01, amplitude=0.1)
-    assert table.promise(early._replace(alpha=0.0)) >= table.promise(early) > 0.1
 
 
 def test_the_factor_of_other_damping_is_what_few_runs_exceed():
