@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.flow.flow_run import energy_imbalance
 
 RUNS = {
     "shear": lambda p: jamlab.shear(p, 0.1, 0.1, rows=10),
@@ -91,3 +92,4 @@ def test_what_energy_rounds_off_is_no_imbalance():
     strip = jamlab.Packing("sp", [[40.0, 0], [0, 1.2]], row, {"k": 1.0}, "k", np.full(40, 1.01))
     run = jamlab.shear(strip, 1.0, 0.02, rows=2)
     assert run.energy[0] > 1e-5 and run.imbalance == 0
+    assert energy_imbalance(np.zeros(2), np.ones(2), np.ones(2)) == 0
