@@ -91,8 +91,7 @@ def test_where_nothing_was_measured_the_answer_is_a_run(packing):
         assert options(choice)["linear spectrum"] == np.inf and options(choice, "why")["linear spectrum"] == Why.UNKNOWN
         assert named in "; ".join(map(str, choice.outside))
         assert named in repr(choice)
-    choice = jamlab.choose_flow(small, omega=1.0)
-    assert (choice.way, choice.kept) == ("linear spectrum", (0, 0))  # infinitely small strains need no table
+    assert jamlab.choose_flow(small, omega=1.0).way == "linear spectrum"  # infinitely small strains need no table
 
 
 @pytest.mark.parametrize(
