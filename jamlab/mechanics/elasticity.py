@@ -102,7 +102,7 @@ def _response(packing: Packing, prestress: bool) -> ElasticTensor:
     moving = solved_coordinates(network.packing)
     if len(moving):  # one particle that presses on its own images moves with the box alone
         try:
-            solution[moving] = static_response(k.uu[moving][:, moving].tocsc(), right[moving])
+            solution[moving] = static_response(k.uu[moving][:, moving].tocsc(), right[moving], packing.law.floppy)
         except UnstableError as error:
             modes = np.zeros((len(error.modes), len(right)))
             modes[:, moving] = error.modes

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from jamlab.arrays import Mask
 from jamlab.errors import ConvergenceError
@@ -43,7 +45,7 @@ class ForceNetwork:
 def check_at_rest(packing: Packing, remedy: str) -> None:
     """Refuse a packing whose forces do not balance; `remedy`: what to do."""
     largest, scale = float(np.hypot(*forces(packing).T).max()), force_scale(packing)
-    if largest > LARGEST_IMBALANCE * scale:
+    if largest > max(LARGEST_IMBALANCE * scale, packing.law.slack):
         raise ConvergenceError(
             f"the packing is not at an energy minimum: a force of {largest:.2g} is left where contacts bear "
             f"{scale:.2g} on average; {remedy}"
@@ -77,6 +79,11 @@ def without_load(packing: Packing) -> Mask:
     balance. A load below the imbalance that is allowed is left out as before."""
     network, least = contacts(packing), packing.kind.least_bearing(packing)
     rattlers = network.rattlers
+    if packing.law.range:  # clusters beside the largest, which hang on nothing, follow no strain
+        pairs = network.pairs[network.bearing]
+        joined = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(packing.n, packing.n))
+        cluster = csgraph.connected_components(joined, directed=False)[1]
+        return np.asarray(rattlers | (cluster != np.bincount(cluster[~rattlers]).argmax()))
     squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least)[0]
     if not squeezed.any():
         return rattlers

@@ -12,10 +12,9 @@ from scipy.sparse import linalg
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.factors import PositiveSolver, SymmetricFactors
+from jamlab.packing.law_parameters import PairLaw
 
-# Eigenvalue over the largest element on the diagonal that is rounding: translations, which cost nothing, come out at
-# 1e-16 to 5e-17 of it (droplets at onset, N = 12 and 64).
-FLOPPY = 16 * np.finfo(float).eps
+FLOPPY = PairLaw.floppy
 # Part of the energy of the response that a floppy mode within rounding of zero may hide.
 HIDDEN = 1e-6
 _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
@@ -34,11 +33,11 @@ class UnstableError(ConvergenceError):
         self.modes = modes
 
 
-def static_response(matrix: sparse.csc_array, load: Array) -> Array:
+def static_response(matrix: sparse.csc_array, load: Array, floppy: float = FLOPPY) -> Array:
     """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
-    removes the two translations; `load`: forces."""
+    removes the two translations; `load`: forces; `floppy`: see `PairLaw`."""
     solver = PositiveSolver()
-    floppy = FLOPPY * float(matrix.diagonal().max())
+    floppy *= float(matrix.diagonal().max())
     try:
         solver.factorise(matrix)
     except ConvergenceError:

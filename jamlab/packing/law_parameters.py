@@ -69,6 +69,7 @@ class Parameter:
     may_vanish: bool = False
     choices: tuple[str, ...] = ()  # of a parameter that is a name; files of LAMMPS hold its place here
     each: bool = False  # one number for each particle
+    over_size: bool = False  # a length over the mean size of the particles
 
     def check(self, name: str, value: Any) -> None:
         """Refuse a value that is no number in range, or no name among the choices."""
@@ -92,6 +93,9 @@ class PairLaw(ABC):
     """What every law of a contact can be asked, so that nobody needs to ask which one it is."""
 
     least_contacts: ClassVar[int] = LEAST_CONTACTS  # that hold a particle
+    # eigenvalue of a Hessian over the largest element on its diagonal that is rounding: a mode below is floppy.
+    # Translations, which cost nothing, come out at 1e-16 to 5e-17 of it (droplets at onset, N = 12 and 64)
+    floppy: ClassVar[float] = 16 * float(np.finfo(float).eps)
     parameters: ClassVar[Mapping[str, Parameter]]  # beside the strength that the units name; declared here alone
 
     @abstractmethod
@@ -102,6 +106,11 @@ class PairLaw(ABC):
     @property
     def range(self) -> float:
         """How far beyond contact the law acts and pulls; 0 for pure repulsion, whose cutoff is the contact itself."""
+        return 0.0
+
+    @property
+    def slack(self) -> float:
+        """Force up to which a contact that a minimiser leaves bears nothing: a chain of such contacts is floppy."""
         return 0.0
 
     def drag_stiffness(self, contact: Array, distance: Array) -> Array:

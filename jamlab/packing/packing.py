@@ -448,6 +448,9 @@ class Packing:
         if self.offsets is not None:
             changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[particles])])
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
+        sizes = self.kind.sizes(self)
+        for name in (name for name, each in self.parameters.items() if each.over_size and name in self.params):
+            own[name] = self.params[name] * sizes.mean() / sizes[particles].mean()  # the length stays
         if own:
             changes["params"] = {**self.params, **own}
         return self._trusted(**changes)

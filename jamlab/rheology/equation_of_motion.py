@@ -18,6 +18,7 @@ from jamlab.errors import InputError
 from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness, stress
 from jamlab.packing.deformation import Direction, shear_direction
+from jamlab.packing.law_parameters import PairLaw
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
@@ -90,6 +91,9 @@ class BorderedMatrix:
         return np.asarray(_bordered(self.inner, self.edge, self.corner).toarray())
 
 
+_TRACE = 1e-10  # of the largest drag, on what no contact resists: G* keeps nine digits
+
+
 @dataclass(frozen=True)
 class EquationOfMotion:
     """K and B on the coordinates to solve for, m of them; gamma is kept apart. The first `moving` coordinates are
@@ -113,6 +117,7 @@ class EquationOfMotion:
     area: float  # A of the cell
     # drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts
     contrast: float = 1.0
+    floppy: float = PairLaw.floppy
 
     @property
     def k(self) -> BorderedMatrix:
@@ -172,9 +177,11 @@ def equation_of_motion(
     carried[: 2 * sites] = (packing.wall_offsets @ shear_direction(direction).generator.T).ravel()
     carried[-1] = 1.0
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, solved, carried), _cut(b, solved, carried)
-    return EquationOfMotion(
-        k_qq, b_qq, k_qg, b_qg, k_gg, b_gg, len(displaced), drifting, displaced, packing.area, damping.contrast
-    )
+    law, contrast = packing.law, damping.contrast
+    if law.range:  # chains of disks roll past each other without elastic force or drag
+        b_qq = b_qq + _TRACE * b_qq.diagonal().max() * sparse.eye_array(len(b_qg), format="csc")
+    matrices = k_qq, b_qq, k_qg, b_qg, k_gg, b_gg
+    return EquationOfMotion(*matrices, len(displaced), drifting, displaced, packing.area, contrast, law.floppy)
 
 
 def _cut(matrix: sparse.csc_array, solved: Indices, carried: Array) -> tuple[sparse.csc_array, Array, float]:

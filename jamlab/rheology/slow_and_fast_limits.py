@@ -130,7 +130,8 @@ def _fix_one_site(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
 def _solve_slow(motion: EquationOfMotion) -> Array:
     matrix, held = _fix_one_site(motion)
     q = np.zeros(motion.size)
-    q[held : motion.moving] = static_response(matrix, -motion.k_qg[held : motion.moving, None])[:, 0]
+    load = -motion.k_qg[held : motion.moving, None]
+    q[held : motion.moving] = static_response(matrix, load, motion.floppy)[:, 0]
     q = motion.without_drift(q)
     if motion.size > motion.moving:
         torque = (motion.b_qq @ q + motion.b_qg)[motion.moving :]
