@@ -19,7 +19,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double LAYOUT = -2.0;    // stands where the first restart files have beta, which is not negative
+static constexpr double LAYOUT = -3.0;    // stands where the first restart files have beta, which is not negative
 
 static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double ROUNDING = 1e-12;    // of a mean of two diameters
@@ -61,17 +61,17 @@ void PairDiskDrag::compute(int eflag, int vflag)
       const double factor = force->special_lj[sbmask(neighbors[jj])];
       const int j = neighbors[jj] & NEIGHMASK;
       const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
-      const double s = contact_distance(i, j, type[i], type[j]);
+      const double s = contact_distance(i, j, type[i], type[j]), cutoff = s + 2.0 * shell;
       if (factor == 0.0) continue;
       const double K = factor * stiffness(type[i], type[j], s);
-      remember(i, j, -dx, -dy, s, K);
-      if (rsq >= s * s) continue;
+      remember(i, j, -dx, -dy, cutoff, K);
+      if (rsq >= cutoff * cutoff) continue;
       if (rsq == 0.0)
         error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
                    atom->tag[i], atom->tag[j]);
 
       const double r = sqrt(rsq);
-      const Repulsion push(K, s - r, exponent);
+      const Repulsion push = repulsion(K, cutoff - r);
       const double fpair = push.force / r;
       f[i][0] += dx * fpair;
       f[i][1] += dy * fpair;
@@ -154,11 +154,11 @@ double PairDiskDrag::stiffness(int itype, int jtype, double s) const
   return power != 0.0 ? K * pow(s, power) : K;
 }
 
-void PairDiskDrag::remember(int i, int j, double x, double y, double s, double K)
+void PairDiskDrag::remember(int i, int j, double x, double y, double cutoff, double K)
 {
   const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
   const double di = diameter(i, atom->type[i]), dj = diameter(j, atom->type[j]);
-  found.push_back({i, j, x, y, s, K, 0.5 * di, 0.5 * dj, share});
+  found.push_back({i, j, x, y, cutoff, K, 0.5 * di, 0.5 * dj, share});
 }
 
 double PairDiskDrag::mean_diameter()
@@ -181,17 +181,19 @@ void PairDiskDrag::allocate()
   for (int i = 0; i < np1; i++) std::fill_n(setflag[i], np1, 0);
 }
 
-/* pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value] */
+/* pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value] [shell value] [sizes d_name]
+   [power value] */
 void PairDiskDrag::settings(int narg, char **arg)
 {
   if (narg < 2 || narg % 2)
     error->all(FLERR,
-               "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value]",
+               "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] [shell value] [sizes d_name] "
+               "[power value]",
                WHO);
 
   law = DragLaw();
   exponent = 2.0;
-  power = 0.0;
+  power = shell = 0.0;
   sizes.clear();
   law.tau = utils::numeric(FLERR, arg[0], false, lmp);
   law.beta = utils::numeric(FLERR, arg[1], false, lmp);
@@ -200,6 +202,8 @@ void PairDiskDrag::settings(int narg, char **arg)
       law.alpha = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (strcmp(arg[k], "exponent") == 0)
       exponent = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (strcmp(arg[k], "shell") == 0)
+      shell = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (strcmp(arg[k], "power") == 0)
       power = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (strcmp(arg[k], "sizes") == 0 && utils::strmatch(arg[k + 1], "^d_"))
@@ -211,7 +215,8 @@ void PairDiskDrag::settings(int narg, char **arg)
     else
       error->all(
           FLERR,
-          "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value, sizes d_name, power value",
+          "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value, shell value, sizes d_name, "
+          "power value",
           WHO, arg[k], arg[k + 1]);
   }
 
@@ -225,6 +230,9 @@ void PairDiskDrag::settings(int narg, char **arg)
   if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
     error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent,
                LARGEST_EXPONENT);
+  if (!(shell >= 0.0) || (shell > 0.0 && exponent != 2.0))
+    error->all(FLERR, "{}: shell {} must be a length, 0 for disks that do not attract, and goes with exponent 2", WHO,
+               shell);
 }
 
 /* pair_coeff i j K s, as of harmonic/cut where the exponent is 2 */
@@ -265,7 +273,7 @@ double PairDiskDrag::init_one(int i, int j)
     error->all(FLERR, "{}: give pair_coeff {} {}, and those of each type with itself", WHO, i, j);
   strength[j][i] = strength[i][j];
   reach[j][i] = reach[i][j];
-  return reach[i][j];
+  return reach[i][j] + 2.0 * shell;
 }
 
 void PairDiskDrag::write_restart(FILE *fp)
@@ -298,9 +306,10 @@ void PairDiskDrag::read_restart(FILE *fp)
 
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
-  const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent, power};
+  const double values[] = {LAYOUT, law.beta, law.tau, law.alpha, law.arms_to_contact ? 1.0 : 0.0, exponent, power,
+                           shell};
   const int size = static_cast<int>(sizes.size());
-  fwrite(values, sizeof(double), 7, fp);
+  fwrite(values, sizeof(double), 8, fp);
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(sizes.data(), 1, size, fp);
 }
@@ -311,7 +320,7 @@ void PairDiskDrag::read_restart_settings(FILE *fp)
     if (comm->me == 0) utils::sfread(FLERR, to, 1, size, fp, nullptr, error);
     MPI_Bcast(to, size, MPI_BYTE, 0, world);
   };
-  double values[7];
+  double values[8];
   read(values, sizeof(values));
   if (values[0] != LAYOUT)
     error->all(FLERR, "Pair style disk/drag: the restart file was written by another version of this plugin: start "
@@ -319,6 +328,7 @@ void PairDiskDrag::read_restart_settings(FILE *fp)
   law = {values[1], values[2], values[3], values[4] != 0.0};
   exponent = values[5];
   power = values[6];
+  shell = values[7];
   int size;
   read(&size, sizeof(int));
   sizes.resize(size);
@@ -339,10 +349,10 @@ void PairDiskDrag::write_data_all(FILE *fp)
 double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor, double &fforce)
 {
   const double s = contact_distance(i, j, itype, jtype);
-  const double r = sqrt(rsq), overlap = s - r;
+  const double r = sqrt(rsq), depth = s + 2.0 * shell - r;
   fforce = 0.0;
-  if (overlap <= 0.0) return 0.0;
-  const Repulsion push(factor * stiffness(itype, jtype, s), overlap, exponent);
+  if (depth <= 0.0) return 0.0;
+  const Repulsion push = repulsion(factor * stiffness(itype, jtype, s), depth);
   fforce = push.force / r;
   return push.energy;
 }

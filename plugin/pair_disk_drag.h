@@ -16,7 +16,8 @@ namespace LAMMPS_NS {
 
 /* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near to whom.
    K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of s = 1, times
-   s^power, where types are classes of size and their s is how far two of them may reach.
+   s^power, where types are classes of size and their s is how far two of them may reach. With a shell a, E = K ((s -
+   r)^2 - 2 a^2) up to r = s + a, and -K (s + 2 a - r)^2 from there to s + 2 a: disks pull where they do not overlap.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 class PairDiskDrag : public Pair {
  public:
@@ -48,11 +49,22 @@ class PairDiskDrag : public Pair {
   int owner(int ghost) const { return ghost < atom->nlocal ? ghost : atom->map(atom->tag[ghost]); }
   const DragLaw &drag() const { return law; }
   double mean_diameter();
-  Repulsion repulsion(double strength, double overlap) const { return {strength, overlap, exponent}; }
+  // `depth`: cutoff less distance, the overlap itself of disks without a shell
+  Repulsion repulsion(double strength, double depth) const
+  {
+    Repulsion push(strength, depth, exponent);    // its stiffness stays that of drag, never negative
+    if (shell == 0.0) return push;
+    push.overlap = depth - 2.0 * shell;
+    const bool inner = depth >= shell;
+    push.energy = strength * (inner ? push.overlap * push.overlap - 2.0 * shell * shell : -depth * depth);
+    push.force = 2.0 * strength * (inner ? push.overlap : -depth);
+    return push;
+  }
 
  private:
   DragLaw law;
   double exponent = 2.0;
+  double shell = 0.0;    // width of the attraction up to its maximum; it ends at twice that
   double **strength, **reach;    // K and s of two types
   std::vector<DiskPair> found;
   std::string sizes;       // per-atom property with the diameters; empty: those of the types
@@ -70,7 +82,7 @@ class PairDiskDrag : public Pair {
   }
   double stiffness(int itype, int jtype, double s) const;
   void allocate();
-  void remember(int i, int j, double x, double y, double s, double strength);
+  void remember(int i, int j, double x, double y, double cutoff, double strength);
   void count_contacts();
 };
 

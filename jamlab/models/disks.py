@@ -15,7 +15,7 @@ from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_cells, 
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.boundary_loops import trace_disks
-from jamlab.models.pair_laws import PowerLaw
+from jamlab.models.pair_laws import PowerLaw, StickyLaw
 from jamlab.packing.law_parameters import PairLaw, Parameter, check_magnitudes
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing, UnitNames
@@ -53,7 +53,7 @@ class Disks:
 
     def parameters(self, units: str) -> dict[str, Parameter]:
         strength = {"eps": Parameter(energy=1), "k": Parameter(energy=1, length=-2)}
-        return {units: strength[units], **PowerLaw.parameters}
+        return {units: strength[units], **PowerLaw.parameters, **StickyLaw.parameters}
 
     def checked(self, packing: Packing) -> dict[str, Any]:
         if packing.offsets is not None:
@@ -63,10 +63,11 @@ class Disks:
         diameters = finite_array("diameters", packing.diameters, (len(packing.positions),))
         check_positive("diameters", diameters)
         check_magnitudes(packing.box, packing.positions, diameters)
+        PowerLaw.of(packing.params, float(diameters.mean()))
         return {"diameters": diameters}
 
     def law(self, packing: Packing) -> PairLaw:
-        return PowerLaw.of(packing.params)
+        return PowerLaw.of(packing.params, float(packing.disk_diameters.mean()))
 
     def sizes(self, packing: Packing) -> Array:
         return packing.disk_diameters
@@ -116,7 +117,8 @@ class Disks:
             )
         energy, slope, stiffness = packing.law(s, distance)
         normal = r / distance[:, None]
-        block = central_block(normal, stiffness, slope / distance if prestress else np.zeros_like(slope))
+        borne = np.where(np.abs(slope) > packing.law.slack, slope, 0.0) if prestress else np.zeros_like(slope)
+        block = central_block(normal, stiffness, borne / distance)
         return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
 
     def shape_terms(self, packing: Packing) -> list[Terms]:

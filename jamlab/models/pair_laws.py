@@ -34,10 +34,16 @@ class PowerLaw(PairLaw):
     exponent: float = 2.0  # alpha
 
     @classmethod
-    def of(cls, params: Mapping[str, Any]) -> PowerLaw:
+    def of(cls, params: Mapping[str, Any], mean_diameter: float = 1.0) -> PowerLaw | StickyLaw:
         """Read the law from `Packing.params` of disks."""
         name = "eps" if "eps" in params else "k"
-        return cls(name, float(params[name]), float(params.get("exponent", cls.parameters["exponent"].default)))
+        exponent = float(params.get("exponent", cls.parameters["exponent"].default))
+        stickiness = float(params.get("stickiness", 0.0))
+        if not stickiness:
+            return cls(name, float(params[name]), exponent)
+        if exponent != 2:
+            raise InputError(f"stickiness = {stickiness:g} with exponent = {exponent:g}: sticky disks take 2")
+        return StickyLaw(name, float(params[name]), stickiness, stickiness * mean_diameter)
 
     @property
     def relative(self) -> bool:
@@ -60,7 +66,8 @@ class PowerLaw(PairLaw):
 
     def lammps_variables(self) -> dict[str, object]:
         """Variables that `lammps_inputs/parts/sp` needs to know the law."""
-        return {"law": self.name, self.name: self.strength, "exponent": self.exponent}
+        found: dict[str, object] = {"law": self.name, self.name: self.strength, "exponent": self.exponent}
+        return found | {"stickiness": 0.0, "shell": 0.0}
 
     @property
     def power_of_contact(self) -> float:
@@ -98,6 +105,58 @@ class PowerLaw(PairLaw):
         return super().root_energy(energy) if self.springs else energy ** (1 / self.exponent)
 
 
+SLACK = 1e-11  # of the unit of force: ten times the tolerance of a minimum
+
+
+@dataclass(frozen=True)
+class StickyLaw(PairLaw):
+    """Springs that also pull, Koeze & Tighe, Phys. Rev. Lett. 121, 188002 (2018).
+
+    Of the overlap x = s - r of two disks, and a shell of width a, the force is k x down to x = -a, and -k (x + 2 a)
+    from there to x = -2 a, where it ends. U = (k/2)(x^2 - 2 a^2), then -(k/2)(x + 2 a)^2. Strength eps: k = eps/s^2.
+    The parameter `stickiness` is a over the mean diameter.
+    """
+
+    parameters: ClassVar[Mapping[str, Parameter]] = {
+        "stickiness": Parameter(default=0.0, least=1e-9, largest=0.5, may_vanish=True, over_size=True)
+    }
+    floppy: ClassVar[float] = 1e-12  # networks have as many floppy modes as particles, and rounding grows with them
+    least_contacts: ClassVar[int] = 2  # bonds hold a disk on both sides of their line
+
+    name: str  # "eps" or "k", the parameter that holds the strength
+    strength: float
+    stickiness: float
+    shell: float  # a
+
+    @property
+    def range(self) -> float:
+        return 2 * self.shell
+
+    @property
+    def slack(self) -> float:
+        mean = self.shell / self.stickiness
+        return SLACK * self.strength * (1 / mean if self.name == "eps" else mean)
+
+    def __call__(self, contact: Array, distance: Array) -> tuple[Array, Array, Array]:
+        """See `PairLaw`."""
+        k, overlap, a = self.drag_stiffness(contact, distance), contact - distance, self.shell
+        inner, depth = overlap >= -a, overlap + 2 * a
+        energy = 0.5 * k * np.where(inner, overlap**2 - 2 * a**2, -(depth**2))
+        return energy, k * np.where(inner, -overlap, depth), np.where(inner, k, -k)
+
+    def drag_stiffness(self, contact: Array, distance: Array) -> Array:
+        """That of the spring, wherever the two disks act on each other."""
+        return self.strength / contact**2 if self.name == "eps" else np.full(len(contact), self.strength)
+
+    def lammps_variables(self) -> dict[str, object]:
+        found: dict[str, object] = {"law": self.name, self.name: self.strength, "exponent": 2.0}
+        return found | {"stickiness": self.stickiness, "shell": self.shell}
+
+    @property
+    def power_of_contact(self) -> float:
+        return -2.0 if self.name == "eps" else 0.0
+
+
 @dataclass(frozen=True)
 class RimLaw(PairLaw):
     """The repulsion of a vertex at a distance d < delta from an edge, U = (eps/2)(1 - d/delta)^2, Boromand et al. eq 8.
@@ -122,5 +181,9 @@ def power_law(packing: Packing) -> PowerLaw:
     """The law of disks, where a protocol needs its scaling near onset."""
     law = packing.law
     if not isinstance(law, PowerLaw):
-        raise InputError(f"model {packing.model}: only disks that repel by a power law scale as this protocol needs it")
+        what = f"stickiness = {law.stickiness:g}" if isinstance(law, StickyLaw) else f"model {packing.model}"
+        raise InputError(
+            f"{what}: only disks that repel by a power law scale as this protocol needs it; use pack(n, pressure=...) "
+            "or pack(n, phi=...) of disks, or compress to a lower rho or phi"
+        )
     return law
