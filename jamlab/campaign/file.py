@@ -118,7 +118,7 @@ class Sweep(FileTable):
     until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
     # exactly one of `compress`, `pressures`, `phi` and `onset`
     compress: Compression | None = None
-    pressures: OneOrMore[Annotated[float, Field(ge=1e-8, le=0.3)]] | None = None  # of disks, in units of k
+    pressures: OneOrMore[float] | None = None  # of disks, in units of k; see `pack`
     decompress: bool = False
     phi: OneOrMore[Annotated[float, Field(ge=0.1, le=2)]] | None = None  # of disks, in units of k
     onset: Literal[True] | None = None

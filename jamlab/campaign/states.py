@@ -14,7 +14,6 @@ from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_parame
 from jamlab.campaign.observable import TaskStates
 from jamlab.campaign.tasks import Batch, Parameters, Task, state_key, task_name, task_names
 from jamlab.campaign.versions import as_column, changes
-from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -23,11 +22,7 @@ from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
 from jamlab.protocols.onset import jam
-from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import QUENCH_PROTOCOL, relax
-from jamlab.protocols.saddles import record
 from jamlab.protocols.target_pressure import decompress, pack
-from jamlab.storage.verified_file import versions
 
 
 def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
@@ -74,14 +69,8 @@ def _particles(parameters: Parameters) -> dict[str, Any]:
 
 def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
-    packings, tolerance = [], parameters.tolerances.max_force
-    entries = {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
-    for phi in parameters.phi or ():
-        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **_particles(parameters))
-        with Session(start, ranks=ranks) as session:
-            found = relax(session, tolerance)
-            packings.append(record(session.packing(), found, **entries, seed=parameters.seed, **versions()))
-    return packings
+    how: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks, **_particles(parameters)}
+    return [pack(parameters.n, phi=phi, seed=parameters.seed, **how) for phi in parameters.phi or ()]
 
 
 def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]]) -> list[Packing]:

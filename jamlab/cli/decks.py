@@ -215,7 +215,7 @@ def limits_of(deck_name: str, name: str, default: str) -> tuple[float, float]:
     from jamlab.protocols.size_distributions import LARGEST_RATIO
     from jamlab.rheology.damping import LEAST_ALPHA
 
-    least_strain, exponent = overdamped_session.LEAST_STRAIN, optional_parameters("sp")["exponent"]
+    least_strain, law = overdamped_session.LEAST_STRAIN, optional_parameters("sp")
     found: dict[str, tuple[float, float]] = {
         **dict.fromkeys(("to", "phi_jammed"), (_ABOVE_ZERO, 2)),
         **dict.fromkeys(("nv_small", "nv_large"), (3, 1000)),
@@ -229,7 +229,8 @@ def limits_of(deck_name: str, name: str, default: str) -> tuple[float, float]:
         "gamma": (0, 100),
         "ka": (_ABOVE_ZERO, 1e5),  # stiffer droplets fly apart under the time step of FIRE
         "delta": (_ABOVE_ZERO, 2),
-        "exponent": (exponent.least, exponent.largest),
+        "exponent": (law["exponent"].least, law["exponent"].largest),
+        "stickiness": (0, law["stickiness"].largest),
         "ratio": (1, LARGEST_RATIO),
         "n": (2, MOST_PARTICLES),
         "pressure": (_ABOVE_ZERO, 30),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_choice, check_number, checked
+from jamlab.checks import check_choice, check_number, checked, is_number
 from jamlab.engine.box_border import COMPRESSION, Border
 from jamlab.engine.deck_defaults import check_ranks, numbers
 from jamlab.engine.session import Session, evaluate
@@ -16,7 +16,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.models.pair_laws import PowerLaw, power_law
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.law_parameters import ENSEMBLES, PairLaw
 from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import STRESS
@@ -24,8 +24,16 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.random_start import disk_params, random_disks
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance, load, quench
-from jamlab.protocols.saddles import record
+from jamlab.protocols.relaxation import (
+    QUENCH_PROTOCOL,
+    Relaxed,
+    check_tolerance,
+    force_tolerance,
+    load,
+    quench,
+    relax,
+)
+from jamlab.protocols.saddles import record, relax_off_saddles
 from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
@@ -35,15 +43,17 @@ HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyon
 _DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
 _ANOTHER = "start from a packing of a lower pressure, or of another seed"
+_BEFORE_BOX = 1e-3  # k d, largest force of disks that attract before their box is set free
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
 
 
 @checked
 def pack(
     n: int,
-    pressure: float,
+    pressure: float | None = None,
     seed: int = 1,
     *,
+    phi: float | None = None,
     ensemble: str = "fixed-box",
     ranks: int = 1,
     tolerance: float | None = None,
@@ -54,17 +64,22 @@ def pack(
     progress: Progress | None = None,
     **parameters: float,
 ) -> Packing:
-    """Make an SP packing at a target pressure, units "k" (stiffness k, mean diameter d).
+    """Make an SP packing at a pressure or at a packing fraction, units "k" (stiffness k, mean diameter d).
 
     Random disks are quenched above onset and decompressed, with forces relaxed to a few per cent of the pressure only,
     until p = (S_xx + S_yy)/2 is near the target. Then the box is set free: the enthalpy U + p A is minimised over its
     size, and over its shears where the ensemble says so, together with the positions. Near onset some random starts do
     not end at the target: `decompress` then takes a packing at 10, 100 or 1000 times the pressure down to it.
+    Disks that attract are quenched at `phi_jammed` of `pressure.parameters` instead, before the box is set free.
+
+    At a packing fraction random disks are quenched to the next energy minimum, in a box of that area. Below onset this
+    is a state without contacts; disks that attract form a network under tension there.
 
     Args:
         n: number of disks; even unless `large` or `sizes` says otherwise.
-        pressure: target, k; from 1e-8 to 0.3.
+        pressure: target, k; from 1e-8 to 0.3; of disks that attract from -0.3 to 0.3. Give it or `phi`.
         seed: of the random start.
+        phi: nominal packing fraction, up to 2.
         ensemble: "fixed-box" or "shear-stabilized", the box sheared until no shear stress is left.
         ranks: processors for FIRE; pays from about 10 000 disks.
         tolerance: largest force at the minimum, k d; default `force` of `sp.minimum.parameters`, 1e-12; from 1e-15 to
@@ -78,12 +93,13 @@ def pack(
         parameters: of the force law, values that replace those of `sp.parameters`.
 
     Returns:
-        Packing with p met to 1e-6 relative and `converged` True; `provenance["pressure"]` holds the value, and
+        Packing with p met to 1e-6 relative, of disks that attract to 1e-6 of the mean contact force over d; with `phi`,
+        the minimum. `converged` is True; `provenance["pressure"]` holds the value, and
         `provenance["from_pressure"]` the higher pressure of a packing that was decompressed.
 
     Raises:
         InputError: a value that no run can start from.
-        ConvergenceError: the pressure was not met.
+        ConvergenceError: the pressure was not met, such as one beyond the tensile strength.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -92,22 +108,32 @@ def pack(
         >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
         0.01
     """
-    force, law = check_pressure(pressure, tolerance, **parameters)
+    check_choice("ensemble", ensemble, ENSEMBLES)
     search = numbers("pressure")
     diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
-    check_choice("ensemble", ensemble, ENSEMBLES)
+    entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed}
+    entries |= sizes_record(sizes, diameters)
+
+    def start(fraction: float) -> Packing:
+        placed = random_disks(n, seed, phi=fraction, units="k", sizes=diameters, **parameters)
+        return placed.with_state(ensemble=ensemble)
+
+    if phi is not None and pressure is None:
+        entries |= {"protocol": "quench", "protocol_version": QUENCH_PROTOCOL}
+        return _quenched(start(phi), tolerance, ranks, settings, entries)
+    if phi is not None or pressure is None:
+        raise InputError(f"pressure = {pressure}, phi = {phi}: give one of them")
+    force, law = check_pressure(pressure, tolerance, **parameters)
 
     def at(target: float) -> Packing:
-        phi = search["phi_jammed"] + 2 * law.linear_in_phi(target)
-        start = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
-        entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed} | sizes_record(
-            sizes, diameters
-        )
-        return _from_random(start, target, force, ranks, settings, progress, entries)
+        extra = 2 * law.linear_in_phi(target) if isinstance(law, PowerLaw) else 0.0
+        return _from_random(start(search["phi_jammed"] + extra), target, force, ranks, settings, progress, entries)
 
     try:
         return at(pressure)
     except ConvergenceError:
+        if not isinstance(law, PowerLaw):
+            raise
         for times in settings.pressure.above:
             if law.linear_in_phi(times * pressure) < HIGHEST_PRESSURE:
                 with suppress(ConvergenceError):
@@ -115,6 +141,20 @@ def pack(
                         at(times * pressure), pressure, ranks=ranks, tolerance=tolerance, settings=settings
                     )
         raise
+
+
+@in_natural_units()
+def _quenched(
+    given: Packing, tolerance: float | None, ranks: int, settings: SolverSettings, entries: dict[str, Any]
+) -> Packing:
+    """The minimum next to random disks at their packing fraction, jammed or not."""
+    check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
+    check_ranks(ranks, given.kind.deforms)
+    began = time.perf_counter()
+    with Session(given, ranks=ranks) as session:
+        found = relax_off_saddles(session, tolerance, settings=settings)
+        packing = session.packing()
+    return record(packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
 
 
 @in_natural_units()
@@ -130,7 +170,10 @@ def _from_random(
     """The packing at a pressure that random disks come to, in units of k = 1; `entries` go into its provenance."""
     began, search = time.perf_counter(), numbers("pressure")
     with Session(given, ranks=ranks) as session:
-        _walk(session, pressure, search, settings, progress)
+        if given.law.range:
+            relax(session, _BEFORE_BOX, settings=settings)
+        else:
+            _walk(session, pressure, search, settings, progress)
         found = relax_disks_and_box(session, Border(_strains(given.ensemble), pressure), force, settings=settings)
         packing = session.packing()
     _check_met(packing, found, pressure, f"try another seed, or come down from a higher pressure: {_DECOMPRESS}")
@@ -235,21 +278,30 @@ def _strains(ensemble: str) -> Array:
 def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -> None:
     """Refuse a state whose pressure is not that asked for."""
     reached, force = found.evaluation.pressure, found.evaluation.max_force
-    if not found.converged or abs(reached / pressure - 1) > numbers("pressure")["miss"]:
+    scale = load(packing, found.evaluation) if packing.law.range else pressure
+    if not found.converged or abs(reached - pressure) > numbers("pressure")["miss"] * scale:
         raise ConvergenceError(
             f"pressure not met with n = {packing.n}: the search for {pressure:g}, in natural units, ended at "
             f"{reached:g} with a force of {force:.2g}, where {found.tolerance:.2g} is asked for; {remedy}"
         )
 
 
-def check_pressure(pressure: float, tolerance: float | None, **parameters: float) -> tuple[float, PowerLaw]:
+def check_pressure(pressure: Any, tolerance: float | None, **parameters: float) -> tuple[float, PairLaw]:
     """Force tolerance, small beside a pressure of disks in units of k, and their force law.
 
     Raises:
         InputError: the pressure is out of range, for this tolerance or for this law.
     """
-    force = _check_force(pressure, tolerance)
     law = PowerLaw.of(disk_params("k", **parameters))
+    if not isinstance(law, PowerLaw):
+        if not (is_number(pressure) and abs(pressure) <= HIGHEST_PRESSURE):
+            raise InputError(
+                f"pressure = {pressure!r}: must be a number from -{HIGHEST_PRESSURE} to {HIGHEST_PRESSURE} of disks "
+                "that attract each other"
+            )
+        check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
+        return force_tolerance("sp") if tolerance is None else tolerance, law
+    force = _check_force(pressure, tolerance)
     if law.linear_in_phi(pressure) > HIGHEST_PRESSURE:
         raise InputError(
             f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "

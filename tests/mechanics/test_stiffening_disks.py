@@ -138,5 +138,5 @@ def test_exponents_out_of_range_are_refused(exponent):
 def test_decks_reach_a_pressure_of_hertzian_disks(tmp_path):
     run("in.sp.pressure", tmp_path, n=32, exponent=2.5, pressure=1e-3)
     packing = jamlab.read(str(tmp_path / "sp.pressure.data"))
-    assert packing.params == {"k": 1.0, "exponent": 2.5} and packing.converged
+    assert packing.params == {"k": 1.0, "exponent": 2.5, "stickiness": 0.0} and packing.converged
     assert jamlab.evaluate(packing).pressure == pytest.approx(1e-3, rel=1e-6)
