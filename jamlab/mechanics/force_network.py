@@ -79,11 +79,12 @@ def without_load(packing: Packing) -> Mask:
     balance. A load below the imbalance that is allowed is left out as before."""
     network, least = contacts(packing), packing.kind.least_bearing(packing)
     rattlers = network.rattlers
-    if packing.law.range:  # clusters beside the largest, which hang on nothing, follow no strain
+    if packing.law.range:  # clusters beside the largest, which hang on nothing and no wall, follow no strain
         pairs = network.pairs[network.bearing]
         joined = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(packing.n, packing.n))
         cluster = csgraph.connected_components(joined, directed=False)[1]
-        return np.asarray(rattlers | (cluster != np.bincount(cluster[~rattlers]).argmax()))
+        held = [np.bincount(cluster[~rattlers]).argmax(), *cluster[packing.fixed_particles]]
+        return np.asarray(rattlers | ~np.isin(cluster, held))
     squeezed = rattlers & ~find_rattlers(network.pairs, rattlers, least)[0]
     if not squeezed.any():
         return rattlers
