@@ -22,6 +22,7 @@ from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
 from .estimates.model_choice import scene as scene
 from .figures.explorer.write_page import write_page as write_page
+from .figures.movie import write_movie as write_movie
 from .flow.creep import CreepRun as CreepRun
 from .flow.creep import creep as creep
 from .flow.flow_curve import FlowCurve as FlowCurve
@@ -67,6 +68,8 @@ from .mechanics.elasticity import ElasticTensor as ElasticTensor
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
 from .mechanics.held_motions import HeldMotions as HeldMotions
 from .mechanics.held_motions import held_motions as held_motions
+from .mechanics.rigid_clusters import RigidClusters as RigidClusters
+from .mechanics.rigid_clusters import rigid_clusters as rigid_clusters
 from .mechanics.slow_shear import SlowShear as SlowShear
 from .mechanics.slow_shear import slow_shear as slow_shear
 from .mechanics.stiffness import hessian as hessian
@@ -108,6 +111,7 @@ from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .statistics.read_points import read_points as read_points
+from .trajectories.contact_files import write_contacts as write_contacts
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.from_universe import from_universe as from_universe

@@ -1,0 +1,165 @@
+"""Rigid clusters of the contact network, by the (2, 3) pebble game.
+
+Jacobs & Thorpe, Phys. Rev. E 53, 3682 (1996): a plane network of n points is rigid when 2 n - 3 of its bonds are
+independent, and bonds are independent when no part of n' points has more than 2 n' - 3. Every point has two pebbles; an
+independent bond holds one of an end, and is found independent when four pebbles can be gathered at its ends. The game
+counts: it takes places as generic, knows neither forces nor gaps, and rounding moves nothing in it. A cluster that
+closes on itself through the periodic box counts as in the open plane, with three motions of the whole instead of two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.arrays import Indices
+from jamlab.checks import checked
+from jamlab.errors import InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.packing.packing import Packing
+from jamlab.packing.short_repr import short_repr
+
+
+@dataclass(frozen=True)
+class RigidClusters:
+    """Rigid clusters of a packing of disks, the largest first. Clusters may share a particle, about which they turn.
+
+    Attributes:
+        bonds: (m,) int64, cluster of each contact, rows as in `Contacts.pairs`.
+        sizes: (k,) int64, particles of each cluster, descending.
+        redundant: number of contacts beyond those that hold the clusters rigid.
+
+    Example:
+        >>> c = jamlab.rigid_clusters(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> c.sizes.tolist()
+        [31]
+    """
+
+    bonds: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    redundant: int
+
+    __repr__ = short_repr
+
+
+@checked
+def rigid_clusters(packing: Packing) -> RigidClusters:
+    """Decompose the contact network into rigid clusters.
+
+    Args:
+        packing: SP, at rest or not; all contacts count as bonds, as those of sticky disks are.
+
+    Raises:
+        InputError: droplets, whose contacts are no bonds between points.
+
+    Example:
+        >>> p = jamlab.pack(64, phi=0.6, seed=1, stickiness=0.1)
+        >>> c = jamlab.rigid_clusters(p)
+        >>> bool(c.sizes[0] < p.n), len(c.bonds) == len(jamlab.contacts(p).pairs)
+        (True, True)
+    """
+    if packing.offsets is not None:
+        raise InputError(f"model {packing.model}: the pebble game is of disks; use held_motions of droplets")
+    pairs = contacts(packing).pairs
+    game = _Game(packing.n)
+    redundant = 0
+    for i, j in pairs.tolist():
+        redundant += not game.add(i, j)
+    bonds = _clusters(game, pairs)
+    sizes = [len(np.unique(pairs[bonds == k])) for k in range(bonds.max(initial=-1) + 1)]
+    order = np.argsort(sizes, kind="stable")[::-1].astype(np.int64)
+    return RigidClusters(np.argsort(order)[bonds], np.array(sizes, dtype=np.int64)[order], redundant)
+
+
+def _clusters(game: _Game, pairs: Indices) -> NDArray[np.int64]:
+    """Cluster of each bond. With three pebbles at the ends of a bond, whoever can free a fourth moves against it."""
+    bonds = np.full(len(pairs), -1, dtype=np.int64)
+    count = 0
+    for k, (i, j) in enumerate(pairs.tolist()):
+        if bonds[k] >= 0:
+            continue
+        rigid = game.rigid_with(i, j)
+        bonds[(bonds < 0) & rigid[pairs].all(axis=1)] = count
+        count += 1
+    return bonds
+
+
+class _Game:
+    """Pebbles of n points: two each, `free` ones, and those that hold a bond to the points in `held`."""
+
+    def __init__(self, n: int) -> None:
+        self.free = [2] * n
+        self.held: list[list[int]] = [[] for _ in range(n)]
+
+    def add(self, i: int, j: int) -> bool:
+        """Hold a bond if it is independent of those held."""
+        if i == j or not self._gather(i, j, 4):
+            return False
+        self.free[i] -= 1
+        self.held[i].append(j)
+        return True
+
+    def rigid_with(self, i: int, j: int) -> NDArray[np.bool_]:
+        """(n,) points that move with the bond of i and j, from which all free pebbles are taken but three."""
+        self._gather(i, j, 3)
+        rigid, floppy = (np.zeros(len(self.free), dtype=np.bool_) for _ in range(2))
+        rigid[[i, j]] = True
+        holders: list[list[int]] = [[] for _ in self.free]
+        for point, others in enumerate(self.held):
+            for other in others:
+                holders[other].append(point)
+        todo = [i, j]
+        while todo:
+            for point in holders[todo.pop()]:
+                if rigid[point] or floppy[point]:
+                    continue
+                reached = self._reach(point, rigid)
+                if any(self.free[each] for each in reached):
+                    floppy[point] = True
+                else:
+                    rigid[reached] = True
+                    todo += reached
+        return rigid
+
+    def _reach(self, start: int, known: NDArray[np.bool_]) -> list[int]:
+        """Points whose pebbles can come to `start`, but for those that are known to be rigid."""
+        reached, todo = {start}, [start]
+        while todo:
+            for other in self.held[todo.pop()]:
+                if other not in reached and not known[other]:
+                    reached.add(other)
+                    todo.append(other)
+        return list(reached)
+
+    def _gather(self, i: int, j: int, wanted: int) -> bool:
+        """Move free pebbles to i and j until there are as many as wanted; False if there are none to be had."""
+        while self.free[i] + self.free[j] < wanted:
+            if not (self._fetch(i, j) or self._fetch(j, i)):
+                return False
+        return True
+
+    def _fetch(self, to: int, pinned: int) -> bool:
+        """Bring a free pebble to a point that has room, along bonds that are turned round on the way."""
+        if self.free[to] == 2:
+            return False
+        came: dict[int, int] = {to: -1, pinned: -1}
+        todo = [to]
+        while todo:
+            point = todo.pop()
+            for other in self.held[point]:
+                if other in came:
+                    continue
+                came[other] = point
+                if self.free[other]:
+                    self.free[other] -= 1
+                    while came[other] >= 0:  # the bond from `before` is held by `other` from now on
+                        before = came[other]
+                        self.held[before].remove(other)
+                        self.held[other].append(before)
+                        other = before
+                    self.free[to] += 1
+                    return True
+                todo.append(other)
+        return False
