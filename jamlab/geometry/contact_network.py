@@ -16,7 +16,7 @@ from jamlab.packing.law_parameters import LEAST_CONTACTS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
-from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
+from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER, RED
 
 # Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.versions; files of flows hold it too.
 # In 2 contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices on edges in flows.
@@ -68,6 +68,11 @@ class ContactForces:
     def size(self) -> Array:
         """(m,) magnitude of the force."""
         return np.asarray(np.hypot(*self.on_j.T))
+
+    @property
+    def pulls(self) -> NDArray[np.bool_]:
+        """(m,) whether the two attract each other, as sticky disks do that do not overlap."""
+        return np.asarray(self.gap > 0)
 
 
 def per_length(push: Array, distance: Array) -> Array:
@@ -150,8 +155,8 @@ class Contacts:
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the force network in the periodic cell: lines between centres, as wide as their forces are strong.
 
-        The legend gives the width of the mean force. Rattlers are grey, other particles pale; axes that show particles
-        already, as after `p.plot(ax)`, keep them.
+        The legend gives the width of the mean force. Contacts that pull are red. Rattlers are grey, other particles
+        pale; axes that show particles already, as after `p.plot(ax)`, keep them.
 
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.contacts(p).plot()
@@ -175,13 +180,18 @@ class Contacts:
         if len(strength):
             mean = float(strength.mean())
             widths = width * strength / mean if mean > 0 else strength  # disks in one place press in no direction
-            line_everywhere(axes, contact_lines(self), packing.box, linewidth=widths, **look)
+            lines, pulls = contact_lines(self), self.forces.pulls
+            for kind, drawn_as in ((~pulls, look), (pulls, look | {"color": RED})):
+                if kind.any():
+                    line_everywhere(axes, lines[kind], packing.box, linewidth=widths[kind], **drawn_as)
         frame_cell(axes, packing.box)
         handles: list[Any] = [Line2D([], [], linestyle="none", label="no contacts")]
         if len(strength):
             label = f"mean force {strength.mean():.3g} {packing.unit_names.force}"
             colour = look.get("edgecolor", look.get("color"))
             handles = [Line2D([], [], color=colour, linewidth=width, label=label)]
+            if pulls.any():
+                handles.append(Line2D([], [], color=RED, linewidth=width, label="contacts that pull"))
         if bare and (count := int(self.rattlers.sum())):
             label = "every particle rattles" if count == packing.n else f"{count} rattler{'s' * (count > 1)}"
             handles.append(Patch(facecolor=RATTLER, edgecolor=OUTLINE, label=label))

@@ -467,11 +467,15 @@ class Packing:
                 return f"params[{name!r}]"
         return None
 
-    def write(self, path: Any) -> None:
-        """Write this one packing to an HDF5 file, see `jamlab.packing.hdf5`."""
+    def write(self, path: Any, *, contacts: bool = False) -> None:
+        """Write this one packing to an HDF5 file, see `jamlab.write`; or with `contacts` its contact network as bonds,
+        to .dump or .vtp, see `jamlab.write_contacts`."""
         import jamlab
 
-        jamlab.write(path, [self])
+        if contacts:
+            jamlab.write_contacts(path, self)
+        else:
+            jamlab.write(path, [self])
 
     @drawn("PolyCollection, such as alpha=1", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:

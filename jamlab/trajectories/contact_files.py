@@ -1,0 +1,142 @@
+"""Contact networks for other programs: bonds between the centres of particles, with their forces.
+
+OVITO reads bonds from a dump of their own, beside that of the particles; ParaView and VTK read points and lines, .vtp.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.arrays import Array
+from jamlab.checks import checked
+from jamlab.geometry.contact_network import Contacts, contacts
+from jamlab.geometry.particle_shape import particle_areas
+from jamlab.packing.neighbors import moves_home
+from jamlab.packing.packing import Packing
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.file_endings import check_ending
+
+
+@checked
+def write_contacts(path: str | os.PathLike[str], packing: Packing) -> list[Path]:
+    """Write the contact network of a packing: every particle a point at its centre, every contact a bond.
+
+    A bond has the `force`, positive where the particles push each other apart, the `gap` of the surfaces, negative
+    where they overlap, and `bearing`, 0 if one of the two rattles. A point has the number of its particle, its radius,
+    of droplets that of a disk of their area, and whether it rattles.
+
+    Args:
+        path: FILE.dump: the particles, and FILE.bonds.dump with the bonds, which OVITO loads by the modifier "Load
+            trajectory". FILE.vtp: points and lines for ParaView; a contact across the border of the box ends at a
+            further point, `image` 1.
+        packing: SP or DP.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InputError: another ending; outlines of two droplets cross.
+        StorageError: a file cannot be written.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> [file.name for file in jamlab.write_contacts("packing.dump", p)]
+        ['packing.dump', 'packing.bonds.dump']
+    """
+    check_ending(path, "dump", "vtp")
+    file, network = Path(path), contacts(packing)
+    if file.suffix.lower() == ".vtp":
+        texts = {file: _vtp(network)}
+    else:
+        texts = {file: _points_dump(network), file.with_suffix(f".bonds{file.suffix}"): _bonds_dump(network)}
+    for name, text in texts.items():
+        with atomic_file(name) as temporary:
+            temporary.write_text(text, encoding="ascii")
+    return list(texts)
+
+
+def _points(network: Contacts) -> tuple[Array, dict[str, NDArray[Any]]]:
+    """(n, 2) centres in the cell, and what else a point has."""
+    packing = network.packing
+    centres = packing.centroids + moves_home(packing.centroids, packing.box)
+    radii = np.sqrt(particle_areas(packing) / np.pi) if packing.diameters is None else 0.5 * packing.disk_diameters
+    return centres, {"particle": np.arange(packing.n), "radius": radii, "rattler": network.rattlers.astype(int)}
+
+
+def _bonds(network: Contacts) -> dict[str, NDArray[Any]]:
+    forces = network.forces
+    force = np.where(forces.pulls, -forces.size, forces.size)
+    return {"force": force, "gap": forces.gap, "bearing": network.bearing.astype(int)}
+
+
+def _dump(network: Contacts, counted: str, count: int, rows: str, columns: dict[str, NDArray[Any]]) -> str:
+    (lx, _), (xy, ly) = network.packing.box
+    head = [f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF {counted}\n{count}\nITEM: BOX BOUNDS xy xz yz pp pp pp"]
+    head += [f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"]
+    head += [f"ITEM: {rows} " + " ".join(columns)]
+    return "\n".join([*head, *_rows(columns)]) + "\n"
+
+
+def _rows(columns: dict[str, NDArray[Any]]) -> Iterator[str]:
+    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
+        yield " ".join(f"{value:.17g}" for value in row)
+
+
+def _points_dump(network: Contacts) -> str:
+    centres, also = _points(network)
+    ids, flat = np.arange(1, len(centres) + 1), np.zeros(len(centres))
+    columns: dict[str, NDArray[Any]] = {
+        "id": ids,
+        "type": np.ones_like(ids),
+        "x": centres[:, 0],
+        "y": centres[:, 1],
+        "z": flat,
+        **also,
+    }
+    return _dump(network, "ATOMS", len(centres), "ATOMS", columns)
+
+
+def _bonds_dump(network: Contacts) -> str:
+    columns: dict[str, NDArray[Any]] = {f"batom{k + 1}": network.pairs[:, k] + 1 for k in range(2)}
+    columns |= _bonds(network)
+    return _dump(network, "ENTRIES", len(network.pairs), "ENTRIES", columns)
+
+
+def _vtp(network: Contacts) -> str:
+    """VTK's PolyData in XML; contacts across the border end at points of their own."""
+    centres, also = _points(network)
+    i, j = network.pairs.T
+    ends = centres[i] + network.r
+    outside = np.abs(ends - centres[j]).max(axis=1, initial=0) > 1e-6 * also["radius"].mean()
+    end = j.copy()
+    end[outside] = len(centres) + np.arange(outside.sum())
+    points = np.concatenate([centres, ends[outside]])
+    of = np.concatenate([np.arange(len(centres)), j[outside]])
+    values = {name: column[of] for name, column in also.items()} | {"image": (np.arange(len(of)) >= len(centres)) * 1}
+    count = len(i)
+    root = ElementTree.Element("VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian")
+    data = ElementTree.SubElement(root, "PolyData")
+    counts = {"NumberOfPoints": str(len(points)), "NumberOfVerts": "0", "NumberOfLines": str(count)}
+    piece = ElementTree.SubElement(data, "Piece", counts | {"NumberOfStrips": "0", "NumberOfPolys": "0"})
+    _arrays(piece, "PointData", values)
+    _arrays(piece, "CellData", _bonds(network))
+    _arrays(piece, "Points", {"Points": np.column_stack([points, np.zeros(len(points))])})
+    lines = {"connectivity": np.column_stack([i, end]).ravel(), "offsets": 2 * np.arange(1, count + 1)}
+    _arrays(piece, "Lines", lines)
+    ElementTree.indent(root)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _arrays(piece: Any, name: str, arrays: dict[str, NDArray[Any]]) -> None:
+    section = ElementTree.SubElement(piece, name)
+    for key, values in arrays.items():
+        kind = "Float64" if values.dtype.kind == "f" else "Int64"
+        look = {"type": kind, "Name": key, "NumberOfComponents": str(values.ndim * 2 - 1), "format": "ascii"}
+        ElementTree.SubElement(section, "DataArray", look).text = " ".join(f"{v:.17g}" for v in values.ravel().tolist())
