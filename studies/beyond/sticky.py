@@ -1,0 +1,120 @@
+"""A study of sticky disks: where they become rigid, and how G, B and z grow from there, for several stickinesses."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import curve_fit
+
+from jamlab.arrays import Array
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.rigid_clusters import rigid_clusters
+from jamlab.mechanics.stiffness import pressure
+from jamlab.protocols.moduli import bulk_modulus, shear_modulus
+from jamlab.protocols.target_pressure import pack
+from jamlab.statistics.bootstrap import Interval
+from studies.ensemble_tables import EnsembleTables
+from studies.ensembles import mean_over_packings
+from studies.panels import Drawing, drawing, label, scale, style
+from studies.papers.statements import caption
+from studies.study import Study
+from studies.tables import Task
+
+FRACTIONS = {
+    0.01: (0.74, 0.75, 0.76, 0.77, 0.78, 0.79, 0.8, 0.81, 0.82, 0.83, 0.84, 0.86, 0.88, 0.9),
+    0.03: (0.66, 0.675, 0.69, 0.705, 0.72, 0.735, 0.75, 0.765, 0.78, 0.795, 0.8, 0.83, 0.86, 0.89),
+    0.1: (0.52, 0.54, 0.56, 0.58, 0.6, 0.62, 0.64, 0.66, 0.68, 0.7, 0.74, 0.78, 0.82, 0.86),
+}
+SIZES, SEEDS = (128, 512), 20
+FITTED = {"g": (0.004, 0.12), "b": (0.004, 0.3)}  # means that a power of phi - phi_c is fitted to, k
+_RESAMPLED = 200
+_COLUMNS = ("z", "pressure", "g", "b", "cluster")
+
+
+def measure_sticky(n: int, stickiness: float, seed: int) -> list[dict[str, Any]]:
+    """Measure one random start at every packing fraction; nan where a packing is no minimum."""
+    return [
+        {"n": n, "stickiness": stickiness, "phi": phi, "seed": seed, **_measure(n, stickiness, phi, seed)}
+        for phi in FRACTIONS[stickiness]
+    ]
+
+
+def _measure(n: int, stickiness: float, phi: float, seed: int) -> dict[str, Any]:
+    packing = pack(n, phi=phi, seed=seed, stickiness=stickiness)
+    found = {"converged": packing.converged, "z": contacts(packing).z, "pressure": pressure(packing)}
+    found["cluster"] = int(rigid_clusters(packing).sizes[0]) / n
+    try:
+        return found | {"g": float(shear_modulus(packing, average=True)), "b": float(bulk_modulus(packing))}
+    except ConvergenceError as error:
+        return found | {"note": str(error)}
+
+
+def _tasks() -> dict[str, Task]:
+    named = [(n, a, seed) for n in SIZES for a in FRACTIONS for seed in range(1, SEEDS + 1)]
+    return {f"{n} {a:g} {seed}": partial(measure_sticky, n, a, seed) for n, a, seed in named}
+
+
+def _means(rows: pd.DataFrame, column: str) -> tuple[Array, list[Array]]:
+    groups = [(phi, part[column].dropna().to_numpy()) for phi, part in rows.groupby("phi")]
+    return np.array([phi for phi, _ in groups]), [values for _, values in groups]
+
+
+def onset_and_exponent(rows: pd.DataFrame, column: str) -> Array:
+    """phi_c and f of column = A (phi - phi_c)^f, fitted to the means over packings in the range of `FITTED`."""
+    phi, groups = _means(rows, column)
+    mean, error = (np.array([function(values) for values in groups]) for function in (np.mean, np.std))
+    low, high = FITTED[column]
+    kept = (mean > low) & (mean < high)
+    phi, mean, error = phi[kept], mean[kept], error[kept]
+
+    def law(x: Array, amplitude: float, onset: float, exponent: float) -> Array:
+        return np.asarray(amplitude + exponent * np.log(x - onset))
+
+    bounds = [-9.0, 0.0, 0.1], [9.0, phi[0] - 1e-4, 8.0]
+    found, _ = curve_fit(law, phi, np.log(mean), (0.0, phi[0] - 0.03, 1.2), error / mean, bounds=bounds, max_nfev=9999)
+    return np.asarray(found[1:])
+
+
+def _intervals(rows: pd.DataFrame, column: str) -> list[Interval]:
+    """Both numbers with 95 % intervals: seeds are drawn with replacement."""
+    parts = dict(list(rows.groupby("seed")))
+    rng, seeds, found = np.random.default_rng(0), list(parts), []
+    for _ in range(_RESAMPLED):
+        found.append(onset_and_exponent(pd.concat([parts[k] for k in rng.choice(seeds, len(seeds))]), column))
+    low, high = np.percentile(found, [2.5, 97.5], axis=0)
+    return [Interval(*each) for each in zip(onset_and_exponent(rows, column), low, high, strict=True)]
+
+
+def draw_sticky(tables: EnsembleTables) -> Drawing:
+    """Draw z, p, G, B and the largest rigid cluster over phi, and G over the distance from where it vanishes."""
+    rows = tables.read("sticky")
+    rows = rows[rows["converged"]]
+    out, axes = drawing("sticky", 2, 3, 4.3, 3.6)
+    titles = (r"$z$", r"pressure $p$  [k]", r"$G$  [k]", r"$B$  [k]", "largest rigid cluster over $N$")
+    for part, column, title in zip(axes, _COLUMNS, titles, strict=False):
+        for k, a in enumerate(FRACTIONS):
+            of_law = rows[(rows["stickiness"] == a) & (rows["n"] == max(SIZES))]
+            phi, groups = _means(of_law, column)
+            out.curve(part, f"a = {a:g}", phi, mean_over_packings(groups), band=False, **style(k))
+        label(part, r"$\phi$", title, loc="best")
+    scale(axes[5])
+    for k, a in enumerate(FRACTIONS):
+        of_law = rows[(rows["stickiness"] == a) & (rows["n"] == max(SIZES))]
+        for column in FITTED:
+            for name, number in zip(("phi_c", "exponent"), _intervals(of_law, column), strict=True):
+                out.values[f"{name} of {column.upper()}, a = {a:g}"] = number
+        onset, exponent = (out.values[f"{name} of G, a = {a:g}"] for name in ("phi_c", "exponent"))
+        phi, groups = _means(of_law, "g")
+        beyond = phi > onset.value
+        text = f"a = {a:g}: {exponent.value:.2f} [{exponent.low:.2f}, {exponent.high:.2f}]"
+        above = [values for values, kept in zip(groups, beyond, strict=True) if kept]
+        out.curve(axes[5], text, phi[beyond] - onset.value, mean_over_packings(above), band=False, **style(k))
+    label(axes[5], r"$\phi - \phi_c$", r"$G$  [k]", loc="best")
+    counts = rows.groupby(["n", "stickiness", "phi"]).size()
+    out.caption = caption(out.name, n=max(SIZES), few=counts.min(), most=counts.max())
+    return out
+
+
+STUDIES = (Study("sticky", "Sticky disks: rigidity, moduli and contacts against stickiness", _tasks(), draw_sticky),)
