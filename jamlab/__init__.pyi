@@ -22,12 +22,12 @@ from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
 from .estimates.model_choice import scene as scene
 from .figures.explorer.write_page import write_page as write_page
-from .figures.movie import write_movie as write_movie
 from .flow.creep import CreepRun as CreepRun
 from .flow.creep import creep as creep
 from .flow.flow_curve import FlowCurve as FlowCurve
 from .flow.flow_curve import flow_cost as flow_cost
 from .flow.flow_curve import flow_curve as flow_curve
+from .flow.movie import write_movie as write_movie
 from .flow.oscillate import Oscillation as Oscillation
 from .flow.oscillate import oscillate as oscillate
 from .flow.pipkin import plot_pipkin as plot_pipkin

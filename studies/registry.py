@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 from jamlab.checks import check_choice
-from studies.beyond import droplet_modes, droplet_voids, polydispersity, sticky
+from studies.beyond import droplet_modes, droplet_voids, polydispersity
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing

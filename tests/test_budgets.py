@@ -6,8 +6,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ENDINGS = {".py", ".pyi", ".cpp", ".h", ".cmake", ".js", ".txt", ".yaml"}
-BUDGETS = {"jamlab": 31_570, "studies": 8_586, "tests": 22_360, "plugin": 11_779}
-DECKS = 800  # decks and their parts, without molecule files and the examples
+BUDGETS = {"jamlab": 32_150, "studies": 8_686, "tests": 22_676, "plugin": 11_801}
+DECKS = 813  # decks and their parts, without molecule files and the examples
 
 
 def lines(folder, endings):

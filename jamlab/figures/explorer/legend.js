@@ -37,6 +37,7 @@ function legend(scene) {
   if (shown.forces) {
     const mean = `${number(state.meanForce, 3)} [${force}]`;
     entries.push(key(colours.force, `width: force, mean of the state ${mean}`, 'line'));
+    if (state.contacts.some(({gap}) => gap > 0)) entries.push(key(colours.tension, 'contact that pulls', 'line'));
     const loose = state.contacts.some(({bearing}) => !bearing);
     if (loose) entries.push(key(colours.force, 'contact of a rattler', 'dashes'));
   }

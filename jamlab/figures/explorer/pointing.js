@@ -66,7 +66,7 @@ function describe({state, head, shown}, {kind, index}) {
     const contact = state.contacts[index];
     const lines = [
       `contact ${contact.i} – ${contact.j}`,
-      `force ${number(contact.force)} [${force}]`,
+      `${contact.gap > 0 ? 'pull' : 'force'} ${number(contact.force)} [${force}]`,
       `gap ${number(contact.gap)} [${length}]`,
     ];
     return contact.bearing ? lines : [...lines, 'of a rattler: not counted in z'];

@@ -160,8 +160,8 @@ function forceWidth(state, force, pixel) {
 
 function drawForces(context, scene, pixel) {
   const {state, colours} = scene;
-  context.strokeStyle = colours.force;
-  for (const [{start, end, force, bearing}, dx, dy] of seenOf(state.contacts, scene)) {
+  for (const [{start, end, force, gap, bearing}, dx, dy] of seenOf(state.contacts, scene)) {
+    context.strokeStyle = gap > 0 ? colours.tension : colours.force;
     context.lineCap = bearing ? 'round' : 'butt';
     context.lineWidth = bearing ? forceWidth(state, force, pixel) : pixel;
     context.setLineDash(bearing ? [] : [3 * pixel, 3 * pixel]);
