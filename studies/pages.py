@@ -16,6 +16,7 @@ from studies import registry
 from studies.ensemble_tables import EnsembleTables
 from studies.html_page import Section, TextTable, write_report
 from studies.panels import Drawing, write_interval
+from studies.papers.statements import caption
 from studies.papers.verdicts import COLUMNS, SUMMARY, Comparison, compare, summary
 from studies.study import Group, Study
 
@@ -70,6 +71,7 @@ def draw(study: Study | str, tables: EnsembleTables) -> Drawing:
     known = registry.studies()[study] if isinstance(study, str) else study
     drawing = known.draw(tables)
     drawing.name, drawing.claims = known.name, compare(known.name, tables)
+    drawing.caption = drawing.caption or caption(known.name)
     return drawing
 
 

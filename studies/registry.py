@@ -12,7 +12,7 @@ from studies.panels import Drawing
 from studies.papers import forest
 from studies.papers.baumgarten import correlation, motion, spectra
 from studies.papers.baumgarten import pictures as pictures_of_t
-from studies.papers.boromand import coefficients, confluence, contacts_and_modulus, geometry, onset, pictures, voids
+from studies.papers.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
 from studies.papers.verdicts import RULE, first_line
 from studies.reference_data import example_sections
 from studies.speed_accuracy import flow, moduli, other_codes, packings, size_scaling
@@ -46,10 +46,9 @@ PAPERS = _figures(
         "boromand-9": confluence.figure_9,
         "boromand-10": onset.figure_10,
         "boromand-11": geometry.figure_11,
-        "tables": coefficients.tables_1_2,
+        "tables": contacts_and_modulus.tables_1_2,
         "baumgarten-1": spectra.figure_1,
         "baumgarten-1-fields": pictures_of_t.figure_1_fields,
-        "baumgarten-2": pictures_of_t.figure_2,
         "baumgarten-3": spectra.figure_3,
         "baumgarten-4": spectra.figure_4,
         "baumgarten-5": motion.figure_5,

@@ -29,7 +29,7 @@ FOLDER = Path(__file__).parent
 MODULES = (  # that register functions
     *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "confluence", "voids", "onset")),
     *(f"papers.baumgarten.{name}" for name in ("spectra", "motion", "correlation")),
-    *("papers.boromand.coefficients", "dynamics.flow_curves", "dynamics.collapse"),
+    *("dynamics.flow_curves", "dynamics.collapse"),
 )
 Keywords = Mapping[str, Any]
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -133,11 +133,6 @@ class Measured:
         return bool(np.isfinite([self.value, self.low, self.high]).all())
 
     @property
-    def interval(self) -> Interval:
-        """The value with the ends of its interval."""
-        return Interval(*(np.array(v) for v in (self.value, self.low, self.high)))
-
-    @property
     def systematic(self) -> tuple[float, float]:
         """How far variants lie below and above the value."""
         moved = [float(other.value) - self.value for other in self.variants.values()]
@@ -148,21 +143,12 @@ Measure = Callable[["EnsembleTables"], Sequence[Measured]]  # one for each of it
 MEASURES: dict[str, tuple[Measure, int]] = {}  # by id of the statement, with its place
 
 
-def measured(found: Interval | None, variants: Mapping[str, Interval | None] | None = None, how: str = "") -> Measured:
-    """Make a measured number of intervals; variants without a value are left out."""
-    every = {name: v for name, v in (variants or {}).items() if v is not None and np.isfinite(v.value)}
-    if found is None:
-        return Measured(variants=every, how=how)
-    return Measured(float(found.value), float(found.low), float(found.high), every, how)
-
-
 def measures(*ids: str, **fixed: Any) -> Callable[[Function], Function]:
-    """Register a function of tables and the keywords `fixed` that measures one number, or as many as there are ids."""
+    """Register a function of tables and the keywords `fixed` that measures as many numbers as there are ids."""
 
     def register(function: Function) -> Function:
         def measure(tables: "EnsembleTables") -> Sequence[Measured]:
-            found = function(tables, **fixed)
-            return [found] if isinstance(found, Measured) else found
+            return function(tables, **fixed)  # type: ignore[no-any-return]
 
         MEASURES.update({name: (measure, k) for k, name in enumerate(ids)})
         return function
@@ -207,10 +193,11 @@ def statistic(
             settings = {k: v for k, v in fixed.items() if isinstance(v, int | float | str)}
             doc = " ".join((function.__doc__ or "").partition(".")[0].split())
             how = f"{doc}; {name_keywords(settings)}".removesuffix("; ")
-            if not found.value.ndim:
-                return [measured(found, family, how)]
-            parts = range(len(found.value))
-            return [measured(found[k], {name: v[k] for name, v in family.items()}, how) for k in parts]
+            numbers = []
+            for k in np.ndindex(found.value.shape):
+                others = {name: v[k] for name, v in family.items() if np.isfinite(v.value[k])}
+                numbers.append(Measured(float(found.value[k]), float(found.low[k]), float(found.high[k]), others, how))
+            return numbers
 
         measures(*ids)(measure)
         return function

@@ -1,18 +1,8 @@
 """Set numbers of the papers beside ours, and say whether the two agree, by one rule that was fixed beforehand.
 
-Ours is x with the standard error of packings and that of the analysis, the farthest variant over root 3. The paper's
-standard error follows from how it states the number. What a difference is measured by, the scale of a number, follows
-from its kind. No entry of the constants below, nor of the columns `stated`, `argument`, `number` and `status` of
-`statements.csv`, may change with a result in view: a change is a commit of its own that names the reason and the rows
-that it moves.
-
-* agrees: |difference| + 1.645 u(ours) is within the tolerance: a wide interval can only lose an agreement;
-* small difference: within the tolerance as well, and each analysis alone differs by 3 combined standard errors;
-* compatible, weak: less than 2 combined standard errors apart, and known to three tolerances;
-* not resolved: less than 2 apart, and known no better;
-* tension: 2 combined standard errors or more apart;
-* differs: each analysis alone, the kindest too, lies 3 combined standard errors off;
-* a bound is met or missed, by 2 standard errors; missed by 3 with each analysis, it differs.
+docs/explanation/against_the_papers.md has the rule in words. No constant below, and no entry of the columns `stated`,
+`argument`, `number` and `status` of `statements.csv`, may change with a result in view: a change is a commit of its own
+that names the reason and the rows that it moves.
 """
 
 from collections import Counter
@@ -207,16 +197,17 @@ class Comparison:
         """List plain values for CSV and JSON."""
         s, m, j = self.statement, self.measured, self.judged
         below, above = m.systematic
-        words = {"id": s.id, "figure": s.figure, "quantity": s.quantity, "where": s.where, "kind": s.status}
+        of_paper = ("id", "figure", "quantity", "where", "margin", "relation", "stated", "number", "note")
         ours = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
-        theirs = {"paper": s.value, "margin": s.margin, "relation": s.relation, "stated": s.stated, "number": s.number}
-        errors = {"u_stat": j.statistical, "u_syst": j.systematic, "u_paper": j.paper}
         rule = {"pull": j.pull, "kindest": j.kindest, "resolution": j.resolution, "scale": scale(s.number, s.value)}
-        marks = {"calibrated": s.status == "fit target", "contradiction": s.status == "paper inconsistent"}
-        numbers = {name: _plain(value) for name, value in (ours | errors | rule).items()}
-        family = {name: [_plain(x) for x in (v.value, v.low, v.high)] for name, v in m.variants.items()}
-        text = {"verdict": str(j.verdict), "how": m.how, "because": self.explanation, "note": s.note}
-        return words | theirs | numbers | marks | text | {"family": family}
+        errors = {"u_stat": j.statistical, "u_syst": j.systematic, "u_paper": j.paper}
+        return (
+            {name: getattr(s, name) for name in of_paper}
+            | {"kind": s.status, "paper": s.value, "verdict": str(j.verdict), "how": m.how, "because": self.explanation}
+            | {name: _plain(value) for name, value in (ours | rule | errors).items()}
+            | {"calibrated": s.status == "fit target", "contradiction": s.status == "paper inconsistent"}
+            | {"family": {name: [_plain(x) for x in (v.value, v.low, v.high)] for name, v in m.variants.items()}}
+        )
 
 
 def _plain(value: Any) -> float | None:

@@ -13,7 +13,7 @@ from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
 from studies.ensembles import ensemble, log_places, size_law
 from studies.papers.baumgarten.correlation import correlations
-from studies.papers.baumgarten.spectral_groups import Group, same_packings
+from studies.papers.baumgarten.spectra import Group, same_packings
 
 
 def test_distances_are_those_to_the_onset_of_each_packing():

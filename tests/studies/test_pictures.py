@@ -26,10 +26,10 @@ def checked(figure, labels, entries):
 
 @picture
 def test_boromand_9():
-    """Coordination and shape against true packing fraction, both models with their bands."""
-    shape = r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$"
-    figure = checked(pages.draw("boromand-9", paper_tables()).figure, [(shape[1], "coordination z"), shape], 4)
-    return bare(figure, columns=2)
+    """Contacts, shape and missing contacts of droplets with their bands, and the fit and the slope of the paper."""
+    rho, z, missing = r"true packing fraction $\rho$", "coordination z", r"$z_{conf} - z$"
+    labels = [(rho, z), (r"shape factor $\mathcal{A} - 1$", rho), (r"$1 - \rho$", missing)]
+    return bare(checked(pages.draw("boromand-9", paper_tables()).figure, labels, 4), columns=3)
 
 
 @picture

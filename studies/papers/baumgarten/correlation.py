@@ -1,6 +1,5 @@
 """Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
 
-from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,16 +7,14 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, bootstrap, mean_over_packings, scaled, select
 from studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
-from studies.papers.baumgarten.spectra import power_in
-from studies.papers.baumgarten.spectral_groups import LAWS, format_power
-from studies.papers.statements import Measured, caption, measured, measures, paper, statistic
+from studies.papers.baumgarten.spectra import ENDS, LAWS, SIZE, format_power, mean_of_all, of_column, power
+from studies.papers.statements import paper, statistic
 
-SIZE, MANY = 32_768, 2048  # N that is drawn, five packings; N with twenty, as five tell no length from another
+MANY = 2048  # N with twenty packings: the five of the size that is drawn tell no length from another
 PRESSURES = (1e-2, 1e-3, 1e-4)  # of the drawn packings
 SCANNED = 1e-4  # pressure of all sizes and of all decades of frequency
 SLOWEST, MIDDLE = 1e-8, 1e-5  # frequencies
@@ -90,75 +87,60 @@ def mean_length(drawn: list[Array]) -> float:
 statistic("T7-length-stokes", sample=lengths, variants=({"n": SIZE},))(mean_length)
 
 
-def ratio_over(x: Array, cubes: list[Array], values: Callable[[Sequence[Array]], Array]) -> Measured:
-    """Compute by how much lengths change from the smallest x to the largest, by the power of x that fits them best:
-    over many decades a small exponent is a large factor."""
-    found = power_in(x, Sample(cubes, lambda drawn: [np.asarray(values(drawn))]))
-
-    def ratio(exponent: Interval) -> Interval:
-        return Interval(*((x.max() / x.min()) ** end for end in (exponent.value, exponent.low, exponent.high)))
-
-    others = {name: ratio(other) for name, other in found.variants.items()}
-    return measured(ratio(found.interval), others, "Ratio of l at both ends, by its power.")
-
-
-@measures("T7-length-omega", axis=0)
-@measures("T7-length-p", axis=1)
-def over_frequency_or_pressure(tables: EnsembleTables, axis: int) -> Measured:
-    """Compare l at the ends of the frequencies (axis 0) or of the pressures (1), averaged over the other."""
+def over_ends(tables: EnsembleTables, axis: int) -> Sample:
+    """Take frequencies (axis 0) or pressures (1), and l under contact damping averaged over the other."""
     pressures, cubes = of_pressures(tables, "contact")
     table = rows_of(tables, "contact", n=SIZE)
     x = np.array(pressures) if axis else np.sort(table["omega"].unique())
-    return ratio_over(x, cubes, lambda drawn: np.nanmean([first_zeros(whole) for whole in drawn], axis=axis))
+    return Sample(cubes, lambda drawn: (x, np.nanmean([first_zeros(whole) for whole in drawn], axis=axis)))
 
 
-@measures("T7-length-N")
-def over_sizes(tables: EnsembleTables) -> Measured:
-    """Fit the exponent of l/L in N at one frequency and pressure."""
-    n = [512, MANY, SIZE]
-    cubes = [in_boxes(rows_of(tables, "contact", n=m, pressure=SCANNED, omega=MIDDLE)) for m in n]
-    return power_in(n, Sample(cubes, lambda drawn: [np.array([first_zeros(whole)[0] for whole in drawn])]))
-
-
-@measures("T7-length-decades")
-def over_all_decades(tables: EnsembleTables) -> Measured:
-    """Compare l at the ends of twelve decades of frequency, in the packings that have them."""
+def over_all_decades(tables: EnsembleTables) -> Sample:
+    """Take twelve decades of frequency, and l in the packings that have them."""
     rows = rows_of(tables, "contact", n=MANY, pressure=SCANNED)
     rows = rows[rows["seed"].isin(rows.loc[rows["omega"] == rows["omega"].max(), "seed"])]
     omega = np.sort(rows["omega"].unique())
-    return ratio_over(omega, [correlations(rows)], lambda drawn: first_zeros(drawn[0]))
+    return Sample([correlations(rows)], lambda drawn: (omega, first_zeros(drawn[0])))
 
 
-@measures("T7-minimum")
-def minimum(tables: EnsembleTables) -> Measured:
-    """Fit the exponent in omega of the distance where C under Stokes drag is least, from 1e-4 to 0.1."""
+@statistic("T7-length-omega", sample=over_ends, axis=0, variants=ENDS)
+@statistic("T7-length-p", sample=over_ends, axis=1, variants=ENDS)
+@statistic("T7-length-decades", sample=over_all_decades, variants=ENDS)
+def ratio_of_ends(x: Array, length: Array, first: int = 0, last: int | None = None) -> float:
+    """Compute by how much l changes from the smallest x to the largest, by the power of x that fits best: over many
+    decades a small exponent is a large factor."""
+    return float((x.max() / x.min()) ** power(x, length, first, last))
+
+
+def over_sizes(tables: EnsembleTables) -> Sample:
+    """Take N, and l/L at one frequency and pressure."""
+    n = [512, MANY, SIZE]
+    cubes = [in_boxes(rows_of(tables, "contact", n=m, pressure=SCANNED, omega=MIDDLE)) for m in n]
+    return Sample(cubes, lambda drawn: (n, [first_zeros(whole)[0] for whole in drawn]))
+
+
+def minima(tables: EnsembleTables) -> Sample:
+    """Take frequencies from 1e-4 to 0.1, and the distance where C under Stokes drag is least."""
     rows = rows_of(tables, "stokes", n=SIZE, pressure=min(PRESSURES))
     rows = rows[rows["omega"].between(0.99e-4, 1.01e-1)]
+    omega = np.sort(rows["omega"].unique())
 
-    def least(drawn: list[Array]) -> list[Array]:
+    def least(drawn: list[Array]) -> tuple[Array, Array]:
         x, c = np.moveaxis(average(drawn[0]), -1, 0)
-        return [x[np.arange(len(x)), np.nanargmin(c, axis=1)]]
+        return omega, x[np.arange(len(x)), np.nanargmin(c, axis=1)]
 
-    return power_in(np.sort(rows["omega"].unique()), Sample([correlations(rows)], least))
-
-
-def of_other_lanes(tables: EnsembleTables, column: str, pressure: float = 0.0) -> Sample:
-    """Take the ratios of another length of correlation to l, a group a pressure, or at one."""
-    rows = select(tables.quasistatic.dropna(subset=["length", column]), n=512)
-    rows = select(rows, pressure=pressure) if pressure else rows
-    return Sample([part.to_numpy() for _, part in (rows[column] / rows["length"]).groupby(rows["pressure"])])
+    return Sample([correlations(rows)], least)
 
 
-def mean_ratio(drawn: list[Array]) -> float:
-    """Average over packings and pressures."""
-    return float(np.concatenate(drawn).mean())
-
-
-_EACH = [{"pressure": p} for p in (1e-4, 3.16e-4, 1e-3, 3.16e-3, 1e-2)]
-statistic(
-    "T7-lanes", sample=of_other_lanes, column="length_half_lane", variants=[*_EACH, {"column": "length_quarter_lane"}]
-)(mean_ratio)
-statistic("T7-imaginary", sample=of_other_lanes, column="length_imaginary", variants=_EACH)(mean_ratio)
+statistic("T7-length-N", sample=over_sizes, variants=ENDS)(power)
+statistic("T7-minimum", sample=minima, variants=ENDS)(power)
+_EACH: list[dict[str, Any]] = [{"pressure": p} for p in (1e-4, 3.16e-4, 1e-3, 3.16e-3, 1e-2)]
+for _name, _column, _others in (
+    ("lanes", "half_lane", [{"column": "length_quarter_lane"}]),
+    ("imaginary", "imaginary", []),
+):
+    _of: dict[str, Any] = {"sample": of_column, "column": f"length_{_column}", "over": "length"}
+    statistic(f"T7-{_name}", variants=[*_EACH, *_others], **_of)(mean_of_all)
 
 
 def reduced_lengths(tables: EnsembleTables) -> Sample:
@@ -210,7 +192,6 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     out.curve(c, "paper: plateau $L/4$", ends, [float(stokes["box"].mean()) * paper("T7-length-stokes")] * 2, **PAPER)
     label(c, f"Stokes drag: {FREQUENCY}", r"length $l$  [$d$]")
     label(d, r"Stokes drag: $\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{power:g}}}$")
-    out.caption = caption(out.name)
     return out
 
 

@@ -1,19 +1,18 @@
-"""Draw the pictures of Baumgarten & Tighe: the motion of disks in fig 1, and what fig 2 damps."""
+"""Draw the pictures of Baumgarten & Tighe: the motion of disks in fig 1."""
 
 from typing import Any
 
 import numpy as np
 
-from jamlab.arrays import Array
 from jamlab.packing.hdf5 import read
 from jamlab.packing.neighbors import moves_home
-from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
+from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.displacement_correlation import oscillating_displacements
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, drawing, write_list
-from studies.papers.baumgarten.spectral_groups import format_power
+from studies.papers.baumgarten.spectra import format_power
 from studies.papers.statements import caption
 from studies.tables import DATA
 
@@ -51,50 +50,3 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
             axes.set_title(rf"{when} stress, $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
     out.caption = caption(out.name, strain=STRAIN, n=packing.n, ratios=write_list(ratios, ".2f"))
     return out
-
-
-def figure_2(tables: EnsembleTables) -> Drawing:
-    """What is damped: relative motion at a contact, and motion against the affine flow of the fluid."""
-    out, (contact, flow) = drawing("baumgarten-2", 1, 2, 4.6, 4.2)
-    centres = np.array([[-0.3, -0.2], [0.7, 0.15]])
-    radii = np.array([0.58, 0.5])
-    along = (centres[1] - centres[0]) / np.linalg.norm(centres[1] - centres[0])
-    across = np.array([-along[1], along[0]])
-    for centre, radius, name in zip(centres, radii, "ij", strict=True):
-        _disk(out, contact, centre, radius, name)
-    touch = centres[0] + radii[0] * along
-    for direction, colour, text in (
-        (-0.45 * along, RED, r"$\Delta\dot u^\parallel$"),
-        (0.7 * across, GREEN, r"$\Delta\dot u^{\perp,c}$"),
-    ):
-        _arrow(contact, touch, direction, colour, text)
-    contact.set_title(r"(a) contact damping: $k\tau_1$ and $\beta k\tau_1$", fontsize=11)
-    middle = np.array([0.1, 0.3])
-    for height in np.linspace(-0.9, 1.1, 8):
-        for start in (-1.0, 0.9):
-            arrow = {"arrowstyle": "->", "color": BLUE, "alpha": 0.6}
-            flow.annotate("", (start + 0.55 * height, height), (start, height), arrowprops=arrow)
-    _disk(out, flow, middle, 0.42, "i")
-    _arrow(flow, middle, np.array([0.8, 0.45]), BLACK, r"$\dot u_i$")
-    _arrow(flow, middle, np.array([0.7, 0.0]), BLUE, r"$v_{\rm aff}$")
-    flow.set_title(r"(b) Stokes drag: $\dot u_i - v_{\rm aff}(r_i)$", fontsize=11)
-    for axes in (contact, flow):
-        axes.set_aspect("equal")
-        axes.axis("off")
-        axes.set_xlim(*((-1.1, 1.5) if axes is contact else (-1.6, 1.7)))
-        axes.set_ylim(-1.2, 1.4)
-    out.caption = caption(out.name)
-    return out
-
-
-def _disk(out: Drawing, axes: Any, centre: Array, radius: float, name: str) -> None:
-    angle = np.linspace(0, 2 * np.pi, 73)
-    x, y = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
-    axes.fill(x, y, facecolor=PALE["facecolor"], alpha=0.8, linewidth=0)
-    out.curve(axes, f"disk {name}", x, y, label=None, color=BLACK, linewidth=1.2)
-    axes.text(centre[0], centre[1] - 0.6 * radius, f"${name}$", fontsize=13, ha="center")
-
-
-def _arrow(axes: Any, start: Array, way: Array, colour: str, text: str) -> None:
-    axes.annotate("", start + way, start, arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 2})
-    axes.text(*(start + way + 0.12 * np.sign(way)), text, color=colour, fontsize=13, ha="center", va="center")

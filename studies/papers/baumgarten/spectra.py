@@ -1,36 +1,124 @@
 """Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
+from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, collapse
-from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import FEWEST, Sample, groups_by, mean_over_packings, scaled, select, vary_bootstrap
+from studies.ensembles import FEWEST, Sample, mean_over_packings, scaled, select, vary_bootstrap
 from studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
-from studies.papers.baumgarten.spectral_groups import (
-    SIZE,
-    Group,
-    format_power,
-    same_packings,
-    sampled,
-    scan,
-    spectra,
-)
 from studies.papers.boromand.conventions import halves
-from studies.papers.statements import Measured, caption, measured, measures, statistic
+from studies.papers.statements import Measured, measures, statistic
 
+SIZE = 32_768  # disks of figs 1, 3 to 6, in boxes of fixed shape as in the paper
+SCANNED = {"n": 2048, "target_pressure": 1e-4}  # packings under many values of beta and eta_F
+FIXED, STABILIZED = "fixed-box", "shear-stabilized"
+LARGE = 25.0  # p N^2 from which packings take part in fits of exponents: below, their size decides, fig 8
+LAWS: dict[str, dict[str, Any]] = {
+    "contact": {"law": "contact", "beta": 1.0},
+    "stokes": {"law": "stokes", "eta_f": 1.0},
+    "undamped": {"law": "contact", "beta": 0.0},
+}
+FEWER = 512  # disks of packings with columns of their own
 MODULUS = r"[$k$]"
 SHOWN = 1e-4  # pressure of fig 1
 LOWEST = 3.16e-6  # pressure of which the critical regime is widest, among those with five stable packings
 RESAMPLES = 60  # of a collapse: each is a fit, seconds for a figure
+
+
+# spectra by pressure -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Group:
+    """Packings of one pressure under one law."""
+
+    seeds: NDArray[np.int64]  # (packings,) of the packings, ascending
+    omega: Array  # (m,) frequencies
+    # storage, loss: (packings, m)
+    storage: Array
+    loss: Array
+    # g0, eta0, eta_inf: (packings,)
+    g0: Array
+    eta0: Array
+    eta_inf: Array
+
+    def at(self, kept: NDArray[np.bool_]) -> "Group":
+        """Cut the packings to some of the frequencies, (m,) bool."""
+        return replace(self, omega=self.omega[kept], storage=self.storage[:, kept], loss=self.loss[:, kept])
+
+    def members(self) -> list[ComplexModulus]:
+        """List the spectra of single packings, the form that `jamlab.collapse` takes."""
+        none = np.full(self.omega.shape, np.nan)
+        return [
+            ComplexModulus(self.omega, up, down, float(g0), float(eta0), float(eta_inf), "table", none)
+            for up, down, g0, eta0, eta_inf in zip(
+                self.storage, self.loss, self.g0, self.eta0, self.eta_inf, strict=True
+            )
+        ]
+
+
+def group_by_pressure(table: pd.DataFrame) -> dict[float, Group]:
+    """Group rows of one law by pressure, descending; packings with a modulus that is not positive are left out."""
+    out = {}
+    for p in table["target_pressure"].unique().tolist():
+        part = table[table["target_pressure"] == p]
+        wide = part.pivot_table(index="seed", columns="omega", values=["storage", "loss"]).dropna()
+        up, down = (wide[name].to_numpy(dtype=np.float64) for name in ("storage", "loss"))
+        stable: NDArray[np.bool_] = np.asarray((up > 0).all(axis=1) & (down > 0).all(axis=1))
+        if not stable.any():
+            continue
+        seeds = wide.index.to_numpy(dtype=np.int64)[stable]
+        ends = part.drop_duplicates("seed").set_index("seed").loc[seeds]
+        omega = wide["storage"].columns.to_numpy(dtype=np.float64)
+        limits = (ends[name].to_numpy(dtype=np.float64) for name in ("g0", "eta0", "eta_inf"))
+        out[p] = Group(seeds, omega, up[stable], down[stable], *limits)
+    return dict(sorted(out.items(), reverse=True))
+
+
+@cache
+def spectra(tables: EnsembleTables, law: str, prestress: bool = True, n: int = SIZE) -> dict[float, Group]:
+    """Give the spectra of one of the `LAWS` by pressure, descending."""
+    return group_by_pressure(select(tables.spectra, n=n, ensemble=FIXED, prestress=prestress, **LAWS[law]))
+
+
+def sampled(groups: dict[float, Group], large: bool = True) -> dict[float, Group]:
+    """Select the pressures with enough packings for an interval, of which p N^2 is large enough for fits."""
+    return {p: g for p, g in groups.items() if len(g.g0) >= FEWEST and (not large or p * SIZE**2 >= LARGE)}
+
+
+def scan(tables: EnsembleTables, law: str, parameter: str) -> dict[float, Group]:
+    """Give the spectra at the scanned size and pressure, with pre-stress, by the value of a parameter of damping."""
+    rows = select(tables.spectra, law=law, prestress=True, ensemble=FIXED, **SCANNED)
+    values: list[float] = sorted(rows[parameter].unique().tolist())
+    found = {value: group_by_pressure(rows[rows[parameter] == value]) for value in values}
+    return {value: next(iter(groups.values())) for value, groups in found.items() if groups}
+
+
+def same_packings(groups: Sequence[Group]) -> Array:
+    """Arrange (packings, groups) eta_0 of the packings that all groups have: under one law some may not be stable."""
+    shared = set.intersection(*(set(g.seeds.tolist()) for g in groups))
+    return np.column_stack([g.eta0[np.isin(g.seeds, list(shared))] for g in groups])
+
+
+def format_power(p: float) -> str:
+    """Format a number as 10^n, or a x 10^n, in mathtext."""
+    exponent = int(np.floor(np.log10(p) + 1e-9))
+    if exponent in (-1, 0, 1):
+        return f"{p:.2g}"
+    front = p / 10.0**exponent
+    return f"10^{{{exponent}}}" if abs(front - 1) < 1e-6 else rf"{front:.2g}\times 10^{{{exponent}}}"
 
 
 # slopes of G* in windows of frequency ---------------------------------------------------------------------------------
@@ -66,41 +154,46 @@ for _name, _law, _part in (
     _low, _windows = CRITICAL * LOWEST, halves(CRITICAL * LOWEST, HIGHEST)
     _whole = {"part": _part.split(" - ")[0]}  # of which neither need be a power
     _others = [_whole | window for window in ({}, *_windows)] if _whole["part"] != _part else []
-    statistic(
-        _name,
-        sample=spectrum,
-        law=_law,
-        pressure=LOWEST,
-        part=_part,
-        low=_low,
-        high=HIGHEST,
-        variants=(*_windows, *_others),
-    )(slope)
+    _at: dict[str, Any] = {"law": _law, "pressure": LOWEST, "part": _part, "low": _low, "high": HIGHEST}
+    statistic(_name, sample=spectrum, variants=(*_windows, *_others), **_at)(slope)
 
 
 # exponents in pressure ------------------------------------------------------------------------------------------------
 
 
-def power_in(places: Sequence[float] | Array, sample: Sample) -> Measured:
-    """Fit an exponent in some places; and without the first and without the last, as any power holds there too."""
-
-    def fit(y: Array, first: int = 0, last: int | None = None) -> float:
-        return float(power_law(places[first:last], y[first:last]).exponents[0])
-
-    if len(places) < 2:
-        raise InputError(f"{len(places)} places for an exponent: two or more are needed")
-    choices: tuple[dict[str, int], ...] = ({"first": 1}, {"last": -1}) if len(places) > 2 else ()
-    return measured(*vary_bootstrap(sample.groups, fit, *choices, reduce=sample.reduce), "Fit an exponent in p.")
+ENDS = ({"first": 1}, {"last": -1})  # other analyses: any power holds without one place as well
 
 
-def power_in_pressure(groups: Mapping[float, ArrayLike], values: Callable[[Sequence[Array]], ArrayLike]) -> Measured:
-    """Fit the exponent in pressure of what packings that are drawn at each give."""
-    drawn = [np.asarray(group) for group in groups.values()]
-    return power_in(list(groups), Sample(drawn, lambda d: [np.asarray(values(d))]))
+def power(places: Sequence[float] | Array, values: ArrayLike, first: int = 0, last: int | None = None) -> float:
+    """Fit an exponent in some places."""
+    x, y = np.asarray(places)[first:last], np.asarray(values)[first:last]
+    if len(x) < 2:
+        raise InputError(f"{len(x)} places for an exponent: two or more are needed")
+    return float(power_law(x, y).exponents[0])
 
 
-def _ratios(drawn: Sequence[Array]) -> list[float]:
-    return [float(np.divide(*v.mean(axis=0))) for v in drawn]
+def at_pressures(groups: Mapping[float, Array], values: Callable[[Array], float]) -> Sample:
+    """Take pressures, and what the packings that are drawn at each give."""
+    return Sample(list(groups.values()), lambda drawn: (list(groups), [values(group) for group in drawn]))
+
+
+def static_modulus(ends: Array) -> float:
+    """Average G_0 of packings (packings, 2) with G_0 and eta_0."""
+    return float(ends[:, 0].mean())
+
+
+def slow_rate(ends: Array) -> float:
+    """Divide the mean G_0 of such packings by the mean eta_0."""
+    return float(np.divide(*ends.mean(axis=0)))
+
+
+def of_ends(tables: EnsembleTables, law: str, of: Callable[[Array], float]) -> Sample:
+    """Take what G_0 and eta_0 give at each pressure."""
+    groups = sampled(spectra(tables, law))
+    return at_pressures({p: np.column_stack([g.g0, g.eta0]) for p, g in groups.items()}, of)
+
+
+statistic("T4-slow-time", sample=of_ends, law="undamped", of=slow_rate, variants=ENDS)(power)
 
 
 @measures("T3-mu", "T3-lambda", law="contact")
@@ -111,40 +204,24 @@ def collapsed(tables: EnsembleTables, law: str) -> list[Measured]:
     if len(groups) < 3:
         raise InputError(f"{len(groups)} pressures with {FEWEST} stable packings: a collapse takes three")
     fit = collapse(list(groups), [g.members() for g in groups.values()], resamples=RESAMPLES)
-    ends, how = {p: np.column_stack([g.g0, g.eta0]) for p, g in groups.items()}, f"collapse of {len(groups)} pressures"
-    static, times = power_in_pressure(ends, lambda d: [v[:, 0].mean() for v in d]), power_in_pressure(ends, _ratios)
-    return [
-        measured(Interval(*map(np.array, (v, v - e, v + e))), {name: alone.interval}, f"{how}, N = {SIZE}")
-        for v, e, name, alone in (
-            (fit.mu, fit.mu_ci95, "of = G_0 alone", static),
-            (fit.lam, fit.lam_ci95, "of = G_0/eta_0 alone", times),
-        )
-    ]
+    found = []
+    for v, error, of in ((fit.mu, fit.mu_ci95, static_modulus), (fit.lam, fit.lam_ci95, slow_rate)):
+        sample = of_ends(tables, law, of)
+        alone = vary_bootstrap(sample.groups, power, reduce=sample.reduce)[0]
+        how = f"collapse of {len(groups)} pressures, N = {SIZE}"
+        found.append(Measured(v, v - error, v + error, {f"{of.__name__} alone": alone}, how))
+    return found
 
 
-@measures("T4-slow-time")
-def undamped(tables: EnsembleTables) -> Measured:
-    """Fit the exponent in p of G_0/eta_0 without damping of sliding."""
-    groups = sampled(spectra(tables, "undamped"))
-    return power_in_pressure({p: np.column_stack([g.g0, g.eta0]) for p, g in groups.items()}, _ratios)
-
-
-def _star(tables: EnsembleTables, prestress: bool) -> Measured:
-    """Fit how beta*, where sliding takes as much energy as approach, goes with pressure."""
+def stars(tables: EnsembleTables, prestress: bool = False) -> Sample:
+    """Take beta*, where sliding takes as much energy as approach, at each pressure."""
     none, full = (sampled(spectra(tables, law, prestress)) for law in ("undamped", "contact"))
     pairs = {p: same_packings([none[p], full[p]]) for p in none if p in full}
-
-    def stars(drawn: Sequence[Array]) -> list[float]:
-        return [v[:, 0].mean() / float(np.diff(v.mean(axis=0))[0]) for v in drawn]
-
-    return power_in_pressure({p: eta for p, eta in pairs.items() if len(eta)}, stars)
+    filled = {p: eta for p, eta in pairs.items() if len(eta)}
+    return at_pressures(filled, lambda eta: eta[:, 0].mean() / float(np.diff(eta.mean(axis=0))[0]))
 
 
-@measures("T4-beta-star")
-def beta_star(tables: EnsembleTables) -> Measured:
-    """Fit how beta* goes with pressure, without pre-stress; another analysis: with it."""
-    found, other = _star(tables, False), _star(tables, True)
-    return measured(found.interval, {**found.variants, "with pre-stress": other.interval}, found.how)
+statistic("T4-beta-star", sample=stars, variants=(*ENDS, {"prestress": True}))(power)
 
 
 # ends of the regimes --------------------------------------------------------------------------------------------------
@@ -178,25 +255,22 @@ def regime_ends(
 # without rotations, without damping, with a fluid ---------------------------------------------------------------------
 
 
-def of_column(tables: EnsembleTables, column: str, pressure: float) -> Sample:
-    """Take a column of slow shear of small packings at one pressure, with all pressures that have it."""
-    rows = select(tables.quasistatic.dropna(subset=[column]), n=512)
-    return Sample(groups_by(rows, "pressure", column, [pressure]))
+def of_column(tables: EnsembleTables, column: str, over: str = "", pressure: float = 0.0) -> Sample:
+    """Take a column of slow shear of small packings, or its ratio to another, a group a pressure, or at one."""
+    rows = select(tables.quasistatic.dropna(subset=[column, over] if over else [column]), n=FEWER)
+    rows = select(rows, pressure=pressure) if pressure else rows
+    values = rows[column] / (rows[over] if over else 1.0)
+    return Sample([part.to_numpy() for _, part in values.groupby(rows["pressure"])])
 
 
-def mean(groups: list[Array]) -> float:
-    """Average over packings."""
-    return float(groups[0].mean())
+def mean_of_all(groups: list[Array]) -> float:
+    """Average over packings and pressures."""
+    return float(np.concatenate(groups).mean())
 
 
 for _part in ("storage", "loss"):
-    statistic(
-        f"T3-Delta-{_part}-no-rotation",
-        sample=of_column,
-        column=f"{_part}_slope",
-        pressure=1e-4,
-        variants=({"pressure": 3.16e-4},),
-    )(mean)
+    _of: dict[str, Any] = {"column": f"{_part}_slope", "pressure": 1e-4, "variants": ({"pressure": 3.16e-4},)}
+    statistic(f"T3-Delta-{_part}-no-rotation", sample=of_column, **_of)(mean_of_all)
 
 
 # drawings -------------------------------------------------------------------------------------------------------------
@@ -228,7 +302,6 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     out.slope(axes, 0.5, (low, high), 2.0 * np.interp(low, w, storage), above=True)
     out.slope(axes, 1.0, (10, w[-1]), 0.4 * np.interp(10, w, loss))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
-    out.caption = caption(out.name)
     return out
 
 
@@ -257,7 +330,6 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     least = min(group.loss.mean(axis=0)[0] for group in groups.values())
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 0.25 * least)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
-    out.caption = caption(out.name)
     return out
 
 
@@ -281,7 +353,6 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         mean_values = [float(getattr(group, name).mean()) for group in known.values()]
         out.curve(c, name, list(known), mean_values, label=text, color=colour, marker="o")
     label(c, r"balance $\beta$", r"viscosity  [$k\,\tau_1$]")
-    out.caption = caption(out.name)
     return out
 
 
@@ -299,5 +370,4 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     scale(a, b)
     _draw_collapse(out, None, a, spectra(tables, "stokes"))
     _draw_scan(out, b, scan(tables, "stokes", "eta_f"), r"\eta_F")
-    out.caption = caption(out.name)
     return out

@@ -1,4 +1,4 @@
-"""Draw contacts and shear modulus in Boromand et al.: figs 5 and 6."""
+"""Draw contacts and shear modulus in Boromand et al.: figs 5 and 6, tables 1 and 2."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -12,7 +12,7 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, RED
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import PACKINGS, STABILIZED, EnsembleTables
-from studies.ensembles import RESAMPLES, Ensemble, Sample, average, log_places, mean_over_packings, median, scaled
+from studies.ensembles import RESAMPLES, Ensemble, Sample, average, log_places, mean_over_packings, median
 from studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 from studies.papers.boromand.conventions import (
     COMPRESSED,
@@ -25,20 +25,26 @@ from studies.papers.boromand.conventions import (
     SIZES,
     STABLE,
     SUBTRACTED,
+    Curve,
     at,
     curve,
     curves,
-    even_places,
+    draw_sizes,
+    evenly,
     exponent,
     halves,
+    mean,
+    onsets,
     table_fit,
 )
+from studies.papers.forest import forest
 from studies.papers.statements import caption, paper, statistic
+from studies.papers.verdicts import compare
 
 SHOWN = {"sp": (32, 256), "dp": (32, 128)}  # N of fig 5; few packings of larger droplets are compressed
 G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
 SMALL: dict[str, Any] = {"loc": "upper right", "ncols": 2, "fontsize": 7}  # letters of a legend of many lines
-AVERAGED = "points: mean over all packings, box of fixed shape"
+AVERAGED = "mean over all packings, box of fixed shape"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 NEAREST = (1e-4, 1e-3)  # distance from onset between the steps of [B] sec 2.3 and the end of regime 1, sec 3
 WITHOUT_G = 1e-5  # distance from onset below which G of many droplets is not known
@@ -48,29 +54,7 @@ _EQ_13 = np.arange(0.001, 0.18, 0.001)
 # fig 5: models side by side -------------------------------------------------------------------------------------------
 
 
-Curve = tuple[Array, Array]
-
-
-def of_two(
-    tables: EnsembleTables,
-    first: tuple[str, int],
-    second: tuple[str, int],
-    x: str,
-    y: str,
-    places: Array,
-    packings: str = PACKINGS[0],
-) -> Sample:
-    """Take the mean curves of two kinds of packings."""
-    return Sample(*curves(tables, (first, second), x, y, places, packings))
-
-
-_AT_RHO: dict[str, Any] = {
-    "sample": of_two,
-    "first": ("sp", 128),
-    "second": ("dp", 128),
-    "x": "rho",
-    "places": FRACTIONS,
-}
+_AT_RHO: dict[str, Any] = {"sample": curves, "kinds": (("sp", 128), ("dp", 128)), "x": "rho", "places": FRACTIONS}
 
 
 @statistic("B5-z-parts", y="z", share=0.02, **_AT_RHO, variants=[{"share": s} for s in (0.015, 0.025, 0.03)])
@@ -90,31 +74,21 @@ def parts(disks: Curve, droplets: Curve, share: float) -> float:
     return float(np.interp(0, excess[k : k + 2] - share, rho[k : k + 2]))
 
 
-_DISTANCES: dict[str, Any] = {"sample": of_two, "x": "d_rho", "places": np.arange(0.005, 0.155, 0.005)}
-
-
 def ratio(over: Curve, under: Curve, d_rho: float, taken: float = 0.0) -> float:
     """Compute the ratio of two means at one distance from onset."""
     return (at(*over, d_rho) - taken) / (at(*under, d_rho) - taken)
 
 
-for _column, _excess in (("z", ({"taken": SUBTRACTED},)), ("g", ())):
-    for _name, _over, _under, _d_rho in (
-        ("models", ("dp", 128), ("sp", 128), 0.01),
-        ("sizes-sp", ("sp", 256), ("sp", 32), 0.1),
-        ("sizes-dp", ("dp", 128), ("dp", 32), 0.1),
-    ):
-        _stable = STABLE if (_column, _name) == ("g", "sizes-sp") else ()
-        _variants = ({"d_rho": 0.5 * _d_rho}, {"d_rho": 1.5 * _d_rho}, *_excess, *_stable)
-        statistic(
-            f"B5-{_column}-{_name}",
-            first=_over,
-            second=_under,
-            y=_column,
-            d_rho=_d_rho,
-            variants=_variants,
-            **_DISTANCES,
-        )(ratio)
+for _name, _kinds, _d_rho in (
+    ("models", (("dp", 128), ("sp", 128)), 0.01),
+    ("sizes-sp", (("sp", 256), ("sp", 32)), 0.1),
+    ("sizes-dp", (("dp", 128), ("dp", 32)), 0.1),
+):
+    _of: dict[str, Any] = {"sample": curves, "kinds": _kinds, "x": "d_rho", "places": np.arange(0.005, 0.155, 0.005)}
+    _both = ({"d_rho": 0.5 * _d_rho}, {"d_rho": 1.5 * _d_rho})
+    statistic(f"B5-z-{_name}", y="z", d_rho=_d_rho, variants=(*_both, {"taken": SUBTRACTED}), **_of)(ratio)
+    _stable = STABLE if _name == "sizes-sp" else ()
+    statistic(f"B5-g-{_name}", y="g", d_rho=_d_rho, variants=(*_both, *_stable), **_of)(ratio)
 
 
 def beside_eq_13(tables: EnsembleTables) -> Sample:
@@ -130,71 +104,24 @@ def beside_eq_13(tables: EnsembleTables) -> Sample:
 def end_of_eq_13(x: Array, z: Array, onset: float, share: float = 0.01, end: float = HIGHEST["d_rho"]) -> float:
     """Find rho from which the excess contacts of disks lie a share off their own fit of eq 13 up to `end`."""
     y = z - SUBTRACTED
-    kept = (x > LOWEST["sp"]) & (x < end)
-    fit = np.linalg.lstsq(x[kept, None] ** (0.5, 1.0), y[kept], rcond=None)[0]
-    off = np.abs(y / (x[:, None] ** (0.5, 1.0) @ fit) - 1)
+    off = np.abs(y / (x[:, None] ** (0.5, 1.0) @ coefficients(x, y, 2, LOWEST["sp"], end)) - 1)
     inside, known = np.flatnonzero((off <= share) & np.isfinite(y)), np.isfinite(y).sum()
     return float(onset + x[inside[-1] + 1]) if len(inside) and inside[-1] + 1 < known else float("nan")
 
 
 # fig 6: exponents -----------------------------------------------------------------------------------------------------
 
-
-def regime(
-    tables: EnsembleTables,
-    series: str,
-    column: str,
-    n: int = 0,
-    per_decade: int = 0,
-    z_j: str = "3.97",
-    middle: Callable[[Array], Array] = average,
-    packings: str = PACKINGS[0],
-) -> Sample:
-    """Take z - z_J or G beyond 0.01 from onset, at even places or, with `per_decade`, even ones in logarithms; nearer
-    to onset z - 3.97 changes its sign, where a logarithm has no value."""
-    return _regime(tables, series, column, n, per_decade, z_j, packings).sample(middle)
-
-
-def _regime(
-    tables: EnsembleTables,
-    series: str,
-    column: str,
-    n: int = 0,
-    per_decade: int = 0,
-    z_j: str = "3.97",
-    packings: str = PACKINGS[0],
-) -> Ensemble:
-    model, by = SERIES[series]
-    n = n or LARGEST[model]
-    places = log_places(DISTANT, HIGHEST[by], per_decade) if per_decade else even_places(model, by)
-    e = tables.curve(model, n, by, column, places, packings)
-    if column == "z":
-        e = Ensemble(e.x, e.y - (SUBTRACTED if z_j == "3.97" else tables.at_onset(model, n)["z"].mean()))
-    return e if per_decade else e.between(DISTANT, np.inf)
-
-
-for _name, _series in (("alpha0", "SP(φ)"), ("z-single-dp", "DP(ρ)")):
-    _windows = halves(DISTANT, HIGHEST[SERIES[_series][1]])
-    _others = (*_windows, {"per_decade": 20}, {"z_j": "own"})
-    statistic(f"B6-{_name}", sample=regime, series=_series, column="z", variants=_others)(exponent)
 _OTHER_G: tuple[dict[str, Any], ...] = ({"per_decade": 20}, {"middle": median}, {"column": "g_x"}, *STABLE)
-_WINDOWS = halves(DISTANT, HIGHEST["d_phi"])
-statistic("B6-beta0", sample=regime, series="SP(φ)", column="g", variants=(*_WINDOWS, *_OTHER_G))(exponent)
-statistic(  # the caption names no N
-    "B6-g-small-sp",
-    sample=regime,
-    series="SP(φ)",
-    column="g",
-    n=32,
-    variants=(*_WINDOWS, *_OTHER_G, *({"n": n} for n in SIZES[1:])),
-)(exponent)
-statistic(
-    "B6-g-single-dp",
-    sample=regime,
-    series="DP(ρ)",
-    column="g",
-    variants=(*halves(DISTANT, HIGHEST["d_rho"]), *_OTHER_G[:2]),
-)(exponent)
+_OTHER_Z: tuple[dict[str, Any], ...] = ({"per_decade": 20}, {"z_j": "own"})
+for _name, _series, _column, _n, _more in (
+    ("alpha0", "SP(φ)", "z", 0, _OTHER_Z),
+    ("z-single-dp", "DP(ρ)", "z", 0, _OTHER_Z),
+    ("beta0", "SP(φ)", "g", 0, _OTHER_G),
+    ("g-small-sp", "SP(φ)", "g", 32, (*_OTHER_G, *({"n": n} for n in SIZES[1:]))),  # the caption names no N
+    ("g-single-dp", "DP(ρ)", "g", 0, _OTHER_G[:2]),
+):
+    _where: dict[str, Any] = {"sample": evenly, "series": _series, "column": _column, "n": _n, "beyond": DISTANT}
+    statistic(f"B6-{_name}", variants=(*halves(DISTANT, HIGHEST[SERIES[_series][1]]), *_more), **_where)(exponent)
 
 
 def proportion(
@@ -205,8 +132,8 @@ def proportion(
     packings: str = PACKINGS[0],
 ) -> Sample:
     """Take z - z_J and G at the same places."""
-    z, g = (_regime(tables, series, column, z_j=z_j, packings=packings) for column in ("z", "g"))
-    return Sample([np.stack([z.y, g.y], axis=-1)], lambda drawn: (average(drawn[0][..., 0]), middle(drawn[0][..., 1])))
+    both = [evenly(tables, series, column, 0, DISTANT, z_j=z_j, packings=packings).groups[0] for column in ("z", "g")]
+    return Sample([np.stack(both, axis=-1)], lambda drawn: (average(drawn[0][..., 0]), middle(drawn[0][..., 1])))
 
 
 _PARTS: tuple[dict[str, Any], ...] = ({"low": 1.2}, {"high": 1.2}, {"z_j": "own"}, {"middle": median})
@@ -221,69 +148,98 @@ def power_of_contacts(z: Array, g: Array, low: float = -np.inf, high: float = np
 
 
 WITHOUT_STOPS = ({"y": "d_z_strong"},)  # another count of the contacts of droplets
-_OTHERS = {("g", "sp"): STABLE, ("z", "dp"): WITHOUT_STOPS}
-for _column, _y in (("z", "d_z"), ("g", "g")):
+_NEAREST, _ROOT = log_places(1e-6, NEAREST[1], 10), log_places(LOWEST["sp"], DISTANT, 10)
+for _name, _y, _also in (("z", "d_z", {"dp": WITHOUT_STOPS}), ("g", "g", {"sp": STABLE})):
     for _model, _by in (("sp", "d_phi"), ("dp", "d_rho")):  # of the smallest packings, where this regime is widest
-        statistic(
-            f"B6-{_column}-nearest-{_model}",
-            sample=curve,
-            model=_model,
-            n=32,
-            x=_by,
-            y=_y,
-            places=log_places(1e-6, NEAREST[1], 10),
-            within=(0.99 * NEAREST[0], np.inf),
-            variants=(*halves(*NEAREST), *_OTHERS.get((_column, _model), ())),
-        )(exponent)
-    statistic(  # before the linear terms set in
-        f"B6-{_column}-root-dp",
-        sample=curve,
-        model="dp",
-        n=LARGEST["dp"],
-        x="d_rho",
-        y=_y,
-        places=log_places(LOWEST["sp"], DISTANT, 10),
-        variants=(*halves(LOWEST["sp"], DISTANT), *_OTHERS.get((_column, "dp"), ())),
-    )(exponent)
+        _of = {"sample": curve, "model": _model, "n": 32, "x": _by, "y": _y, "places": _NEAREST}
+        _others: tuple[dict[str, Any], ...] = (*halves(*NEAREST), *_also.get(_model, ()))
+        statistic(f"B6-{_name}-nearest-{_model}", within=(0.99 * NEAREST[0], np.inf), variants=_others, **_of)(exponent)
+    _of = {"sample": curve, "model": "dp", "n": LARGEST["dp"], "x": "d_rho", "y": _y, "places": _ROOT}
+    _others = (*halves(LOWEST["sp"], DISTANT), *_also.get("dp", ()))  # before the linear terms set in
+    statistic(f"B6-{_name}-root-dp", variants=_others, **_of)(exponent)
 
 
-def of_sizes(tables: EnsembleTables, model: str, by: str, places: Array, y: str = "d_z") -> Sample:
-    """Take z - z_J over the distance from onset of every size of the paper's, and their N."""
-    n = COMPRESSED[model]
-    groups, reduce = curves(tables, [(model, m) for m in n], by, y, places)
-    return Sample(groups, lambda drawn: (n, reduce(drawn)))
+def of_sizes(model: str, places: Array, y: str = "d_z") -> dict[str, Any]:
+    """Write the keywords of a statistic of z - z_J over the distance from onset of every size of the paper's."""
+    kinds = [(model, n) for n in COMPRESSED[model]]
+    return {"sample": curves, "kinds": kinds, "x": "d_phi" if model == "sp" else "d_rho", "y": y, "places": places}
 
 
-@statistic(
-    "B6-a",
-    sample=of_sizes,
-    model="sp",
-    by="d_phi",
-    places=NEAR,
-    resamples=RESAMPLES // 4,
-    variants=({"high": 0.02}, {"first": 1}),
-)
-def size_exponent(n: tuple[int, ...], drawn: list[Curve], high: float = HIGHEST["d_phi"], first: int = 0) -> float:
+@statistic("B6-a", **of_sizes("sp", NEAR), resamples=RESAMPLES // 4, variants=({"high": 0.02}, {"first": 1}))
+def size_exponent(*drawn: Curve, high: float = HIGHEST["d_phi"], first: int = 0) -> float:
     """Fit a of the crossover dphi* ~ N^-a by the collapse of sizes."""
     family = [(x[kept], y[kept]) for x, y in drawn[first:] for kept in [(y > 0) & (x < high)]]
-    return fit_scaling_exponents(np.array(n[first:], dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
+    n = np.array(COMPRESSED["sp"][first:], dtype=float)
+    return fit_scaling_exponents(n, [family], b=1.0, start=(2.0, 1.0)).a
 
 
 _GAINED = ({"contacts": 1.0}, {"contacts": 4.0})
-_TENTHS = log_places(1e-6, 0.1, 10)
 
 
-@statistic("B6-crossover-dp", sample=of_sizes, model="dp", by="d_rho", places=_TENTHS, y="d_z_strong", variants=_GAINED)
-def crossover(n: tuple[int, ...], drawn: list[Curve], contacts: float = 2.0) -> float:
+@statistic("B6-crossover-dp", **of_sizes("dp", log_places(1e-6, 0.1, 10), "d_z_strong"), variants=_GAINED)
+def crossover(*drawn: Curve, contacts: float = 2.0) -> float:
     """Fit how the distance at which packings have gained two contacts goes with N."""
     places = []
-    for m, (x, y) in zip(n, drawn, strict=True):
-        more = np.flatnonzero(0.5 * m * y >= contacts)
+    for n, (x, y) in zip(COMPRESSED["dp"], drawn, strict=True):
+        more = np.flatnonzero(0.5 * n * y >= contacts)
         if not len(more) or not more[0]:
             return float("nan")
         k = slice(more[0] - 1, more[0] + 1)
-        places.append(float(np.exp(np.interp(contacts, 0.5 * m * y[k], np.log(x[k])))))
-    return -float(np.polyfit(np.log(n), np.log(places), 1)[0])
+        places.append(float(np.exp(np.interp(contacts, 0.5 * n * y[k], np.log(x[k])))))
+    return -float(np.polyfit(np.log(COMPRESSED["dp"]), np.log(places), 1)[0])
+
+
+# tables 1 and 2 -------------------------------------------------------------------------------------------------------
+
+for _id, _model, _column in (
+    ("BT-zJ-sp-phi", "sp", "z_J"),
+    ("BT-phiJ-sp", "sp", "phi_J"),
+    ("BT-zJ-dp", "dp", "z_J"),
+    ("BT-rhoJ-dp", "dp", "rho_J"),
+):
+    _sizes = ({"n": SIZES},) if _column == "z_J" else ()  # table 1 names no N, and fig 6 has one z_J for all
+    statistic(_id, sample=onsets, models=[_model], n=(LARGEST[_model],), column=_column, variants=_sizes)(mean)
+
+
+def coefficients(x: Array, y: Array, terms: int, low: float = 0.0, high: float = np.inf) -> Array:
+    """Fit the coefficients of eqs 13 and 14 by least squares of absolute residuals."""
+    kept = np.isfinite(x + y) & (x > low) & (x < high)
+    if kept.sum() <= terms:
+        return np.full(terms, np.nan)
+    return np.asarray(np.linalg.lstsq(x[kept, None] ** (0.5, 1.0)[:terms], y[kept], rcond=None)[0])
+
+
+for _series, _name, _terms in (("SP(φ)", "sp-phi", 1), ("SP(ρ)", "sp-rho", 2), ("DP(ρ)", "dp", 2)):  # linear in phi: 0
+    _half = 0.5 * HIGHEST[SERIES[_series][1]]
+    _of_g: tuple[dict[str, Any], ...] = ({"middle": median}, {"direction": "x"}, *(STABLE if _name != "dp" else ()))
+    for _symbol, _kin in (("z", _OTHER_Z[1:]), ("G", _of_g)):
+        _ids = [f"BT-{_symbol}{k}-{_name}" for k in range(_terms)]
+        _of = {"sample": evenly, "series": _series, "column": _symbol.lower(), "terms": _terms}
+        statistic(*_ids, variants=({"low": _half}, {"high": _half}, *_kin), **_of)(coefficients)
+# where row SP(ρ) of table 1 may be read without its two coefficients, which make up for one another
+statistic("BT-z-sp-rho", sample=evenly, series="SP(ρ)", column="z", place=0.1, variants=({"z_j": "own"},))(at)
+
+
+def of_both(tables: EnsembleTables, column: str) -> Sample:
+    """Take the curves of droplets and of disks."""
+    both = [evenly(tables, series, column) for series in ("DP(ρ)", "SP(ρ)")]
+    return Sample(
+        [part.groups[0] for part in both],
+        lambda drawn: [part.reduce([one]) for part, one in zip(both, drawn, strict=True)],
+    )
+
+
+@statistic("BT-z-ratio", sample=of_both, column="z")
+@statistic("BT-G-ratio", sample=of_both, column="g")
+def ratio_of_terms(droplets: Curve, disks: Curve) -> float:
+    """Divide C_1/C_0 of droplets by that of disks."""
+    (d_0, d_1), (s_0, s_1) = (coefficients(*part, 2) for part in (droplets, disks))
+    return float(d_1 / d_0 / (s_1 / s_0))
+
+
+def tables_1_2(tables: EnsembleTables) -> Drawing:
+    """Coefficients of tables 1 and 2 from our packings beside the paper's."""
+    return forest(compare("tables", tables), "tables", {"[B], tables 1 and 2": ("tables",)})
 
 
 # drawings -------------------------------------------------------------------------------------------------------------
@@ -293,19 +249,17 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     """z and G against rho and phi, with the fits of tables 1-2."""
     out, (top, bottom) = drawing("boromand-5", 1, 2, 5.8, 4.8)
     for axes, column, table in ((top, "z", 1), (bottom, "g", 2)):
-        for model, by, fill in (("sp", "phi", "full"), ("sp", "rho", "none"), ("dp", "rho", "none")):
-            for n in SHOWN[model]:
-                marker = ("v" if n < 64 else "o") if model == "sp" else ("D" if n < 64 else "p")
-                look: dict[str, Any] = {"color": GREEN if by == "phi" else MODEL_STYLE[model]["color"]}
-                look |= {"marker": marker, "linestyle": "none", "fillstyle": fill}
-                x, y = tables.curve(model, n, by, column, FRACTIONS).band
-                shown = y.value if n < 64 else y  # bands of the small ones would cover all others
-                out.curve(axes, f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}", x, shown, **look)
         for series, (model, by) in SERIES.items():
+            x = by.removeprefix("d_")
+            colour = GREEN if x == "phi" else MODEL_STYLE[model]["color"]
+            look: dict[str, Any] = {"color": colour, "linestyle": "none"}
+            look["fillstyle"] = "full" if x == "phi" else "none"
+            for n, marker in zip(SHOWN[model], "vo" if model == "sp" else "Dp", strict=True):
+                e = tables.curve(model, n, x, column, FRACTIONS)  # bands of the small ones would cover all others
+                out.curve(axes, f"{series}, N = {n}", *(e.mean if n < 64 else e.band), marker=marker, **look)
             onset = paper({"SP(φ)": "BT-phiJ-sp", "SP(ρ)": "BT-rhoJ-sp", "DP(ρ)": "BT-rhoJ-dp"}[series])
             d = np.linspace(1e-4, 0.2 if by == "d_phi" else 1 - onset, 60)  # fits against rho end at rho = 1
             fit = table_fit(series, "z")(d) + SUBTRACTED if column == "z" else table_fit(series, "G")(d)
-            colour = GREEN if by == "d_phi" else MODEL_STYLE[model]["color"]
             text = f"paper: fit of table {table}, {series}"
             out.curve(axes, text, onset + d, fit, linestyle="--", color=colour, linewidth=1.4)
         axes.axvline(paper("B5-z-parts"), color="#777777", linestyle="-.", linewidth=0.9)
@@ -317,11 +271,10 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     # far beyond confluence phi says little, and the paper's panel ends near there
     label(top, r"packing fraction $\rho$ or $\phi$", "coordination z", legend=False)
     label(bottom, r"packing fraction $\rho$ or $\phi$", f"shear modulus {G_UNITS}", **BESIDE)
-    bottom.set_title(AVERAGED, fontsize=9, loc="right")
+    bottom.set_title(f"points: {AVERAGED}", fontsize=9, loc="right")
     for axes, ends in ((top, (3.8, 6.5)), (bottom, (0, 0.36))):
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim(*ends)
-    out.caption = caption(out.name)
     return out
 
 
@@ -341,9 +294,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     for part, (column, series) in zip(axes, panels, strict=False):
         scale(part)
         model, by = SERIES[series]
-        for n in COMPRESSED[model]:
-            x, y = tables.curve(model, n, by, column, NEAR).band
-            out.curve(part, f"N = {n}", x, y, linestyle="none", **size_style(n))
+        draw_sizes(out, part, tables, model, by, column)
         d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
         text = f"paper: fit of table {1 if column == 'd_z' else 2}"
         out.curve(part, text, d, table_fit(series, "z" if column == "d_z" else "G")(d), **PAPER)
@@ -351,7 +302,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
             out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
         else:
             out.slope(part, paper("B6-g-single-dp"), (1e-3, 1e-1), 2e-3 if model == "dp" else 8e-4)
-            part.set_title(AVERAGED.partition(": ")[2], fontsize=9, loc="right")
+            part.set_title(AVERAGED, fontsize=9, loc="right")
         _mark_regimes(part, by)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
         y_name = r"$z - z_J$" if column == "d_z" else G_UNITS
@@ -379,9 +330,7 @@ def _draw_collapse(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     """Draw the collapse of sizes that gives a: (z - z_J) N over dphi N^a."""
     scale(axes)
     a = paper("B6-a")
-    for n in COMPRESSED["sp"]:
-        x, y = tables.curve("sp", n, "d_phi", "d_z", NEAR).band
-        out.curve(axes, f"N = {n}", x * n**a, scaled(y, n), linestyle="none", **size_style(n))
+    draw_sizes(out, axes, tables, "sp", "d_phi", "d_z", power=a)
     for power, ends, height in ((1.0, (0.01, 1.0), 0.3), (0.5, (1e2, 1e4), 60.0)):
         out.slope(axes, power, ends, height, above=power < 1)
     axes.set_ylim(top=4 * axes.get_ylim()[1])  # room for the legend

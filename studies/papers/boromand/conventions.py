@@ -11,13 +11,18 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, power_law
 from studies.ensemble_tables import PACKINGS, EnsembleTables
-from studies.ensembles import Sample, SizeLaw, average, log_places, size_law
+from studies.ensembles import Ensemble, Sample, SizeLaw, average, groups_by, log_places, scaled, select, size_law
+from studies.panels import Drawing, size_style
 from studies.papers.statements import paper
+
+Kind = tuple[str, int]  # model and N
+Curve = tuple[Array, Array]  # means of x and y (places,)
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
 COMPRESSED = {"sp": SIZES, "dp": SIZES[:3]}  # sizes of which twenty packings and more are followed beyond onset
 LARGEST = {model: n[-1] for model, n in COMPRESSED.items()}
+ONSET = {"sp": "phi_J", "dp": "rho_J"}
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
 ONSET_CORRECTION = 0.7  # N^-0.7 of the mean onset, O'Hern et al., Phys. Rev. E 68, 011306 (2003)
@@ -27,6 +32,7 @@ LOWEST = {"sp": 1e-3, "dp": 1e-2}
 HIGHEST = {"d_phi": 0.2, "d_rho": 0.13}  # [B] fig 6 a for phi; below confluence for rho
 STABLE = tuple({"packings": which} for which in PACKINGS[1:])  # other analyses of G of disks
 STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolated
+BELOW = log_places(1e-6, 0.13, 4)  # distances from confluence
 NEAR = log_places(1e-6, 0.4, 5)  # distances from onset of panels with logarithmic axes
 DISTANCES = np.arange(0.0, 0.43, 0.01)  # the same of panels with linear axes
 FRACTIONS = np.arange(0.80, 1.25, 0.01)  # packing fractions of panels with linear axes
@@ -47,15 +53,14 @@ def curve(
     x: str,
     y: str,
     places: ArrayLike,
-    within: tuple[float, float] | None = None,
-    middle: Callable[[Array], Array] = average,
+    within: tuple[float, float] = (-np.inf, np.inf),
     packings: str = PACKINGS[0],
 ) -> Sample:
     """Take the mean curve of a column y over x, of one model and size, at some places."""
     found = tables.curve(model, n, x, y, places, packings)
     if not np.isfinite(found.y).any():
         raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
-    return (found if within is None else found.between(*within)).sample(middle)
+    return found.between(*within).sample()
 
 
 def of_curve(model: str, n: int, x: str, y: str, places: ArrayLike, **more: Any) -> dict[str, Any]:
@@ -64,19 +69,62 @@ def of_curve(model: str, n: int, x: str, y: str, places: ArrayLike, **more: Any)
 
 
 def curves(
+    tables: EnsembleTables, kinds: Sequence[Kind], x: str, y: str, places: ArrayLike, packings: str = PACKINGS[0]
+) -> Sample:
+    """Take the mean curves of several models and sizes, each an argument of the statistic."""
+    parts = [curve(tables, model, n, x, y, places, packings=packings) for model, n in kinds]
+    return Sample(
+        [part.groups[0] for part in parts],
+        lambda drawn: [part.reduce([one]) for part, one in zip(parts, drawn, strict=True)],
+    )
+
+
+def evenly(
     tables: EnsembleTables,
-    kinds: Sequence[tuple[str, int]],
-    x: str,
-    y: str,
-    places: ArrayLike,
+    series: str,
+    column: str,
+    n: int = 0,
+    beyond: float = 0.0,
+    per_decade: int = 0,
+    z_j: str = "3.97",
+    direction: str = "mean",
     packings: str = PACKINGS[0],
-) -> tuple[list[Array], Callable[[list[Array]], list[tuple[Array, Array]]]]:
-    """Take the curves of several models and sizes, and what averages each."""
-    found = [tables.curve(model, n, x, y, places, packings) for model, n in kinds]
-    for (model, n), one in zip(kinds, found, strict=True):
-        if not np.isfinite(one.y).any():
-            raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
-    return [one.curves for one in found], lambda drawn: [(average(c[..., 0]), average(c[..., 1])) for c in drawn]
+    middle: Callable[[Array], Array] = average,
+) -> Sample:
+    """Take z - z_J or G of one size, the largest unless told, at even places, or at even ones in logarithms `beyond` a
+    distance; G along x by the ratio of means of packings with both."""
+    model, by = SERIES[series]
+    n = n or LARGEST[model]
+    places = log_places(beyond, HIGHEST[by], per_decade) if per_decade else even_places(model, by)
+    e = tables.curve(model, n, by, column, places, packings)
+    if column == "z":
+        e = Ensemble(e.x, e.y - (SUBTRACTED if z_j == "3.97" else tables.at_onset(model, n)["z"].mean()))
+    if direction == "x":
+        both = [tables.curve(model, n, by, name, places) for name in ("g_beside_x", "g_x")]
+        e = Ensemble(e.x, e.y * average(both[1].y) / average(both[0].y))
+    return (e if per_decade else e.between(beyond, np.inf)).sample(middle)
+
+
+def onsets(tables: EnsembleTables, models: Sequence[str], n: Sequence[int], column: str = "") -> Sample:
+    """Take the onset, or another column, of packings of several models and sizes, a group each."""
+    found = [groups_by(select(tables.onset, model=m), "n", column or ONSET[m], n) for m in models]
+    return Sample([group for groups in found for group in groups])
+
+
+def mean(groups: Sequence[Array]) -> float:
+    """Average over packings, and over sizes."""
+    return float(np.mean([values.mean() for values in groups]))
+
+
+def draw_sizes(
+    out: Drawing, axes: Any, tables: EnsembleTables, model: str, x: str, y: str, power: float = 0.0, **look: Any
+) -> None:
+    """Draw the mean curves of a model near onset, or near confluence, one a size; with a power over x N^power, and
+    times N."""
+    for n in COMPRESSED[model]:
+        at, band = tables.curve(model, n, x, y, NEAR if x.startswith("d_") else BELOW).band
+        over, times = (n**power, n) if power else (1, 1)
+        out.curve(axes, f"N = {n}", at * over, scaled(band, times), **{"linestyle": "none"} | size_style(n) | look)
 
 
 # statistics of a mean curve, x and y (places,) ------------------------------------------------------------------------

@@ -28,7 +28,7 @@ from studies.papers.boromand.conventions import (
     of_curve,
     power,
 )
-from studies.papers.statements import caption, measure, paper, statements, statistic
+from studies.papers.statements import measure, paper, statements, statistic
 
 N = 32  # of figs 4 and 11
 DENSEST = 1.24 - 1e-6  # phi at which rho -> 1, [B] below eq 12
@@ -160,7 +160,6 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
     _draw_areas(out, b, tables)
     _draw_shapes(out, c, tables)
-    out.caption = caption(out.name)
     return out
 
 
@@ -222,7 +221,6 @@ def figure_11(tables: EnsembleTables) -> Drawing:
         label(axes, rf"$\mathcal{{A}} - {shape}$", r"$\rho - \rho_J$", loc="lower right")
     _draw_local_slopes(out, f, tables)
     out.text = [late_onset(tables)]
-    out.caption = caption(out.name)
     return out
 
 

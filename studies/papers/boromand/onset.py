@@ -5,28 +5,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.stats import ks_2samp
 
 from jamlab.arrays import Array
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, bootstrap, groups_by, mean_over_packings, select, sizes
+from studies.ensembles import bootstrap, groups_by, mean_over_packings, sizes
+from studies.html_page import TextTable
 from studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
-from studies.papers.boromand.conventions import ONSET_CORRECTION, SIZES, onset_law
-from studies.papers.statements import caption, paper, statistic
+from studies.papers.boromand.conventions import ONSET, ONSET_CORRECTION, SIZES, mean, onset_law, onsets
+from studies.papers.statements import paper, statistic
 
 LEAST = 30  # packings of a density
-COLUMN = {"sp": "phi_J", "dp": "rho_J"}
 
 
-def onsets(tables: EnsembleTables, model: str) -> Sample:
-    """Take the onsets of packings of the paper's sizes."""
-    return Sample(groups_by(select(tables.onset, model=model), "n", COLUMN[model], SIZES))
-
-
-_WIDTHS = ({"quartiles": True}, {"first": 1})
-
-
-@statistic("B10-theta-sp", sample=onsets, model="sp", variants=_WIDTHS)
-@statistic("B10-theta-dp", sample=onsets, model="dp", variants=_WIDTHS)
 def width_exponent(groups: list[Array], quartiles: bool = False, first: int = 0) -> float:
     """Fit the exponent of the width against N in logarithms, whose error is (2m - 2)^-0.5 for m packings."""
     groups = groups[first:]
@@ -38,35 +29,46 @@ def width_exponent(groups: list[Array], quartiles: bool = False, first: int = 0)
     return -float(np.polyfit(np.log(SIZES[first:]), np.log(widths), 1, w=weights)[0])
 
 
-_LAWS = ({"correction": 0.6}, {"correction": 0.8}, {"first": 1})
-
-
-@statistic("B10-onset-sp", sample=onsets, model="sp", variants=_LAWS)
-@statistic("B10-onset-dp", sample=onsets, model="dp", variants=_LAWS)
 def limit(groups: list[Array], correction: float = ONSET_CORRECTION, first: int = 0) -> float:
     """Extend the mean onset to large packings, with a correction N^-0.7 (O'Hern et al. 2003)."""
     return onset_law(SIZES[first:], groups[first:], correction).limit
 
 
-def both_models(tables: EnsembleTables, n: int) -> Sample:
-    """Take the onsets of disks and of droplets of one size."""
-    return Sample([groups_by(select(tables.onset, model=m), "n", c, [n])[0] for m, c in COLUMN.items()])
+for _model in ("sp", "dp"):
+    _widths, _laws = ({"quartiles": True}, {"first": 1}), ({"correction": 0.6}, {"correction": 0.8}, {"first": 1})
+    statistic(f"B10-theta-{_model}", sample=onsets, models=[_model], n=SIZES, variants=_widths)(width_exponent)
+    statistic(f"B10-onset-{_model}", sample=onsets, models=[_model], n=SIZES, variants=_laws)(limit)
 
 
-@statistic("B10-same", sample=both_models, n=32, variants=({"n": 64}, {"n": 128}, {"of": np.median}))
+_OTHER_N = ({"n": (64,)}, {"n": (128,)}, {"of": np.median})
+
+
+@statistic("B10-same", sample=onsets, models=("sp", "dp"), n=(32,), variants=_OTHER_N)
 def difference(groups: list[Array], of: Callable[[Array], Any] = np.mean) -> float:
     """Subtract the mean onset of disks from that of droplets."""
     return float(of(groups[1]) - of(groups[0]))
 
 
+def same_distribution(tables: EnsembleTables) -> TextTable:
+    """Compare phi_J of droplets with that of disks, size by size, by the test of Kolmogorov and Smirnov."""
+    rows = []
+    for n in SIZES:
+        sp, dp = onsets(tables, ("sp", "dp"), (n,), "phi_J").groups
+        test = ks_2samp(sp, dp)
+        values = (mean([sp]), mean([dp]), test.statistic, test.pvalue)
+        rows.append([f"{n}", f"{len(sp)}", f"{len(dp)}", *(f"{v:.3g}" if v < 0.5 else f"{v:.4f}" for v in values)])
+    columns = ("N", "disks", "droplets", "mean phi_J of disks", "of droplets", "largest distance", "p")
+    return TextTable(columns, rows, heading="Are onsets phi_J of droplets those of disks?", words=True)
+
+
 def figure_10(tables: EnsembleTables) -> Drawing:
     """Distributions of onset, their width and mean against N."""
     onset = tables.onset
-    out, (left, right, width, mean, contacts, count) = drawing("boromand-10", 3, 2, 5.0, 3.8)
+    out, (left, right, width, means, contacts, count) = drawing("boromand-10", 3, 2, 5.0, 3.8)
     scale(width)
     for model, axes in (("sp", left), ("dp", right)):
         n = sizes(onset, model)
-        groups = groups_by(onset[onset["model"] == model], "n", COLUMN[model], n)
+        groups = groups_by(onset[onset["model"] == model], "n", ONSET[model], n)
         inset = axes.inset_axes((0.1, 0.55, 0.3, 0.36))
         inset.set_gid(axes.get_gid() + "-inset")
         for size, values in zip(n, groups, strict=True):
@@ -84,21 +86,21 @@ def figure_10(tables: EnsembleTables) -> Drawing:
         inset.tick_params(labelsize=7)
         inset.set_title("$f_J$", fontsize=8, pad=2)
         spread = bootstrap(groups, lambda g: [v.std(ddof=1) if len(v) > 1 else np.nan for v in g])
-        for panel, what, found in ((width, "width", spread), (mean, "mean", mean_over_packings(groups))):
+        for panel, what, found in ((width, "width", spread), (means, "mean", mean_over_packings(groups))):
             name = f"{model.upper()}: {what}"
             out.curve(panel, name, n, found, band=False, label=model.upper(), **model_style(model))
     theta, large = paper("B10-theta-sp"), paper("B10-onset-sp")
     out.slope(width, -theta, (sizes(onset, "sp")[0], 256), 0.016, rf"$N^{{-{theta}}}$", above=True)
     label(width, "N", r"width of the distribution $\sigma$")
-    out.curve(mean, f"paper: large-N limit {large}", [12, 500], [large] * 2, **PAPER)
-    mean.set_xscale("log")
-    label(mean, "N", "mean onset", loc="lower right")
+    out.curve(means, f"paper: large-N limit {large}", [12, 500], [large] * 2, **PAPER)
+    means.set_xscale("log")
+    label(means, "N", "mean onset", loc="lower right")
     _draw_contacts_at_onset(out, contacts, count, onset)
-    out.caption = caption(out.name)
+    out.text = [same_distribution(tables)]
     return out
 
 
-def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataFrame) -> None:
+def _draw_contacts_at_onset(out: Drawing, extra: Any, z: Any, onset: pd.DataFrame) -> None:
     """Draw contacts beyond the isostatic number, and z_J against N."""
     held = onset["n"] - onset["rattlers"]
     table = onset.assign(extra=(0.5 * onset["z_J"] * held - (2 * held - 1)).round()).dropna(subset=["z_J"])
@@ -109,10 +111,10 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
         share = of_model.loc[of_model["n"] == largest, "extra"].value_counts(normalize=True).sort_index()
         out.curve(extra, f"{name}, N = {largest}", share.index, share.to_numpy(), **look | {"linestyle": "-"})
         found = mean_over_packings(groups_by(of_model, "n", "z_J", n))
-        out.curve(mean, f"{name}: z_J", n, found, band=False, label=name, **look)
+        out.curve(z, f"{name}: z_J", n, found, band=False, label=name, **look)
     line, printed = np.geomspace(12, 500, 40), paper("BT-zJ-sp-phi")
-    out.curve(mean, "4 - 2/N", line, 4 - 2 / line, **FIT)
-    out.curve(mean, f"paper: $z_J$ = {printed}", [12, 500], [printed] * 2, **PAPER)
-    mean.set_xscale("log")
+    out.curve(z, "4 - 2/N", line, 4 - 2 / line, **FIT)
+    out.curve(z, f"paper: $z_J$ = {printed}", [12, 500], [printed] * 2, **PAPER)
+    z.set_xscale("log")
     label(extra, r"contacts at onset beyond $2N' - 1$", "share of packings")
-    label(mean, "N", r"$z_J$", loc="lower right")
+    label(z, "N", r"$z_J$", loc="lower right")

@@ -65,7 +65,6 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     axes.set_title(
         rf"SP, $\phi$ = {packing.phi:.3f}, $\rho$ = {rho:.3f}; green: $\mathcal{{A}}$ = {shapes[chosen]:.3f}"
     )
-    out.caption = caption(out.name)
     return out
 
 
@@ -102,7 +101,6 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     close.set_xlim(0.35 * side, 0.75 * side)
     close.set_ylim(0.35 * side, 0.75 * side)
     close.set_title("close-up: vertices, polygons, rims", fontsize=12)
-    out.caption = caption(out.name)
     return out
 
 
@@ -153,5 +151,4 @@ def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
         axes.set_title(text, fontsize=11)
     handles = [Patch(facecolor=SIDE_COLOURS[side], edgecolor="black", label=f"{side} sides") for side in (3, 4, 5, 6)]
     out.figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=10)
-    out.caption = caption(out.name)
     return out

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from jamlab.plotting.palette import SIDE_COLOURS
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import SHARE, Sample, bootstrap, select
 from studies.panels import PAPER, Drawing, drawing, label, model_style
-from studies.papers.statements import caption, paper, statistic
+from studies.papers.statements import paper, statistic
 
 N = 64  # of fig 8
 SIDES = (3, 4, 5, 6)  # whose shares the paper gives
@@ -47,14 +48,14 @@ def shares(cube: Array, *sides: int) -> Array:
     return _divide(voids[:, list(sides)], total)
 
 
-def triangle_share(total: Array) -> float:
-    """Compute P_3, the share of voids with three sides, of sums (sides, 3)."""
-    return float(_divide(total[3, 0], total[:, 0].sum()))
+def triangle_share(total: Array) -> Array:
+    """Compute P_3, the share of voids with three sides, of sums (..., sides, 3)."""
+    return _divide(total[..., 3, 0], total[..., 0].sum(axis=-1))
 
 
-def triangle_shape(total: Array) -> float:
-    """Compute the mean shape factor of voids with three sides, of sums (sides, 3)."""
-    return float(_divide(total[3, 2], total[3, 0]))
+def triangle_shape(total: Array) -> Array:
+    """Compute the mean shape factor of voids with three sides, of sums (..., sides, 3)."""
+    return _divide(total[..., 3, 2], total[..., 3, 0])
 
 
 # numbers --------------------------------------------------------------------------------------------------------------
@@ -71,7 +72,7 @@ def shares_near(rho: Array, cube: Array, at: float = NEAR_ONSET) -> Array:
     return np.array([np.interp(at, rho, share) for share in shares(cube, *SIDES).T])
 
 
-def beyond(rho: Array, cube: Array, of: Callable[[Array], float], low: float, high: float = np.inf) -> float:
+def beyond(rho: Array, cube: Array, of: Callable[[Array], Array], low: float, high: float = np.inf) -> Array:
     """Compute P_3 or the shape factor of all voids between two rho."""
     return of(cube[:, (rho > low) & (rho < high)].sum(axis=(0, 1)))
 
@@ -80,24 +81,13 @@ for _model in ("sp", "dp"):
     _shares = [f"B8-P{sides}-{_model}" for sides in SIDES]
     statistic(*_shares, sample=of_model, model=_model, variants=({"at": 0.84}, {"at": 0.85}))(shares_near)
 _ENDS = ({"low": 0.97}, {"low": 0.99})
-statistic("B8-P3-dense-sp", sample=of_model, model="sp", of=triangle_share, low=0.98, variants=_ENDS)(beyond)
-statistic("B8-A3-dense-sp", sample=of_model, model="sp", of=triangle_shape, low=0.98, variants=_ENDS)(beyond)
-statistic(
-    "B8-P3-dense-dp",
-    sample=of_model,
-    model="dp",
-    of=triangle_share,
-    low=TRIANGLES_FROM,
-    variants=({"low": 0.98}, {"high": TRIANGLES_FROM + 0.01}),
-)(beyond)
-statistic(
-    "B8-A3-dense-dp",
-    sample=of_model,
-    model="dp",
-    of=triangle_shape,
-    low=TRIANGLES_FROM,
-    variants=[{"low": low} for low in (0.85, 0.9, 0.98)],
-)(beyond)
+for _name, _of, _low, _others in (
+    ("P3-dense-sp", triangle_share, 0.98, _ENDS),
+    ("A3-dense-sp", triangle_shape, 0.98, _ENDS),
+    ("P3-dense-dp", triangle_share, TRIANGLES_FROM, ({"low": 0.98}, {"high": TRIANGLES_FROM + 0.01})),
+    ("A3-dense-dp", triangle_shape, TRIANGLES_FROM, [{"low": low} for low in (0.85, 0.9, 0.98)]),
+):
+    statistic(f"B8-{_name}", sample=of_model, model=_name[-2:], of=_of, low=_low, variants=_others)(beyond)
 
 
 def of_both(tables: EnsembleTables, rho: float = np.nan) -> Sample:
@@ -146,32 +136,25 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     for model in ("sp", "dp"):
         rho, cube = void_sums(tables, model, onset=False)
         share = bootstrap([cube], lambda g: shares(g[0], *SIDES))
-        marks = (
-            {"linestyle": "none", "marker": "v"}
-            if model == "sp"
-            else {"linestyle": "-", "marker": "D", "markersize": 3}
-        )
+        marks: dict[str, Any] = {"linestyle": "none" if model == "sp" else "-", "marker": "v" if model == "sp" else "D"}
         for k, sides in enumerate(SIDES):
             colour = {"color": SIDE_COLOURS[sides] if sides != 5 else "#C9A800"}
             out.curve(a, f"{model.upper()}, {sides} sides", rho, share[:, k], **marks | colour)
-        mean = bootstrap([cube], lambda g: _means(g[0]))
+        mean = bootstrap([cube], lambda g: _shape_and_area(g[0].sum(axis=0)))
         for k, axes in enumerate((b, c)):
             out.curve(axes, f"{model.upper()}, N = {N}", rho, mean[:, k], **model_style(model, linestyle="-"))
     border = f"paper: Plateau border, {paper('B8-A3-dense-dp')}"
     out.curve(b, border, [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
-    fraction = r"true packing fraction $\rho$"
-    label(a, fraction, r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
-    shape = r"shape factor $\mathcal{A}$ of 3-sided voids"
-    label(b, fraction, shape, loc="upper right", bbox_to_anchor=(1.0, 0.93))
     c.set_yscale("log")
+    fraction = r"true packing fraction $\rho$"
+    below: dict[str, Any] = {"loc": "upper right", "bbox_to_anchor": (1.0, 0.93)}
+    label(a, fraction, r"share $P_l$ of voids with $l$ sides", ncols=2)
+    label(b, fraction, r"shape factor $\mathcal{A}$ of 3-sided voids", **below)
     label(c, fraction, r"mean void area / particle area")
-    out.caption = caption(out.name)
     return out
 
 
-def _means(cube: Array) -> Array:
+def _shape_and_area(total: Array) -> Array:
     """Compute means (bins, 2): shape factor of voids with three sides, area of all."""
-    total = cube.sum(axis=0)
-    areas = _divide(total[..., 1].sum(1), total[..., 0].sum(1))
-    return np.column_stack([_divide(total[:, 3, 2], total[:, 3, 0]), areas])
+    return np.column_stack([triangle_shape(total), _divide(total[..., 1].sum(axis=-1), total[..., 0].sum(axis=-1))])
