@@ -118,7 +118,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     x, y = tables.curve("dp", 64, "rho", "shape", FRACTIONS).band
     out.curve(b, name, y.value - 1, x, **look)
     out.curve(c, name, *tables.curve("dp", 64, **LEFT).band, **look)
-    out.slope(c, paper("B9-exponent-dp"), NEAR_UNITY, 0.1)
+    out.slope(c, paper("B9-exponent-dp"), (8e-3, 0.03), 0.2)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(b, r"shape factor $\mathcal{A} - 1$", r"true packing fraction $\rho$", loc="lower right")
     label(c, r"$1 - \rho$", r"$z_{conf} - z$", loc="upper left")
