@@ -19,6 +19,14 @@ COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motio
 LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
 DEFAULT_LAW = {name: float(defaults("dp")[name]) for name in LAW}
 PACKING = ["model", "n", "seed", *LAW]
+ALL_LAW = ("gamma", "delta", "eps", "nv_small")
+BY_LAW = {  # of droplets, by name: column of states, and the abscissa and place at which it is taken
+    "void_090": ("void", "rho", 0.90),
+    "void_098": ("void", "rho", 0.98),
+    "g": ("g", "d_rho", 0.15),
+    "shape": ("shape", "rho", 0.9895),
+    "z_010": ("z", "d_rho", 0.1),
+}
 DAMPING = ["law", "beta", "eta_f"]
 SHARED = "shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
@@ -120,6 +128,24 @@ def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     return rows[rows["model"] == "dp"].rename(columns={SHARED: "overlap"})
 
 
+def droplets_by_law(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
+    """Reduce each sweep or onset of droplets, of any law, to what Boromand et al. print of theirs: rho_J, z_J, the mean
+    shape factor of voids with three sides at onset, rho where z is 6, and `BY_LAW` between states; else nan."""
+    three = voids[voids["sides"] == 3].groupby(["task", "state"])["shape"].mean().rename("void")
+    rows = states[(states["model"] == "dp") & states["converged"].astype(bool)].join(three, on=["task", "state"])
+    found = []
+    for law, part in rows.sort_values("rho").groupby(["n", "seed", *ALL_LAW]):
+        first = part.iloc[0]
+        if first["state"] != 0:
+            continue
+        x = {"rho": part["rho"], "d_rho": part["rho"] - first["rho"]}
+        ends = {"left": np.nan, "right": np.nan}
+        values = [np.interp(place, x[by], part[column], **ends) for column, by, place in BY_LAW.values()]
+        full = part.loc[part["z"] >= 6, "rho"]
+        found.append((*law, first["rho"], first["z"], first["void"], full.min(), *values))
+    return pd.DataFrame(found, columns=list(COLUMNS["droplet_laws"]))
+
+
 def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
     """Select rows of converged states; adds rho, what particles share if that is known, and the force law."""
     kept = ["task", "state", *PACKING, "rho", *({SHARED} & set(states.columns))]
@@ -210,6 +236,7 @@ COLUMNS = {  # of the tables that figures are drawn from
     ),
     "droplet_modes": (*PACKING, *DAMPING, "rho", "rate", "strength", *MOTIONS, "sliding"),
     "droplet_voids": (*PACKING, "state", "rho", "overlap", "voids", "three", "shape_of_three"),
+    "droplet_laws": ("n", "seed", *ALL_LAW, "rho_J", "z_J", "void_J", "rho_star", *BY_LAW),
 }
 NAMES = tuple(COLUMNS)
 
@@ -291,6 +318,7 @@ class EnsembleTables:
     oscillation = _prepared("oscillation", lambda table: table.dropna(subset=["storage"]))
     droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
     droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
+    droplet_laws = _shipped("droplet_laws", droplets_by_law, "states", "voids")
 
     def curve(self, model: str, n: int, x: str, y: str, places: ArrayLike, packings: str = PACKINGS[0]) -> Ensemble:
         """Interpolate each packing of one model and size at the same places, of a column of states over another; G, a

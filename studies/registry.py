@@ -11,8 +11,7 @@ from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
 from studies.papers import forest
 from studies.papers.baumgarten import correlation, motion, spectra
-from studies.papers.baumgarten import pictures as pictures_of_t
-from studies.papers.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
+from studies.papers.boromand import contacts_and_modulus, geometry, onset_and_confluence, pictures, voids
 from studies.papers.verdicts import RULE, first_line
 from studies.reference_data import example_sections
 from studies.speed_accuracy import flow, moduli, other_codes, packings, size_scaling
@@ -40,15 +39,16 @@ PAPERS = _figures(
         "boromand-4": geometry.figure_4,
         "boromand-5": contacts_and_modulus.figure_5,
         "boromand-6": contacts_and_modulus.figure_6,
-        "boromand-7": confluence.figure_7,
+        "boromand-7": onset_and_confluence.figure_7,
         "boromand-8": voids.figure_8,
         "boromand-8-voids": pictures.figure_8_snapshots,
-        "boromand-9": confluence.figure_9,
-        "boromand-10": onset.figure_10,
+        "boromand-8-laws": voids.droplet_laws,
+        "boromand-9": onset_and_confluence.figure_9,
+        "boromand-10": onset_and_confluence.figure_10,
         "boromand-11": geometry.figure_11,
         "tables": contacts_and_modulus.tables_1_2,
         "baumgarten-1": spectra.figure_1,
-        "baumgarten-1-fields": pictures_of_t.figure_1_fields,
+        "baumgarten-1-fields": spectra.figure_1_fields,
         "baumgarten-3": spectra.figure_3,
         "baumgarten-4": spectra.figure_4,
         "baumgarten-5": motion.figure_5,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parent
 MODULES = (  # that register functions
-    *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "confluence", "voids", "onset")),
+    *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "onset_and_confluence", "voids")),
     *(f"papers.baumgarten.{name}" for name in ("spectra", "motion", "correlation")),
     *("dynamics.flow_curves", "dynamics.collapse"),
 )

@@ -15,7 +15,6 @@ from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, bootstrap, log_places, select
 from studies.papers.baumgarten.spectra import regime_ends
-from studies.papers.boromand.confluence import CONFLUENT
 from studies.papers.boromand.contacts_and_modulus import coefficients
 from studies.papers.boromand.conventions import (
     SERIES,
@@ -29,6 +28,7 @@ from studies.papers.boromand.conventions import (
     table_fit,
 )
 from studies.papers.boromand.geometry import late_onset
+from studies.papers.boromand.onset_and_confluence import CONFLUENT
 from studies.papers.boromand.voids import beyond, shares_near, triangle_shape, void_sums
 from studies.papers.statements import (
     MEASURES,

@@ -28,7 +28,7 @@ from studies.papers.boromand.conventions import (
     of_curve,
     power,
 )
-from studies.papers.statements import measure, paper, statements, statistic
+from studies.papers.statements import measure, paper, statistic
 
 N = 32  # of figs 4 and 11
 DENSEST = 1.24 - 1e-6  # phi at which rho -> 1, [B] below eq 12
@@ -202,7 +202,8 @@ def _draw_shapes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
 
 def figure_11(tables: EnsembleTables) -> Drawing:
     """Five power laws that tie packing fractions, energy, area and shape together."""
-    out, (a, b, c, d, e, f) = drawing("boromand-11", 2, 3, 4.6, 3.9)
+    out, (a, b, c, d, e, rest) = drawing("boromand-11", 2, 3, 4.6, 3.9)
+    rest.remove()
     _draw_law(out, a, tables, "sp", ("u", "overlap", ENERGIES), "B11-kappa")
     label(a, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
     scale(b)
@@ -219,7 +220,6 @@ def figure_11(tables: EnsembleTables) -> Drawing:
         _draw_law(out, axes, tables, model, ("d_rho", "excess", FROM_ONSET), f"B11-omega-small-{model}", inverse=True)
         _draw_last_decade(out, axes, tables, model, ("excess", "d_rho", SHAPE_PLACES), f"B11-omega-large-{model}")
         label(axes, rf"$\mathcal{{A}} - {shape}$", r"$\rho - \rho_J$", loc="lower right")
-    _draw_local_slopes(out, f, tables)
     out.text = [late_onset(tables)]
     return out
 
@@ -258,25 +258,3 @@ def _draw_last_decade(
     height = float(np.interp(middle, x, y))
     out.curve(axes, f"last decade: {ours:.3g}", line, height * (line / middle) ** ours, **FIT)
     out.slope(axes, theirs, (line[0], 0.5 * line[-1]), 0.35 * height * (line[0] / middle) ** theirs)
-
-
-def _draw_local_slopes(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
-    """Draw zeta and omega between neighbouring places, which show where a single power holds."""
-    scale(axes, y="linear")
-    looks: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
-        ("sp", "lost", r"$\zeta$, SP", {"color": GREEN, "marker": "s"}),
-        ("sp", "excess", r"$\omega$, SP", model_style("sp")),
-        ("dp", "excess", r"$\omega$, DP", model_style("dp")),
-    )
-    for model, column, name, look in looks:
-        x, y = tables.curve(model, N, "d_rho", column, log_places(1e-6, 0.2, 5)).mean
-        kept = np.isfinite(x) & (y > 0)
-        x, y = x[kept], y[kept]
-        rise = np.diff(np.log(y)) / np.diff(np.log(x))
-        out.curve(
-            axes, name, np.sqrt(x[1:] * x[:-1]), rise if column == "lost" else 1 / rise, **look | {"linestyle": "-"}
-        )
-    for value in {s.value for name, s in statements().items() if name.startswith(("B11-omega", "B11-zeta"))}:
-        axes.axhline(value, **PAPER | {"linewidth": 0.7})
-    axes.set_ylim(0, 3.5)
-    label(axes, r"$\rho - \rho_J$", "local slope (dashed: the paper's)", loc="upper left")

@@ -1,4 +1,4 @@
-"""Draw voids in Boromand et al., fig 8: shares by number of sides, shape factor, area."""
+"""Draw voids in Boromand et al., fig 8: shares by number of sides, shape, area; and droplets of other parameters."""
 
 from collections.abc import Callable
 from functools import cache
@@ -9,15 +9,25 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
-from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import SHARE, Sample, bootstrap, select
-from studies.panels import PAPER, Drawing, drawing, label, model_style
-from studies.papers.statements import paper, statistic
+from studies.ensemble_tables import ALL_LAW, EnsembleTables
+from studies.ensembles import SHARE, Sample, average, bootstrap, select
+from studies.panels import PAPER, Drawing, drawing, label, model_style, style
+from studies.papers.boromand.conventions import SUBTRACTED, table_fit
+from studies.papers.statements import caption, paper, statistic
 
 N = 64  # of fig 8
 SIDES = (3, 4, 5, 6)  # whose shares the paper gives
 NEAR_ONSET = 0.845  # rho of the shares that it gives "near rho_J": its panel is over rho, rho_J is 0.842
 TRIANGLES_FROM = 0.97  # rho from which all voids of its droplets have three sides
+LEAST = 3  # packings of a law that is drawn
+PANELS: dict[str, tuple[str, float, float]] = {  # column -> name, what the paper has, half width of its band
+    "void_090": (r"$\mathcal{A}_3$ at $\rho = 0.90$", paper("B8-A3-dense-dp"), 0.05),
+    "void_098": (r"$\mathcal{A}_3$ at $\rho = 0.98$", paper("B8-A3-dense-dp"), 0.05),
+    "rho_star": (r"$\rho^*$, where $z = 6$", 1.0, 0.005),
+    "g": (r"$G$ at $\Delta\rho = 0.15$  [$\epsilon_r/l^2$]", float(table_fit("DP(ρ)", "G")(0.15)), 0.02),
+    "shape": (r"mean $\mathcal{A}$ at $\rho = 0.99$", paper("B4-A-099-dp"), 0.005),
+    "z_010": (r"$z$ at $\Delta\rho = 0.1$", float(SUBTRACTED + table_fit("DP(ρ)", "z")(0.1)), 0.02),
+}
 
 
 @cache
@@ -158,3 +168,27 @@ def figure_8(tables: EnsembleTables) -> Drawing:
 def _shape_and_area(total: Array) -> Array:
     """Compute means (bins, 2): shape factor of voids with three sides, area of all."""
     return np.column_stack([triangle_shape(total), _divide(total[..., 1].sum(axis=-1), total[..., 0].sum(axis=-1))])
+
+
+def droplet_laws(tables: EnsembleTables) -> Drawing:
+    """Voids, confluence, modulus and shape of droplets for every set of parameters, beside what the paper prints."""
+    table = tables.droplet_laws
+    table = table[(table["n"] == N) & table["shape"].notna()]
+    table = table.assign(ratio=table["gamma"] * table["delta"] / table["eps"])
+    kinds = table[["delta", "nv_small"]].drop_duplicates().sort_values(["nv_small", "delta"])
+    out, axes = drawing("boromand-8-laws", 2, 3, 4.4, 3.6)
+    for part, (column, (name, value, half)) in zip(axes, PANELS.items(), strict=True):
+        part.set_xscale("log")
+        part.axhspan(value - half, value + half, color="#DCE9F5", zorder=0)
+        for k, (delta, vertices) in enumerate(kinds.to_numpy()):
+            rows = table[(table["delta"] == delta) & (table["nv_small"] == vertices)].dropna(subset=[column])
+            groups = [(ratio, v.to_numpy()) for ratio, v in rows.groupby("ratio")[column] if len(v) >= LEAST]
+            look: dict[str, Any] = style(k) | {"linestyle": "-" if vertices == 12 else "--"}
+            text = rf"$\delta = {delta:g}$, {vertices:.0f} vertices"
+            found = bootstrap([v for _, v in groups], lambda g: [float(average(v)) for v in g])
+            out.curve(part, text, [ratio for ratio, _ in groups], found, band=False, **look)
+        label(part, r"$\gamma\delta/\epsilon$, tension over stiffness of rims", name, legend=False)
+    out.legend_above(axes[0])
+    packings = table.groupby(list(ALL_LAW)).size()
+    out.caption = caption(out.name, n=N, sets=len(packings), least=packings.min(), most=packings.max())
+    return out
