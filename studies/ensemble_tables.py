@@ -138,9 +138,12 @@ def droplets_by_law(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
         first = part.iloc[0]
         if first["state"] != 0:
             continue
-        x = {"rho": part["rho"], "d_rho": part["rho"] - first["rho"]}
-        ends = {"left": np.nan, "right": np.nan}
-        values = [np.interp(place, x[by], part[column], **ends) for column, by, place in BY_LAW.values()]
+        part, values = part.assign(d_rho=part["rho"] - first["rho"]), []
+        for column, by, place in BY_LAW.values():
+            known = part.dropna(subset=[column])
+            values.append(
+                np.interp(place, known[by], known[column], left=np.nan, right=np.nan) if len(known) else np.nan
+            )
         full = part.loc[part["z"] >= 6, "rho"]
         found.append((*law, first["rho"], first["z"], first["void"], full.min(), *values))
     return pd.DataFrame(found, columns=list(COLUMNS["droplet_laws"]))

@@ -10,7 +10,7 @@ from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
 from studies.papers import forest
-from studies.papers.baumgarten import correlation, motion, spectra
+from studies.papers.baumgarten import motion, spectra
 from studies.papers.boromand import contacts_and_modulus, geometry, onset_and_confluence, pictures, voids
 from studies.papers.verdicts import RULE, first_line
 from studies.reference_data import example_sections
@@ -53,7 +53,7 @@ PAPERS = _figures(
         "baumgarten-4": spectra.figure_4,
         "baumgarten-5": motion.figure_5,
         "baumgarten-6": spectra.figure_6,
-        "baumgarten-7": correlation.figure_7,
+        "baumgarten-7": motion.figure_7,
         "baumgarten-8": motion.figure_8,
         **flow_curves.FIGURES,
         **collapse.FIGURES,

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parent
 MODULES = (  # that register functions
     *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "onset_and_confluence", "voids")),
-    *(f"papers.baumgarten.{name}" for name in ("spectra", "motion", "correlation")),
+    *(f"papers.baumgarten.{name}" for name in ("spectra", "motion")),
     *("dynamics.flow_curves", "dynamics.collapse"),
 )
 Keywords = Mapping[str, Any]

@@ -12,7 +12,7 @@ from studies import pages
 from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
 from studies.ensembles import ensemble, log_places, size_law
-from studies.papers.baumgarten.correlation import correlations
+from studies.papers.baumgarten.motion import correlations
 from studies.papers.baumgarten.spectra import Group, same_packings
 
 

@@ -13,6 +13,7 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.hdf5 import read
 from jamlab.packing.neighbors import moves_home
+from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
@@ -312,7 +313,16 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     out.slope(axes, 0.5, (low, high), 2.0 * np.interp(low, w, storage), above=True)
     out.slope(axes, 1.0, (10, w[-1]), 0.4 * np.interp(10, w, loss))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
+    inset = axes.inset_axes((0.66, 0.04, 0.32, 0.38))
+    inset.set_gid("inset")
+    _draw_disks(inset, read(DATA / SHEARED))
     return out
+
+
+def _draw_disks(axes: Any, packing: Packing) -> None:
+    assert packing.diameters is not None
+    fill_everywhere(axes, circles(packing.positions, packing.diameters), packing.box, **PALE)
+    frame_cell(axes, packing.box)
 
 
 def figure_1_fields(tables: EnsembleTables) -> Drawing:
@@ -320,7 +330,6 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
     out, panels = drawing("baumgarten-1-fields", 2, len(REGIMES), 4.6, 4.9)
     packing = read(DATA / SHEARED)
     moduli = complex_modulus(packing, list(REGIMES.values()))
-    assert packing.diameters is not None
     ratios = []
     for k, (regime, omega) in enumerate(REGIMES.items()):
         backbone, motion = oscillating_displacements(packing, omega)
@@ -330,7 +339,7 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
         whole = (motion + strain * affine) / abs(strain)
         ratios.append(np.sqrt((np.abs(motion) ** 2).sum() / (np.abs(strain * affine) ** 2).sum()))
         for axes, u, when in ((panels[k], whole.imag, "zero"), (panels[k + len(REGIMES)], whole.real, "peak")):
-            fill_everywhere(axes, circles(packing.positions, packing.diameters), packing.box, **PALE)
+            _draw_disks(axes, packing)
             dots: dict[str, Any] = {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 1}
             out.curve(axes, f"{regime}, omega = {omega:g}, {when} stress", *at.T, label=None, **dots)
             look: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "color": BLUE, "width": 0.0035}
@@ -338,7 +347,6 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
                 axes.quiver(*at.T, *(STRAIN * u).T, **look)
             else:
                 axes.text(0.5, 0.5, "no displacement", transform=axes.transAxes, fontsize=14, ha="center")
-            frame_cell(axes, packing.box)
             axes.set_title(rf"{when} stress, $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
     out.caption = caption(out.name, strain=STRAIN, n=packing.n, ratios=write_list(ratios, ".2f"))
     return out

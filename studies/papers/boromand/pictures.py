@@ -5,12 +5,15 @@ from typing import Any
 
 import numpy as np
 from matplotlib.patches import Patch
+from shapely import LinearRing
+from shapely.ops import nearest_points
 
 from jamlab.figures.packing_pictures import draw_overlaps, draw_packing
 from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids, voids
+from jamlab.models.pair_laws import RimLaw
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
@@ -40,7 +43,8 @@ def _nearest(model: str, n: int, rho: float) -> tuple[float, Packing]:
 
 
 def _mark_centres(out: Drawing, axes: Any, name: str, packing: Packing) -> None:
-    """Draw the centres, which the figure keeps as its points."""
+    """Draw the centres, which the figure keeps as its points; what fills the particles below is pixels in a PDF."""
+    axes.set_rasterization_zorder(1.9)
     centres = packing.positions
     if packing.offsets is not None:
         centres = np.array([polygon.mean(axis=0) for polygon in np.split(centres, packing.offsets[1:-1])])
@@ -89,19 +93,53 @@ def figure_2(tables: EnsembleTables) -> Drawing:
 
 
 def figure_3(tables: EnsembleTables) -> Drawing:
-    """Close-up of droplets near confluence, with the rims of their polygons."""
-    out, (whole, close) = drawing("boromand-3", 1, 2, 5.4, 5.9)
+    """Close-up of droplets near confluence, with the rims of their polygons, and of two that interact."""
+    out, (whole, close, pair) = drawing("boromand-3", 1, 3, 5.0, 5.5)
     rho, packing = _nearest("dp", 128, CLOSE_UP_AT)
-    for axes in (whole, close):
+    for axes in (whole, close, pair):
         draw_packing(axes, packing, f"DP: ρ = {rho:.3f}, mean A = {shape_factors(packing).mean():.3f}")
         _mark_centres(out, axes, "DP", packing)
     x, y = packing.positions.T
-    out.curve(close, "vertices", x, y, label=None, color="black", linestyle="none", marker="o", markersize=2.5)
+    for axes in (close, pair):
+        out.curve(axes, "vertices", x, y, label=None, color="black", linestyle="none", marker="o", markersize=2.5)
     side = float(packing.box[0, 0])
     close.set_xlim(0.35 * side, 0.75 * side)
     close.set_ylim(0.35 * side, 0.75 * side)
     close.set_title("close-up: vertices, polygons, rims", fontsize=12)
+    _zoom_on_a_contact(pair, packing)
     return out
+
+
+def _zoom_on_a_contact(axes: Any, packing: Packing) -> None:
+    """Zoom on the first two droplets in contact that no boundary parts, and mark delta and d_min of their rims."""
+    network = contacts(packing)
+    polygons = np.split(packing.positions, network.packing.offsets[1:-1])  # type: ignore[index]
+    i, j = network.pairs[(network.shift == 0).all(axis=1)][0]
+    rings = [LinearRing(polygons[k]) for k in (i, j)]
+    here, there = (np.array(point.coords[0]) for point in nearest_points(*rings))
+    across = (there - here) / np.linalg.norm(there - here)
+    assert isinstance(packing.law, RimLaw)
+    width = packing.law.delta
+    axes.plot(*np.array([here, there]).T, color="red", linewidth=2.5)
+    axes.annotate(
+        r"$d_{min}$", 0.5 * (here + there), xytext=(14, 0), textcoords="offset points", color="red", fontsize=13
+    )
+    edges = np.roll(polygons[i], -1, axis=0) - polygons[i]
+    middles = polygons[i] + 0.5 * edges
+    away = np.linalg.norm(middles - here, axis=1)
+    k = int(
+        np.where(away > width, away, np.inf).argmin()
+    )  # an edge apart from the contact, across which delta is drawn
+    half = 0.5 * width * np.array([-edges[k, 1], edges[k, 0]]) / np.linalg.norm(edges[k])
+    arrow: dict[str, Any] = {"arrowstyle": "<->", "linewidth": 1.5, "color": "black", "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", middles[k] + half, middles[k] - half, arrowprops=arrow)
+    axes.annotate(r"$\delta$", middles[k] + half, xytext=(6, 4), textcoords="offset points", fontsize=14)
+    for name, point, way in (("m", here, -1), ("n", there, 1)):
+        axes.text(*(point + way * 1.6 * width * across), f"${name}$", fontsize=16, ha="center", va="center")
+    middle = 0.5 * (here + there)
+    axes.set_xlim(middle[0] - 2.6 * width, middle[0] + 2.6 * width)
+    axes.set_ylim(middle[1] - 2.6 * width, middle[1] + 2.6 * width)
+    axes.set_title("two droplets", fontsize=12)
 
 
 def _zoom_on_borders(axes: Any, found: Voids) -> None:

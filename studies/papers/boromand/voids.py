@@ -10,7 +10,7 @@ from jamlab.arrays import Array
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from studies.ensemble_tables import ALL_LAW, EnsembleTables
-from studies.ensembles import SHARE, Sample, average, bootstrap, select
+from studies.ensembles import SHARE, Sample, bootstrap, mean_over_packings, select
 from studies.panels import PAPER, Drawing, drawing, label, model_style, style
 from studies.papers.boromand.conventions import SUBTRACTED, table_fit
 from studies.papers.statements import caption, paper, statistic
@@ -19,7 +19,7 @@ N = 64  # of fig 8
 SIDES = (3, 4, 5, 6)  # whose shares the paper gives
 NEAR_ONSET = 0.845  # rho of the shares that it gives "near rho_J": its panel is over rho, rho_J is 0.842
 TRIANGLES_FROM = 0.97  # rho from which all voids of its droplets have three sides
-LEAST = 3  # packings of a law that is drawn
+LEAST = 2  # packings of a law that is drawn
 PANELS: dict[str, tuple[str, float, float]] = {  # column -> name, what the paper has, half width of its band
     "void_090": (r"$\mathcal{A}_3$ at $\rho = 0.90$", paper("B8-A3-dense-dp"), 0.05),
     "void_098": (r"$\mathcal{A}_3$ at $\rho = 0.98$", paper("B8-A3-dense-dp"), 0.05),
@@ -173,7 +173,7 @@ def _shape_and_area(total: Array) -> Array:
 def droplet_laws(tables: EnsembleTables) -> Drawing:
     """Voids, confluence, modulus and shape of droplets for every set of parameters, beside what the paper prints."""
     table = tables.droplet_laws
-    table = table[(table["n"] == N) & table["shape"].notna()]
+    table = table[(table["n"] == N) & table["void_090"].notna()]
     table = table.assign(ratio=table["gamma"] * table["delta"] / table["eps"])
     kinds = table[["delta", "nv_small"]].drop_duplicates().sort_values(["nv_small", "delta"])
     out, axes = drawing("boromand-8-laws", 2, 3, 4.4, 3.6)
@@ -185,7 +185,7 @@ def droplet_laws(tables: EnsembleTables) -> Drawing:
             groups = [(ratio, v.to_numpy()) for ratio, v in rows.groupby("ratio")[column] if len(v) >= LEAST]
             look: dict[str, Any] = style(k) | {"linestyle": "-" if vertices == 12 else "--"}
             text = rf"$\delta = {delta:g}$, {vertices:.0f} vertices"
-            found = bootstrap([v for _, v in groups], lambda g: [float(average(v)) for v in g])
+            found = mean_over_packings([v for _, v in groups]) if groups else np.empty(0)
             out.curve(part, text, [ratio for ratio, _ in groups], found, band=False, **look)
         label(part, r"$\gamma\delta/\epsilon$, tension over stiffness of rims", name, legend=False)
     out.legend_above(axes[0])
