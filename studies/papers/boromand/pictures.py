@@ -143,7 +143,7 @@ def _zoom_on_a_contact(axes: Any, packing: Packing) -> None:
 
 
 def _zoom_on_borders(axes: Any, found: Voids) -> None:
-    """Zoom on the three-sided void of median shape, write A into those around it, and draw a Plateau border beside."""
+    """Zoom on the three-sided void of median shape, and write A into those around it."""
     three = np.flatnonzero(found.sides == 3)
     shapes = found.shape[three]
     middle = found.centroid[three[np.argsort(shapes)[len(three) // 2]]]
@@ -158,16 +158,6 @@ def _zoom_on_borders(axes: Any, found: Voids) -> None:
     axes.set_ylim(middle[1] - half, middle[1] + half)
     for text in list(axes.texts):
         text.set_clip_on(True)
-    inset = axes.inset_axes((1.03, 0.32, 0.36, 0.36))
-    inset.set_gid(f"{axes.get_gid()}-inset")
-    centres = np.array([[0.0, 0.0], [1.0, 3**0.5], [2.0, 0.0]])  # of three touching disks of radius 1
-    angles = np.radians(np.array([[0], [240], [120]]) + np.linspace(0, 60, 30))
-    arcs = centres[:, None] + np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    inset.fill(*arcs.reshape(-1, 2).T, facecolor=SIDE_COLOURS[3], edgecolor="black")
-    inset.text(1.0, 0.58, f"{PLATEAU_BORDER:.2f}", **look)
-    inset.set_aspect("equal")
-    inset.set_xticks([])
-    inset.set_yticks([])
 
 
 def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
@@ -183,7 +173,7 @@ def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
         text = f"({axes.get_gid()}) {model.upper()}, ρ = {reached:.3f}, "
         if axes is panels[-1]:
             _zoom_on_borders(axes, found)
-            text += r"$\mathcal{A}$ of three-sided voids"
+            text += rf"$\mathcal{{A}}$ of three-sided voids, ideal {PLATEAU_BORDER:.2f}"
         else:
             text += f"{len(found.area)} voids"
         axes.set_title(text, fontsize=11)
