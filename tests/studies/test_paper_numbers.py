@@ -266,7 +266,7 @@ def explained(given):
     full = given.states[(given.states["model"] == "dp") & (given.states["z"] >= 6)]
     stars = 1 - full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
     onset = select(given.onset, model="dp", n=128).query("load_bearing > 0")
-    floppy, beyond = onset["free_motions"] / onset["load_bearing"], onset["pairs"] - 2 * onset["load_bearing"] + 1
+    floppy, extra = onset["free_motions"] / onset["load_bearing"], onset["pairs"] - 2 * onset["load_bearing"] + 1
     stable = [of_sizes("SP(φ)", "g", 1, n, "shear-stabilized") for n in sizes]
     return {
         "B4-C": [f"{y[x < 0.415][-1] / eq_11(x[x < 0.415][-1]):.2f}"],
@@ -279,7 +279,7 @@ def explained(given):
         + [f"{shape:.2f}" for shape in shapes],
         "B9-limit-dp": [f"{stars[n]:.4f}" for n in sizes[:3]],
         "BT-zJ-sp-phi": [f"{select(given.onset, model='sp', n=n)['z_J'].mean():.3f}" for n in sizes],
-        "BT-zJ-dp": [f"{beyond.mean():.1f}", f"{floppy.mean():.2f}", f"{onset['self_stresses'].mean():.2f}"],
+        "BT-zJ-dp": [f"{extra.mean():.1f}", f"{floppy.mean():.2f}", f"{onset['self_stresses'].mean():.2f}"],
         "BT-z0-sp-phi": [f"{of_sizes('SP(φ)', 'z', 1, n):.2f}" for n in all_sizes],
         "BT-z-sp-rho": [
             f"{at(*given.curve('sp', n, 'd_rho', 'z', [0.099, 0.1, 0.101]).mean, 0.1) - SUBTRACTED:.2f}" for n in sizes

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.papers.forest import forest
+from studies.papers.forest import forest, overview
 from studies.papers.verdicts import compare
 from studies.reference_data import reference_tables
 from studies.registry import CHARTS, MAPS, PAPERS
@@ -29,6 +29,11 @@ def readme_picture(name, dpi=96):
     )
 
 
+@pytest.fixture(scope="module")
+def claims():
+    return [claim for study in PAPERS for claim in compare(study.name, reference_tables())]
+
+
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
@@ -43,5 +48,11 @@ def test_where_methods_fail():
 
 @pytest.mark.slow
 @readme_picture("papers_forest.png", dpi=60)
-def test_all_numbers_of_both_papers():
-    return forest([claim for study in PAPERS for claim in compare(study.name, reference_tables())]).figure
+def test_all_numbers_of_both_papers(claims):
+    return forest(claims).figure
+
+
+@pytest.mark.slow
+@readme_picture("papers_overview.png")
+def test_all_numbers_in_a_row_a_figure(claims):
+    return overview(claims).figure

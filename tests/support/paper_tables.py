@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from studies.ensemble_tables import KEYS, stabilized_disks
+from studies.ensemble_tables import stabilized_disks
 
 SEEDS = range(1, 6)
 SIZES = {"sp": (32, 64, 128, 256), "dp": (32, 64, 128)}
@@ -155,7 +155,7 @@ def stable():
 def droplet_laws():
     """Five droplet packings of each of four laws: voids close up where rims are soft."""
     law = pd.MultiIndex.from_product([[64], range(1, 6), [0.4], [0.25, 0.5], [1.0, 10.0], [12]]).to_frame(index=False)
-    law.columns = list(KEYS["droplet_laws"])
+    law.columns = ["n", "seed", "gamma", "delta", "eps", "nv_small"]
     void = 3 + 0.1 * law["eps"]
     law = law.assign(rho_J=0.84, z_J=4.0, void_J=4.5, rho_star=0.98, void_090=3.0, void_098=void)
     return law.assign(g=0.3 + 0.01 * law["seed"], shape=1.06, z_010=5.4)
