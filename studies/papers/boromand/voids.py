@@ -189,6 +189,6 @@ def droplet_laws(tables: EnsembleTables) -> Drawing:
             out.curve(part, text, [ratio for ratio, _ in groups], found, band=False, **look)
         label(part, r"$\gamma\delta/\epsilon$, tension over stiffness of rims", name, legend=False)
     out.legend_above(axes[0])
-    packings = table.groupby(list(ALL_LAW)).size()
+    packings = table.groupby(list(ALL_LAW)).size().loc[lambda count: count >= LEAST]
     out.caption = caption(out.name, n=N, sets=len(packings), least=packings.min(), most=packings.max())
     return out
