@@ -6,18 +6,18 @@ Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, 
              particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,
              with_walls, slab: of fixed particles, what lies between them
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes,
-             held_motions: what contacts hold, counted
+             held_motions: what contacts hold, counted; rigid_clusters
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
              dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
              plot_pipkin, read_flow; quasistatic_shear: without time
-Files        read, read_all, write, write_data, write_dump, read_points
+Files        read, read_all, write, write_data, write_dump, write_contacts, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost
 Settings     SolverSettings: numbers of solvers
-Pictures     every result has .plot(ax); write_page: a sweep to look through
+Pictures     every result has .plot(ax); write_page: a sweep to look through; write_movie
 Micrographs  micrograph, synthetic_micrograph, follow
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;
              JamlabWarning: a result that is right and may surprise
