@@ -37,25 +37,15 @@ template <int D> class BlockAssembly {
 
   void fill(BlockCholesky<D> &matrix) const
   {
-    std::vector<std::pair<int, int>> pairs;
-    for (const Entry &e : entries) pairs.emplace_back(e.i, e.j);
-    matrix.set_pattern(atom->nlocal, pairs);
+    matrix.set_pattern(atom->nlocal, entries);
     refill(matrix);
   }
 
-  void refill(BlockCholesky<D> &matrix) const    // the same matrix again, after its factorisation
-  {
-    matrix.clear();
-    for (const Entry &e : entries) matrix.add(e.i, e.j, e.block);
-  }
+  void refill(BlockCholesky<D> &matrix) const { matrix.set(entries); }    // the same again, after its factorisation
 
  private:
   Atom *atom;
-  struct Entry {
-    int i, j;
-    Block block;
-  };
-  std::vector<Entry> entries;
+  std::vector<typename BlockCholesky<D>::Entry> entries;
 };
 
 }    // namespace LAMMPS_NS

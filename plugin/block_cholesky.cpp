@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <numeric>
 
 using namespace LAMMPS_NS;
@@ -15,9 +14,9 @@ using namespace LAMMPS_NS;
 static constexpr double GROWN = 1.3;    // blocks of the factors, over those in an order of their own
 static constexpr double ZEROS = 0.2;    // part of a panel that may be blocks that stay zero
 
-template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<std::pair<int, int>> &pairs)
+template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<Entry> &entries)
 {
-  Graph found = read(size, pairs);
+  Graph found = read(size, entries);
   const bool ordered = static_cast<int>(rank.size()) == size;
   if (ordered && found == graph) return;
   graph = std::move(found);
@@ -29,24 +28,27 @@ template <int D> void BlockCholesky<D>::set_pattern(int size, const std::vector<
 }
 
 template <int D>
-typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vector<std::pair<int, int>> &pairs) const
+typename BlockCholesky<D>::Graph BlockCholesky<D>::read(int size, const std::vector<Entry> &entries) const
 {
-  std::vector<int> end(size + 1, 0), other(2 * pairs.size());
-  for (const auto &pair : pairs) {
-    end[pair.first]++;
-    end[pair.second]++;
+  std::vector<int> end(size + 1, 0), other(2 * entries.size());
+  for (const Entry &e : entries) {
+    end[e.i]++;
+    end[e.j]++;
   }
   std::partial_sum(end.begin(), end.end(), end.begin());
-  for (const auto &pair : pairs) {    // each row is filled from its end
-    other[--end[pair.first]] = pair.second;
-    other[--end[pair.second]] = pair.first;
+  for (const Entry &e : entries) {    // each row is filled from its end
+    other[--end[e.i]] = e.j;
+    other[--end[e.j]] = e.i;
   }
+  // its transpose, which is the same graph with sorted rows
+  std::vector<int> next = end, sorted(other.size());
+  for (int i = 0; i < size; i++)
+    for (int n = end[i]; n < end[i + 1]; n++) sorted[next[other[n]]++] = i;
   Graph found;
   found.first.push_back(0);
   for (int i = 0; i < size; i++) {
-    const auto begin = other.begin() + end[i], last = other.begin() + end[i + 1];
-    std::sort(begin, last);
-    std::copy_if(begin, std::unique(begin, last), std::back_inserter(found.other), [i](int j) { return j != i; });
+    for (int n = end[i]; n < end[i + 1]; n++)
+      if (sorted[n] != i && (n == end[i] || sorted[n] != sorted[n - 1])) found.other.push_back(sorted[n]);
     found.first.push_back(static_cast<int>(found.other.size()));
   }
   return found;
@@ -108,11 +110,12 @@ template <int D> void BlockCholesky<D>::find_fill()
 {
   order_children_first();
   const int size = static_cast<int>(row.size());
-  std::vector<std::vector<int>> below(size);
+  below.resize(size);
   std::vector<int> seen(size, -1), first_child(size, -1), next_child(size, -1);
   filled = updated = 0.0;
   for (int c = 0; c < size; c++) {
     seen[c] = c;
+    below[c].clear();
     const auto take = [&](int r) {
       if (r < c || seen[r] == c) return;
       seen[r] = c;
@@ -130,12 +133,12 @@ template <int D> void BlockCholesky<D>::find_fill()
     filled += count;
     updated += 0.5 * count * (count + 1.0);
   }
-  make_panels(below);
+  make_panels();
 }
 
 /* a column joins those before it if its first child is the last of them, and few blocks of the panel stay zero:
    below its columns, a panel has the rows of its last one */
-template <int D> void BlockCholesky<D>::make_panels(const std::vector<std::vector<int>> &below)
+template <int D> void BlockCholesky<D>::make_panels()
 {
   const int size = static_cast<int>(below.size());
   std::vector<std::pair<int, double>> parts;    // first column and number of blocks that are not zero
@@ -176,25 +179,34 @@ template <int D> void BlockCholesky<D>::make_panels(const std::vector<std::vecto
   gathered.resize(tallest);
 }
 
-template <int D> void BlockCholesky<D>::clear()
+/* panel by panel, so that the places of rows are looked up once for each */
+template <int D> void BlockCholesky<D>::set(const std::vector<Entry> &entries)
 {
   std::fill(values.begin(), values.end(), 0.0);
+  std::vector<int> end(panels.size() + 1, 0), of_panel(entries.size());
+  const auto panel_number = [this](const Entry &e) { return panel_of[std::min(rank[e.i], rank[e.j])]; };
+  for (const Entry &e : entries) end[panel_number(e)]++;
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  for (std::size_t n = entries.size(); n-- > 0;) of_panel[--end[panel_number(entries[n])]] = static_cast<int>(n);
+  place.resize(rank.size());
+  for (std::size_t k = 0; k < panels.size(); k++) {
+    const Panel &panel = panels[k];
+    const int columns = panel.end - panel.begin;
+    std::iota(place.begin() + panel.begin, place.begin() + panel.end, 0);
+    for (int n = 0; n < panel.rows; n++) place[lower[panel.below + n]] = columns + n;
+    for (int n = end[k]; n < end[k + 1]; n++) add(panel, entries[of_panel[n]]);
+  }
 }
 
-template <int D> void BlockCholesky<D>::add(int i, int j, const Block &block)
+template <int D> void BlockCholesky<D>::add(const Panel &panel, const Entry &entry)
 {
-  const bool turned = rank[i] < rank[j];    // the block of the lower triangle is the transposed one
-  const int column = turned ? rank[i] : rank[j], other = turned ? rank[j] : rank[i];
-  const Panel &panel = panels[panel_of[column]];
-  int place = other - panel.begin;
-  if (other >= panel.end) {
-    const auto rows = lower.begin() + panel.below;
-    place = panel.end - panel.begin + static_cast<int>(std::lower_bound(rows, rows + panel.rows, other) - rows);
-  }
+  const int i = rank[entry.i], j = rank[entry.j];
+  const bool turned = i < j;    // the block of the lower triangle is the transposed one
+  const int column = turned ? i : j, other = place[turned ? j : i];
   double *const to =
-      &values[panel.values + static_cast<std::size_t>(D * (column - panel.begin)) * panel.stride + D * place];
+      &values[panel.values + static_cast<std::size_t>(D * (column - panel.begin)) * panel.stride + D * other];
   for (int a = 0; a < D; a++)
-    for (int b = 0; b < D; b++) to[b * panel.stride + a] += turned ? block[D * b + a] : block[D * a + b];
+    for (int b = 0; b < D; b++) to[b * panel.stride + a] += entry.block[turned ? D * b + a : D * a + b];
 }
 
 template <int D> double BlockCholesky<D>::mean_diagonal() const

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -14,12 +13,15 @@ namespace LAMMPS_NS {
 template <int D> class BlockCholesky {
  public:
   using Block = std::array<double, D * D>;    // row by row
+  struct Entry {    // to row i, column j; one of (i, j) and (j, i)
+    int i, j;
+    Block block;
+  };
 
-  // which blocks may be other than zero, (i, j) or (j, i), in any order, repeated or not
-  void set_pattern(int size, const std::vector<std::pair<int, int>> &pairs);
+  // where blocks may be other than zero: those of entries, in any order, repeated or not
+  void set_pattern(int size, const std::vector<Entry> &);
   void forget_order() { rank.clear(); }          // rows are other ones from now on
-  void clear();                                  // all blocks zero
-  void add(int i, int j, const Block &block);    // to row i, column j; give one of (i, j) and (j, i)
+  void set(const std::vector<Entry> &);          // the sum of entries, within the pattern
   bool factorise(double shift);                  // shift: added to the diagonal; false: not positive definite
   void solve(std::vector<double> &r);            // D numbers of each row: right-hand side in, solution out
   int size() const { return static_cast<int>(rank.size()); }
@@ -44,16 +46,19 @@ template <int D> class BlockCholesky {
 
   Graph graph;
   std::vector<int> rank, row;         // of each row its place in the order of elimination, and the reverse
+  std::vector<std::vector<int>> below;    // rows of each column, of which panels hold more
   std::vector<int> lower, panel_of;   // panel of each column
+  std::vector<int> place;             // of each row in the panel at hand
   std::vector<Panel> panels;
   std::vector<double> values, product, solved, gathered;
   double filled = 0.0, updated = 0.0, filled_when_ordered = 0.0;
 
-  Graph read(int size, const std::vector<std::pair<int, int>> &pairs) const;
+  Graph read(int size, const std::vector<Entry> &) const;
   void find_order();
   void order_children_first();
   void find_fill();
-  void make_panels(const std::vector<std::vector<int>> &below);
+  void make_panels();
+  void add(const Panel &, const Entry &);
   std::vector<int> find_parents() const;
   void take_off_product(const Panel &);
 };

@@ -25,7 +25,7 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr int ARGUMENTS = 15;
+static constexpr int ARGUMENTS = 16;
 static constexpr double HIGHEST = 1e6;    // shift, over the mean diagonal, with which any finite matrix has factors
 
 static FixPolygonArea *area_of(LAMMPS *lmp)
@@ -64,9 +64,9 @@ void CommandDescend::read(int narg, char **arg)
 {
   if (narg != ARGUMENTS) error->all(FLERR, "jamlab/descend needs {} numbers", ARGUMENTS);
   Numbers &n = numbers;
-  double *const values[ARGUMENTS] = {&n.force,  &n.steps,  &n.loose_force, &n.loose_energy,  &n.refresh,
-                                     &n.reach,  &n.longer, &n.trials,      &n.energy_digits, &n.sufficient,
-                                     &n.curved, &n.shift,  &n.least_shift, &n.first_shift,   &n.definite};
+  double *const values[ARGUMENTS] = {&n.force,  &n.steps,      &n.loose_force, &n.loose_energy, &n.refresh, &n.reach,
+                                     &n.longer, &n.closing,    &n.trials,      &n.energy_digits, &n.sufficient,
+                                     &n.curved, &n.shift,      &n.least_shift, &n.first_shift,  &n.definite};
   for (int k = 0; k < ARGUMENTS; k++) *values[k] = utils::numeric(FLERR, arg[k], false, lmp);
   if (n.refresh < 1.0 || n.definite <= 1.0)
     error->all(FLERR, "jamlab/descend: {} steps for one factorisation and a factor {} of the shift make no sense",
@@ -144,6 +144,7 @@ void CommandDescend::descend(Point &here)
   double longest = numbers.reach;
   bool at_here = true;    // forces and contacts of LAMMPS
   counts.shift = numbers.first_shift;
+  moved = 0.0;
   evaluate(here);
   while (true) {
     counts.largest_force = largest_norm(here.force);
@@ -172,7 +173,7 @@ void CommandDescend::descend(Point &here)
       counts.bent++;
       if (age > 1) age = most;    // the model is wrong here: factorise anew
     }
-    double moved = 0.0;
+    moved = 0.0;
     for (std::size_t k = 0; k < step.size(); k++) moved = std::max(moved, std::fabs(trial.x[k] - here.x[k]));
     longest = std::min(numbers.reach, numbers.longer * moved);
     std::swap(here, trial);
@@ -187,10 +188,11 @@ bool CommandDescend::enough(double largest_force) const
 }
 
 /* the Hessian at the positions of LAMMPS. The least shift grows with the largest force; above it, the next smaller one
-   than held the last time is tried first. */
+   than held the last time is tried first. Gaps that steps will close are as stiff as contacts, or every step ends at
+   the first that closes. */
 bool CommandDescend::factorise(double largest_force)
 {
-  if (!find_meetings(*pair, atom->x, meetings)) {
+  if (!find_meetings(*pair, atom->x, meetings, numbers.closing * moved)) {
     counts.crossed = true;
     return false;
   }

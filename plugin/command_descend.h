@@ -34,7 +34,7 @@ class CommandDescend : public CommandForces {
     double curvature, along;
   };
   struct Numbers {    // arguments, as in jamlab.protocols.solver_settings.LbfgsSettings
-    double force, steps, loose_force, loose_energy, refresh, reach, longer, trials, energy_digits, sufficient, curved,
+    double force, steps, loose_force, loose_energy, refresh, reach, longer, closing, trials, energy_digits, sufficient, curved,
         shift, least_shift, first_shift, definite;
   } numbers;
   struct Counts {
@@ -51,6 +51,7 @@ class CommandDescend : public CommandForces {
   Vector column;
   std::vector<Pair> pairs;
   std::size_t known = 0;    // pairs
+  double moved;             // longest move of a coordinate in the last step
 
   void read(int, char **);
   void read_positions(Vector &);

@@ -61,15 +61,16 @@ class PairLaws {
   // special: 0, or of bonded disks that of their factor in special_bonds
   static int number(int ntypes, int i, int j, int special) { return (special * (ntypes + 1) + i) * (ntypes + 1) + j; }
 
-  void set(const ContactLaws &laws, int ntypes, const double *special_factors)
+  // beyond: width, at which contacts are still found
+  void set(const ContactLaws &laws, int ntypes, const double *special_factors, double beyond = 0.0)
   {
     table.resize(number(ntypes, 0, 0, SPECIAL));
     for (int special = 0; special < SPECIAL; special++)
       for (int i = 1; i <= ntypes; i++)
         for (int j = 1; j <= ntypes; j++) {
-          const double width = laws.width[i][j];
+          const double width = laws.width[i][j], reach = width + beyond;
           table[number(ntypes, i, j, special)] = {special_factors[special] * laws.eps[i][j], width, 1.0 / width,
-                                                  width * width};
+                                                  reach * reach};
         }
   }
   const PairLaw &operator[](int number) const { return table[number]; }

@@ -14,16 +14,17 @@
 
 using namespace LAMMPS_NS;
 
-bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std::vector<DropletMeeting> &meetings)
+bool LAMMPS_NS::find_meetings(PairCirculoline &pair, const double *const *x, std::vector<DropletMeeting> &meetings,
+                              double beyond)
 {
   meetings.clear();
-  for (const Contact &c : pair.find_contacts()) {
+  for (const Contact &c : pair.find_contacts(beyond)) {
     const Foot &foot = c.foot;
     const double d = sqrt(foot.rsq), ex = x[c.head][0] - x[c.tail][0], ey = x[c.head][1] - x[c.tail][1];
     const bool corner = foot.t <= 0.0 || foot.t >= 1.0;
     const double length = corner ? 0.0 : sqrt(ex * ex + ey * ey), per_length = length > 0.0 ? 1.0 / length : 0.0;
     meetings.push_back({c.vertex, c.tail, c.head, foot.t, foot.dx / d, foot.dy / d, d, pair.stiffness(c),
-                        pair.contact_force(c).magnitude, ex * per_length, ey * per_length, length});
+                        std::max(0.0, pair.contact_force(c).magnitude), ex * per_length, ey * per_length, length});
     if (d == 0.0) return false;
   }
   return true;
@@ -186,20 +187,23 @@ void DropletStiffness::assemble_contacts(double factor, BlockAssembly<2> &matrix
 
 void DropletStiffness::assemble_areas(double factor, BlockAssembly<2> &matrix) const
 {
-  std::vector<std::vector<const Vertex *>> rings(area->rings().polygons().size());
-  for (const Vertex &v : vertices) rings[v.polygon].push_back(&v);
-  for (const auto &ring : rings)
-    for (std::size_t n = 0; n < ring.size(); n++) {
-      const Vertex &v = *ring[n];
-      const double ka = factor * area->stiffness_of(v.polygon);
-      for (std::size_t m = n; m < ring.size(); m++) {
-        const Vertex &o = *ring[m];
-        matrix.add(v.i, o.i, {ka * v.slope_x * o.slope_x, ka * v.slope_x * o.slope_y, ka * v.slope_y * o.slope_x,
-                              ka * v.slope_y * o.slope_y});
-      }
-      const double half = 0.5 * ka * area->excess_of(v.polygon);
-      matrix.add(v.i, v.next, {0.0, half, -half, 0.0});
+  // of each vertex the next one of its polygon, which the boundary of the box may cut into several parts
+  std::vector<int> later(vertices.size()), first(area->rings().polygons().size(), -1);
+  for (std::size_t n = vertices.size(); n-- > 0;) {
+    later[n] = first[vertices[n].polygon];
+    first[vertices[n].polygon] = static_cast<int>(n);
+  }
+  for (std::size_t n = 0; n < vertices.size(); n++) {
+    const Vertex &v = vertices[n];
+    const double ka = factor * area->stiffness_of(v.polygon);
+    for (int m = static_cast<int>(n); m >= 0; m = later[m]) {
+      const Vertex &o = vertices[m];
+      matrix.add(v.i, o.i, {ka * v.slope_x * o.slope_x, ka * v.slope_x * o.slope_y, ka * v.slope_y * o.slope_x,
+                            ka * v.slope_y * o.slope_y});
     }
+    const double half = 0.5 * ka * area->excess_of(v.polygon);
+    matrix.add(v.i, v.next, {0.0, half, -half, 0.0});
+  }
 }
 
 double DropletStiffness::largest_tension() const

@@ -17,8 +17,9 @@ struct DropletMeeting {
   double tx, ty, length;         // direction and length of the edge; 0: the vertex meets a corner of it
 };
 
-// contacts of this rank at its positions; false if outlines cross, where a contact has no direction
-bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &);
+// contacts of this rank at its positions, and gaps up to `beyond`, which bear no force; false if outlines cross, where
+// a contact has no direction
+bool find_meetings(class PairCirculoline &, const double *const *x, std::vector<DropletMeeting> &, double beyond = 0.0);
 
 /* The Hessian K of the energy of droplets, as products with displacements: terms and formulas as in
    jamlab.mechanics.energy_terms. Displacements are those beside an affine shear, which comes apart. */

@@ -92,10 +92,10 @@ template <bool OWN, bool TALLY> void PairCirculoline::apply_contacts()
   });
 }
 
-template <class Act> void PairCirculoline::visit_contacts(Act act)
+template <class Act> void PairCirculoline::visit_contacts(Act act, double beyond)
 {
   if (atom->nlocal == 0) return;
-  pair_laws.set(laws, atom->ntypes, force->special_lj);
+  pair_laws.set(laws, atom->ntypes, force->special_lj, beyond);
   const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
     if (!in_use[k]) continue;
@@ -111,10 +111,10 @@ template <class Act> void PairCirculoline::visit_contacts(Act act)
   }
 }
 
-const std::vector<Contact> &PairCirculoline::find_contacts()
+const std::vector<Contact> &PairCirculoline::find_contacts(double beyond)
 {
   all_found.clear();
-  visit_contacts([this](const Contact &contact) { all_found.push_back(contact); });
+  visit_contacts([this](const Contact &contact) { all_found.push_back(contact); }, beyond);
   return all_found;
 }
 

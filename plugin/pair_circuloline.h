@@ -50,7 +50,8 @@ class PairCirculoline : public Pair {
     return law.eps * law.per_width * law.per_width;
   }
 
-  const std::vector<Contact> &find_contacts();    // of this rank, where ghosts are up to date; good until the next call
+  // of this rank, where ghosts are up to date; good until the next call. beyond: largest gap of what counts
+  const std::vector<Contact> &find_contacts(double beyond = 0.0);
   const std::vector<Contact> &present_contacts();    // the same, collective: brings ghosts up to date
 
  protected:
@@ -91,7 +92,7 @@ class PairCirculoline : public Pair {
   void renew_candidates();
   void lower_ghost_cutoff();
   void refuse_computes() const;
-  template <class Act> void visit_contacts(Act);
+  template <class Act> void visit_contacts(Act, double beyond = 0.0);
   template <bool OWN, bool TALLY> void apply_contacts();
   void tally(const Contact &, const ContactForce &, bool own);
   void return_from_ghosts();

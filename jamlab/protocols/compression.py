@@ -32,8 +32,8 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
 # versions, see jamlab.campaign.versions; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
-# several modes at a time and ends droplets by other steps
-COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 4}
+# several modes at a time and ends droplets by other steps, 5 takes gaps that close for contacts
+COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 5}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
 

@@ -35,10 +35,10 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
-# versions, see jamlab.campaign.versions; droplets: 5 slides along several modes at a time, 4 lets what stops a sliding
-# droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1 ended at some saddles; stiffening disks,
-# whose exponent is not 2: 1 left forces beside those of their contacts
-ONSET_PROTOCOL = {"disks": 1, "droplets": 5, "stiffening": 2}
+# versions, see jamlab.campaign.versions; droplets: 6 sees gaps that close, 5 slides along several modes
+# at a time, 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
+# ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside those of their contacts
+ONSET_PROTOCOL = {"disks": 1, "droplets": 6, "stiffening": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 

@@ -36,7 +36,6 @@ class LbfgsSettings:
 
     Measured on 40 states of 64 droplets up to rho = 0.99: `refresh` from 15 to 40 changes the CPU time by 10 % at most;
     with `refresh` = 40, `least_shift` from 1e-4 to 1e-3 and `shift` from 1 to 4 change the steps by 6 % at most.
-
     """
 
     steps: int = 5000  # at most
@@ -46,6 +45,7 @@ class LbfgsSettings:
     # times the longest move of the step before that a step is tried with at most: full steps mostly miss while contacts
     # open and close, and every miss costs an evaluation
     longer: float = 2.0
+    closing: float = 0.3  # times the longest move of the last step: gaps that count as contacts in the Hessian
     trials: int = 8  # force evaluations in one line search
     energy_digits: float = 1e-13  # relative change of the energy below which it is rounding
     # part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1

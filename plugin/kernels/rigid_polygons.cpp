@@ -316,30 +316,12 @@ std::array<double, 9> RigidPolygons::box_block(const Stiffness &pair) const
   return block;
 }
 
-void RigidPolygons::set_pattern()
-{
-  std::vector<std::pair<int, int>> now;
-  for (const Stiffness &pair : stiffness) {
-    const int i = static_cast<int>(pair.i), j = static_cast<int>(pair.j);
-    if (i != j) now.emplace_back(i, j);
-    if (shears) {
-      now.emplace_back(i, static_cast<int>(n));
-      now.emplace_back(j, static_cast<int>(n));
-    }
-  }
-  std::sort(now.begin(), now.end());
-  now.erase(std::unique(now.begin(), now.end()), now.end());
-  if (factors.size() && now == pattern) return;
-  pattern = std::move(now);
-  factors.set_pattern(static_cast<int>(n + shears), pattern);
-}
-
 // Positive definite with this shift of the diagonal? `pin_loose`: polygons without contacts, and one of the others
 // against translations of all, have a stiffness of 1.
 bool RigidPolygons::factorise(double shift, bool pin_loose)
 {
-  set_pattern();
-  factors.clear();
+  std::vector<LAMMPS_NS::BlockCholesky<3>::Entry> entries;
+  const int box = static_cast<int>(n);
   for (const Stiffness &pair : stiffness) {
     const int i = static_cast<int>(pair.i), j = static_cast<int>(pair.j);
     if (i == j) {
@@ -347,19 +329,19 @@ bool RigidPolygons::factorise(double shift, bool pin_loose)
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b)
           both[3 * a + b] = pair.ii[3 * a + b] + pair.jj[3 * a + b] + pair.ij[3 * a + b] + pair.ij[3 * b + a];
-      factors.add(i, i, both);
+      entries.push_back({i, i, both});
     } else {
-      factors.add(i, i, pair.ii);
-      factors.add(j, j, pair.jj);
-      factors.add(i, j, pair.ij);
+      entries.push_back({i, i, pair.ii});
+      entries.push_back({j, j, pair.jj});
+      entries.push_back({i, j, pair.ij});
     }
     if (shears) {
-      factors.add(i, static_cast<int>(n), shear_block(pair, false));
-      factors.add(j, static_cast<int>(n), shear_block(pair, true));
-      factors.add(static_cast<int>(n), static_cast<int>(n), box_block(pair));
+      entries.push_back({i, box, shear_block(pair, false)});
+      entries.push_back({j, box, shear_block(pair, true)});
+      entries.push_back({box, box, box_block(pair)});
     }
   }
-  if (shears) factors.add(static_cast<int>(n), static_cast<int>(n), {0, 0, 0, 0, 0, 0, 0, 0, 1});
+  if (shears) entries.push_back({box, box, {0, 0, 0, 0, 0, 0, 0, 0, 1}});
   if (pin_loose) {
     std::vector<int> contacts(n, 0);
     for (const Stiffness &pair : stiffness) {
@@ -367,10 +349,12 @@ bool RigidPolygons::factorise(double shift, bool pin_loose)
       ++contacts[pair.j];
     }
     for (int64_t i = 0; i < n; ++i)
-      if (!contacts[i]) factors.add(static_cast<int>(i), static_cast<int>(i), {1, 0, 0, 0, 1, 0, 0, 0, 1});
+      if (!contacts[i]) entries.push_back({static_cast<int>(i), static_cast<int>(i), {1, 0, 0, 0, 1, 0, 0, 0, 1}});
     const int held = static_cast<int>(std::max_element(contacts.begin(), contacts.end()) - contacts.begin());
-    if (contacts[held]) factors.add(held, held, {1, 0, 0, 0, 1, 0, 0, 0, 0});
+    if (contacts[held]) entries.push_back({held, held, {1, 0, 0, 0, 1, 0, 0, 0, 0}});
   }
+  factors.set_pattern(static_cast<int>(n + shears), entries);
+  factors.set(entries);
   return factors.factorise(shift);
 }
 

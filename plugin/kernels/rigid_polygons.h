@@ -76,7 +76,6 @@ class RigidPolygons : public RigidState {
   RigidState before;
   std::vector<Stiffness> stiffness, stiffness_before;
   LAMMPS_NS::BlockCholesky<3> factors;
-  std::vector<std::pair<int, int>> pattern;
 
   double box_coordinate() const;  // of a strain of 1
   bool list_holds() const;
@@ -84,7 +83,6 @@ class RigidPolygons : public RigidState {
   void turn_spokes();
   bool meet(const Vector &point, int64_t j, Contact &contact);
   void press(int64_t i, int64_t j, const Contact &contact, Stiffness *second, bool turned);
-  void set_pattern();
   std::array<double, 9> shear_block(const Stiffness &pair, bool of_j) const;
   std::array<double, 9> box_block(const Stiffness &pair) const;
 };
