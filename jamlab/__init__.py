@@ -11,12 +11,12 @@ Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlin
              dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
              plot_pipkin, read_flow; quasistatic_shear: without time
-Files        read, read_all, write, write_data, write_dump, write_contacts, read_points
-MDAnalysis   universe, from_universe, PackingAnalysis
+Files        read, read_all, write, write_data, write_dump, write_contacts
+MDAnalysis   universe, from_universe
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost
-Settings     SolverSettings: numbers of solvers
+Settings     SolverSettings, FireSettings: numbers of solvers; Border: how a box may deform
 Pictures     every result has .plot(ax); write_page: a sweep to look through; write_movie
 Micrographs  micrograph, synthetic_micrograph, follow
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;

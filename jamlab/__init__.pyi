@@ -2,6 +2,8 @@ __version__: str
 
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
+from .engine.box_border import Border as Border
+from .engine.disk_fire import FireSettings as FireSettings
 from .engine.session import Evaluation as Evaluation
 from .engine.session import Session as Session
 from .engine.session import evaluate as evaluate
@@ -18,7 +20,6 @@ from .estimates.estimate import Estimate as Estimate
 from .estimates.estimate import estimate as estimate
 from .estimates.estimate import estimate_cost as estimate_cost
 from .estimates.flow_choice import choose_flow as choose_flow
-from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
 from .estimates.model_choice import scene as scene
 from .figures.explorer.write_page import write_page as write_page
@@ -30,7 +31,7 @@ from .flow.flow_curve import flow_curve as flow_curve
 from .flow.movie import write_movie as write_movie
 from .flow.oscillate import Oscillation as Oscillation
 from .flow.oscillate import oscillate as oscillate
-from .flow.pipkin import plot_pipkin as plot_pipkin
+from .flow.oscillate import plot_pipkin as plot_pipkin
 from .flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
 from .flow.quasistatic_shear import quasistatic_shear as quasistatic_shear
 from .flow.read_flow import read_flow as read_flow
@@ -110,11 +111,9 @@ from .rheology.nonlinear_drag import equivalent_time as equivalent_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
-from .statistics.read_points import read_points as read_points
 from .trajectories.contact_files import write_contacts as write_contacts
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.from_universe import from_universe as from_universe
 from .trajectories.sites import from_outlines as from_outlines
-from .trajectories.universe import PackingAnalysis as PackingAnalysis
 from .trajectories.universe import universe as universe

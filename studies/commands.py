@@ -118,7 +118,7 @@ def run(
     "tables", short_help="Measure the tables behind estimates.", epilog="Example: python -m studies tables ways"
 )
 def tables(
-    name: Annotated[str, typer.Argument(help="ways (of `jamlab estimate`) or flow-errors (of `choose_flow`).")],
+    name: Annotated[str, typer.Argument(help="ways (of `jamlab.estimate`) or flow-errors (of `choose_flow`).")],
     out: Annotated[Path, typer.Option(help="Folder; run again to resume.")] = Path("jamlab-estimates"),
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
 ) -> None:

@@ -13,8 +13,8 @@ from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.statistics.bootstrap import Interval
-from jamlab.statistics.bootstrap import bootstrap as resample
+from jamlab.statistics.confidence import Interval
+from jamlab.statistics.confidence import bootstrap as resample
 
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
 FEWEST = 5  # packings of an interval: below, the spread itself is not known

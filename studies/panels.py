@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from studies.html_page import TextTable
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from campaigns import written
 import jamlab
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
-CLASSES = ["Packing", "Session", "PackingAnalysis"]  # made by users; ContactDamping and StokesDrag check their numbers
+CLASSES = ["Packing", "Session"]  # made by users; ContactDamping and StokesDrag check their numbers
 CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "plot", "finished", "packings"]
 STATISTICS = ["power_laws.power_law", "bootstrap.bootstrap"]
 STRANGE = [object(), None, True, 2.5, np.nan, 1j, "text", b"bytes", [], [object()], {}, {1: 2}, np.array("a"), int]

@@ -8,7 +8,6 @@ states = campaign.table("states")
 from __future__ import annotations
 
 import os
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -17,16 +16,15 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from jamlab.campaign.driver import FAILED, FINISHED, Outcome, drive
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, CampaignFolder, damage
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, wanted_batches
-from jamlab.campaign.states import StoredStates, earlier_tasks
+from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tables import aggregate, draw_means, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
-from jamlab.campaign.workers import Workers
+from jamlab.campaign.workers import FAILED, FINISHED, Outcome, Workers, drive
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.packing.hdf5 import read_all
@@ -36,8 +34,7 @@ from jamlab.plotting.axes import axes_for
 from jamlab.plotting.drawable import CURVES
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
-from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
-from jamlab.storage.table_file import check_parquet, write_table
+from jamlab.storage.atomic_file import atomic_file, check_parquet, check_target, make_folder, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,8 +153,6 @@ class Campaign:
         with self.folder.lock():
             self.folder.keep_copy(self.text)
             self.folder.sweep_up()
-            if others := earlier_tasks(self.folder, chosen):
-                warnings.warn(f"{describe_earlier(others)}; they are made or measured again", stacklevel=3)
             names = task_names(chosen)
             damages = self.folder.damages(self.folder.finished() & names) if verify else {}
             repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
@@ -212,15 +207,7 @@ class Campaign:
             InputError: there is no such table or sweep.
             StorageError: a file is damaged; `run` repairs it.
         """
-        if others := self.earlier(sweep):
-            warnings.warn(describe_earlier(others), stacklevel=3)
         return table(self.folder, self.finished(sweep), name)
-
-    @checked
-    def earlier(self, sweep: str | None = None) -> dict[str, str]:
-        """Finished tasks of all sweeps or of one that other versions of protocols or definitions made: name -> what
-        differs today. No table holds their rows; `run` makes or measures them again."""
-        return earlier_tasks(self.folder, batches(self.content, None if sweep is None else [sweep]))
 
     @checked
     def aggregate(
@@ -351,12 +338,6 @@ class Campaign:
         return read_all(self.folder.task_file(task))
 
 
-def describe_earlier(others: dict[str, str]) -> str:
-    """Say in a line what `Campaign.earlier` found."""
-    reasons = "; ".join(dict.fromkeys(others.values()))
-    return f"{len(others)} finished tasks are of other versions ({reasons}) and left out of tables"
-
-
 @checked
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
     r"""Open a campaign by its TOML file, or by its folder.
@@ -416,8 +397,6 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
                     with atomic_file(target) as temporary:
                         temporary.write_bytes(other.task_file(name).read_bytes())
                     counts["copied"] += 1
-    if others := campaign.earlier():
-        warnings.warn(f"{describe_earlier(others)}; run the campaign to make or measure them again", stacklevel=2)
     return counts
 
 

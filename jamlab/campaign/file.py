@@ -34,14 +34,13 @@ from pydantic import (
     model_validator,
 )
 
-from jamlab.campaign.file_values import FileTable, LogGrid, OneOrMore, Positive, Tolerances, distinct
-from jamlab.campaign.observable import Observable
+from jamlab.campaign.observable import FileTable, LogGrid, Observable, OneOrMore, Positive, Tolerances, distinct
 from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES, check_choice, name_meant
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
-from jamlab.storage.system_errors import system_said
+from jamlab.storage.atomic_file import system_said
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails

@@ -9,8 +9,19 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jamlab.campaign.file_values import FileTable, Frequencies, Rates, Tolerances
-from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Row, Schema, floats
+from jamlab.campaign.observable import (
+    FLAG,
+    LAW,
+    STATE,
+    Driven,
+    FileTable,
+    Frequencies,
+    Rates,
+    Row,
+    Schema,
+    Tolerances,
+    floats,
+)
 from jamlab.errors import ConvergenceError
 from jamlab.flow.creep import LARGEST_STRESS, LONGEST, check_creeping, creep
 from jamlab.flow.flow_curve import ROWS, steady_point

@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import Field
 
 from jamlab.arrays import Array
-from jamlab.campaign.file_values import Frequencies, Prestress, Tolerances
 from jamlab.campaign.flow_observables import Creep, Oscillation, SteadyFlow
 from jamlab.campaign.observable import (
     FLAG,
@@ -17,10 +16,13 @@ from jamlab.campaign.observable import (
     STATE,
     WHOLE,
     Driven,
+    Frequencies,
     Observable,
+    Prestress,
     Row,
     Schema,
     TaskStates,
+    Tolerances,
     floats,
 )
 from jamlab.errors import BoundaryError

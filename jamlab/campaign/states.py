@@ -5,15 +5,14 @@ their frames, and the tables that come out the same, are copied from there. Fram
 the tables do not depend on the order in which observables were asked for.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import Any
 
 from jamlab.campaign.file import STATES
 from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_parameters, read_task_file
 from jamlab.campaign.observable import TaskStates
-from jamlab.campaign.tasks import Batch, Parameters, Task, state_key, task_name, task_names
-from jamlab.campaign.versions import as_column, changes
+from jamlab.campaign.tasks import Batch, Parameters, Task, as_column, state_key, task_names
 from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -150,18 +149,6 @@ def foreign_tasks(folder: CampaignFolder, batches: Iterable[Batch]) -> Iterator[
     for name in sorted(folder.finished() - task_names(batches)):
         with suppress(StorageError):
             yield Task(name, read_parameters(folder.task_file(name)))
-
-
-def earlier_tasks(folder: CampaignFolder, batches: Sequence[Batch]) -> dict[str, str]:
-    """Finished tasks of some batches that were made by other versions of protocols or definitions than those of today:
-    name -> what differs, as text."""
-    known, found = task_names(batches), {}
-    for task in foreign_tasks(folder, batches):
-        then, now = task.parameters, task.parameters.now()
-        if now != then and task_name(now) in known:
-            what = changes(then.protocol, now.protocol) + changes(then.definitions, now.definitions)
-            found[task.name] = "; ".join(what)
-    return found
 
 
 def read_stored(folder: CampaignFolder, name: str) -> tuple[TaskFile, TaskStates] | None:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
 from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
-from jamlab.campaign.versions import as_column
+from jamlab.campaign.tasks import as_column
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
@@ -26,8 +26,7 @@ from jamlab.packing.quantities import COLUMNS, LABELS, MEASURED, STRESS
 from jamlab.plotting.axes import merged
 from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE
-from jamlab.statistics.bootstrap import bootstrap
-from jamlab.statistics.confidence import CONFIDENCE
+from jamlab.statistics.confidence import CONFIDENCE, bootstrap
 
 if TYPE_CHECKING:
     import pandas as pd

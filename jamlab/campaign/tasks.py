@@ -2,7 +2,7 @@
 
 The name of a task is a hash of everything its result depends on: the parameters of the sweep that matter for it, n, the
 seed, the defaults of the LAMMPS decks, and the versions of the file schema, of the protocols and of the definitions
-(`versions.py`). The name of the sweep, and where or how fast the task runs, do not enter. So a campaign may be renamed,
+(below). The name of the sweep, and where or how fast the task runs, do not enter. So a campaign may be renamed,
 sweeps may share tasks, and more seeds add tasks without touching existing ones.
 
 Tasks that differ only in what they measure share a state key, the hash of the other parameters. So a new observable
@@ -11,7 +11,7 @@ makes a new task, but no new packings: `states.py` finds a finished task of the 
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -19,14 +19,62 @@ from typing import Any
 from pydantic import Field, SerializeAsAny, field_validator
 
 from jamlab.campaign.file import STATES, CampaignTable, Compression, Sweep
-from jamlab.campaign.file_values import FileTable, Tolerances
-from jamlab.campaign.observable import Observable
+from jamlab.campaign.observable import FileTable, Observable, Tolerances
 from jamlab.campaign.observables import OBSERVABLES, Onset
-from jamlab.campaign.versions import STATES_BY, Versions, raised
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.flow import creep, flow_curve, oscillate
+from jamlab.geometry import contact_network, orientational_order, packing_fraction, particle_shape
+from jamlab.geometry.voids import voids
+from jamlab.mechanics import elasticity, slow_shear
 from jamlab.models.models import MODELS, optional_parameters
+from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
+from jamlab.rheology import complex_modulus, displacement_correlation, mode_motion
 from jamlab.storage.verified_file import SCHEMA_VERSION
+
+# A module that owns a protocol or a definition holds its version, a whole number. Whoever changes what it gives, for
+# the same parameters and beyond rounding, raises it by one: tasks are made again, or measured again on stored packings.
+FIRST = 1  # version of what was stored before versions were
+STATES_BY = ("contacts", "packing fraction", "shapes", "voids", "moduli")  # definitions of the columns of "states"
+Versions = dict[str, int]  # name -> version, of those above 1
+
+
+def _today() -> dict[str, int]:
+    """Versions of the protocols, then of the definitions."""
+    models = [(model.descent, model.particles) for model in MODELS.values()]
+    return {
+        **{f"onset of {particles}": onset.ONSET_PROTOCOL[name] for name, particles in models},
+        "onset of stiffening disks": onset.ONSET_PROTOCOL["stiffening"],
+        **{f"compression of {particles}": compression.COMPRESSION_PROTOCOL[name] for name, particles in models},
+        "pressure": target_pressure.PRESSURE_PROTOCOL,
+        "quench": relaxation.QUENCH_PROTOCOL,
+        "sizes": size_distributions.SIZES_PROTOCOL,
+        "contacts": contact_network.CONTACTS_DEFINITION,
+        "packing fraction": packing_fraction.FRACTION_DEFINITION,
+        "shapes": particle_shape.SHAPE_DEFINITION,
+        "voids": voids.VOIDS_DEFINITION,
+        "order": orientational_order.ORDER_DEFINITION,
+        "moduli": elasticity.MODULI_DEFINITION,
+        "slow shear": slow_shear.SLOW_SHEAR_DEFINITION,
+        "spectra": complex_modulus.SPECTRUM_DEFINITION,
+        "correlation": displacement_correlation.CORRELATION_DEFINITION,
+        "modes": mode_motion.MODES_DEFINITION,
+        "flow": flow_curve.FLOW_DEFINITION,
+        "oscillation": oscillate.OSCILLATION_DEFINITION,
+        "creep": creep.CREEP_DEFINITION,
+    }
+
+
+def raised(names: Iterable[str]) -> Versions:
+    """Versions of today of some protocols or definitions, those above 1."""
+    today = _today()
+    return {name: today[name] for name in sorted(names) if today[name] != FIRST}
+
+
+def as_column(names: Iterable[str], versions: Mapping[str, int]) -> str:
+    """Versions as the value of a column, such as "contacts=2; moduli=1"."""
+    return "; ".join(f"{name}={versions.get(name, FIRST)}" for name in sorted(names))
+
 
 TASK_VERSION = 2  # of the groups in a task file and the meaning of the parameters
 _NAME_LENGTH = 32  # hexadecimal digits: 128 bits, so that no two tasks share a name

@@ -17,9 +17,7 @@ from jamlab.cli.console import (
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import check_target
-from jamlab.storage.file_endings import check_ending
-from jamlab.storage.table_file import write_table
+from jamlab.storage.atomic_file import check_ending, check_target, write_table
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph

@@ -13,12 +13,11 @@ from jamlab.cli.console import err_console, print_json, print_line, print_note, 
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json, written_as
 from jamlab.errors import InputError, StorageError
-from jamlab.storage.atomic_file import check_target
-from jamlab.storage.system_errors import system_said
+from jamlab.storage.atomic_file import system_said
 
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
-    from jamlab.campaign.driver import Outcome
+    from jamlab.campaign.workers import Outcome
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -109,7 +108,6 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
         )
     if stored := sum(line.stored for line in lines):
         print_line(f"{stored} of them measure states that are stored already")
-    _print_earlier(campaign)
 
 
 def _texts(entry: Any, names: Iterable[str]) -> list[str]:
@@ -192,7 +190,7 @@ def _print_scripts(campaign: "Campaign", only: list[str] | None, jobs: int | Non
 
 
 def _print_failure(outcome: "Outcome") -> None:
-    from jamlab.campaign.driver import FAILED
+    from jamlab.campaign.workers import FAILED
 
     if outcome.state == FAILED:
         print_line(f"failed: {outcome.line}", err_console)
@@ -257,40 +255,6 @@ def status(
         said.append(f"{found.foreign} further files belong to no task of this campaign file")
     for line in said:
         print_line(line)
-    _print_earlier(campaign)
-
-
-def _print_earlier(campaign: "Campaign") -> None:
-    from jamlab.campaign.campaign import describe_earlier
-
-    if others := campaign.earlier():
-        print_line(describe_earlier(others))
-
-
-@app.command(epilog="Example: jamlab campaign page campaign.toml --out campaign.html")
-def page(
-    file: Where,
-    out: Annotated[Path, typer.Option("--out", "--to", help="HTML file to write.", callback=written_as("page"))] = Path(
-        "campaign.html"
-    ),
-    folder: Annotated[Path | None, typer.Option(help="Folder of the tasks; default: beside the file.")] = None,
-    force: Force = False,
-) -> None:
-    """Write an interactive page of all sweeps.
-
-    One packing of each to look through, means over packings, and tasks done.
-    """
-    from jamlab.campaign.campaign import open_campaign
-    from jamlab.cli.campaign_report import write_campaign_page
-
-    campaign = open_campaign(file, folder)
-    if out.is_dir():
-        raise InputError(f"--out {out} is a folder: name the HTML file to write, and the tasks with --folder {out}")
-    check_target(out, file, replace=force)
-    expect_output(out)
-    with progress_bar(f"page of {campaign.name}") as progress:
-        write_campaign_page(campaign, out, progress)
-    print_note(f"wrote {out}; open it in a browser")
 
 
 @app.command(epilog="Example: jamlab campaign merge campaign.toml other-machine/first")

@@ -23,7 +23,7 @@ def decks(
 ) -> None:
     """List the LAMMPS decks with what each does, show one, or copy them to change them."""
     from jamlab.engine.deck_defaults import copy_decks, summaries
-    from jamlab.kernels.installed_files import installed
+    from jamlab.kernels.library import installed
 
     folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
     if name is not None:
@@ -86,7 +86,7 @@ def deck(
 
 def _path_of(name: str) -> Path:
     """A deck of this folder, or else of jamlab."""
-    from jamlab.kernels.installed_files import installed
+    from jamlab.kernels.library import installed
 
     for folder in (Path.cwd(), installed("lammps_inputs")):
         if (folder / name).is_file():

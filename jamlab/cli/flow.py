@@ -16,8 +16,7 @@ from jamlab.cli.console import print_json, print_note, print_stage, print_table,
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law, written_as
 from jamlab.errors import JamlabError
-from jamlab.storage.atomic_file import check_target
-from jamlab.storage.table_file import write_table
+from jamlab.storage.atomic_file import check_target, write_table
 
 if TYPE_CHECKING:
     from jamlab.flow.read_flow import Flow

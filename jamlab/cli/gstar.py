@@ -1,4 +1,4 @@
-"""`jamlab gstar`: the complex shear modulus, on the screen and as a picture, a table or an HDF5 file.
+"""`jamlab gstar`: the complex shear modulus, on the screen and as a picture or a table.
 
 A table holds one curve: frequency, storage and loss modulus under the names by which pyRheo and rheojax know them,
 separated by commas (.csv) or tabs (.tsv). The window of pyRheo takes tabs alone; rheojax finds separator and columns by
@@ -15,9 +15,7 @@ from jamlab.cli.console import print_json, print_line, print_note, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Force, Frame, Json, Seed, Stokes, Tau, drag_law
 from jamlab.errors import InputError
-from jamlab.storage.atomic_file import atomic_file, check_target
-from jamlab.storage.file_endings import FORMATS, check_ending
-from jamlab.storage.table_file import write_table
+from jamlab.storage.atomic_file import check_ending, check_target, write_table
 
 if TYPE_CHECKING:
     from jamlab.arrays import Array
@@ -52,7 +50,7 @@ def gstar(
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
     omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
     points: Annotated[int, typer.Option(help="Number of frequencies, evenly spaced in log omega.")] = 41,
-    out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv or .tsv (omega, G', G'') or .h5.")] = None,
+    out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv or .tsv (omega, G', G'').")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -141,9 +139,9 @@ def print_spectra(law: "Damping", spectra: "Spectra") -> None:
 
 def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = True) -> None:
     """Check that a path has a known suffix and can be written; a source never, another file only with `replace`."""
-    check_ending(path, "picture", "table", "tabs", "packings")
+    check_ending(path, "picture", "table", "tabs")
     if not path.suffix:
-        raise InputError(f"cannot tell what to write to {path}: end its name in .png, .csv or .h5")
+        raise InputError(f"cannot tell what to write to {path}: end its name in .png or .csv")
     check_target(path, *sources, replace=replace)
 
 
@@ -152,22 +150,17 @@ def check_one_kind(path: Path, packings: "Sequence[Packing]") -> None:
     from jamlab.rheology.mean_spectrum import group_packings
 
     if path.suffix.lower() in TABLES and (kinds := len(group_packings(packings))) > 1:
-        raise InputError(f"{path} holds one curve, these packings are of {kinds} kinds: give one kind, or write .h5")
+        raise InputError(f"{path} holds one curve, these packings are of {kinds} kinds: give one, or draw a picture")
 
 
 def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:
-    """Write a picture (.png, .pdf, .svg), a table (.csv, .tsv) or an HDF5 file (.h5), all or nothing.
-
-    HDF5: omega (m,), storage, loss, error (packings, m), g0, g, eta0, eta_inf, converged (packings,); attributes
-    damping, units, method, label, shear. Several curves: groups curve_1, curve_2, ... that hold the same. Times are in
-    tau_1, moduli in the packing's unit of stress; all are for shear along x of the box but g, the mean over directions.
-    """
+    """Write a picture (.png, .pdf, .svg) or a table (.csv, .tsv), all or nothing."""
     kind = path.suffix.lower()
     if kind in TABLES:
         (curve,) = curves
         table = curve.means()[["omega", "storage", "loss"]]
         write_table(table.set_axis(list(HEADERS), axis="columns"), path)
-    elif kind in FORMATS["picture"].endings:
+    else:
         from jamlab.figures.packing_pictures import modulus_figure
         from jamlab.figures.save_picture import save_picture
 
@@ -175,22 +168,3 @@ def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:
         named = {spectra.label if several else str(damping): spectra for spectra in curves}
         unit = " or ".join(dict.fromkeys(spectra.unit for spectra in curves))
         save_picture(modulus_figure(named, unit, str(damping) if several else ""), path)
-    else:
-        import h5py
-
-        with atomic_file(path) as temporary, h5py.File(temporary, "w", locking=False) as file:
-            file.attrs.update({"schema": "jamlab-spectra", "version": 1, "damping": repr(damping)})
-            for k, spectra in enumerate(curves, 1):
-                _fill(file if len(curves) == 1 else file.create_group(f"curve_{k}"), spectra)
-
-
-def _fill(group: Any, spectra: "Spectra") -> None:
-    from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS
-
-    group.attrs.update({"units": spectra.units, "method": spectra.method, "label": spectra.label})
-    group.attrs["shear"] = SHEAR
-    group["omega"] = spectra.omega
-    for column in COLUMNS:
-        group[column] = spectra.all_of(column)
-    for name in (*LIMITS, "g", "converged"):
-        group[name] = spectra.packings[name].to_numpy()

@@ -14,13 +14,11 @@ from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze, explore
 from jamlab.cli.console import err_console
 from jamlab.cli.decks import deck, decks
-from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
-from jamlab.cli.estimate import estimate
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
-from jamlab.cli.jam import compress, jam, pack
+from jamlab.cli.jam import compress, demo, jam, pack
 from jamlab.errors import JamlabError, JamlabWarning
 
 
@@ -129,7 +127,6 @@ COMMANDS: dict[str, tuple[Command, ...]] = {
         ),
         (relax_stress, "Strain by a step and follow the stress.", "packing.h5 --strain 1e-5 --duration 1e4"),
     ),
-    "Ensembles": ((estimate, "Estimate an ensemble mean to a requested uncertainty.", "z --rho 0.9 --error 0.05"),),
     "Start and check": (
         (demo, "Both models through jamming: tables and a page.", "--out jamlab-demo"),
         (decks, "List, show or copy the LAMMPS decks.", "--copy my-decks"),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from jamlab.errors import InputError
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.atomic_file import check_ending
 
 if TYPE_CHECKING:
     from jamlab.rheology.damping import Damping

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from jamlab.errors import EngineError, InputError, StorageError
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 from jamlab.packing.lammps_files import MAX_TYPES, types
 from jamlab.packing.packing import Packing
 from jamlab.processes.dying_program import dying_line

@@ -21,7 +21,7 @@ from jamlab.engine.installation import (
     start_lammps,
 )
 from jamlab.errors import EngineError
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 from jamlab.storage.verified_file import versions
 
 _LIBRARIES = ("numpy", "scipy", "h5py", "MDAnalysis", "shapely", "matplotlib")

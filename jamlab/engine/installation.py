@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from jamlab.errors import EngineError
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 
 PLUGIN_STYLES = (
     ("pair", "circuloline"),

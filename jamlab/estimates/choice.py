@@ -57,10 +57,6 @@ class Choice:
         function, arguments: of a flow the public function that does it, and its arguments but the packing, see `run`.
         strain: of a flow, to shear in all: start-up and average of steady flow, or all cycles; 0 if nothing is run.
         modulus: of a flow, G* by the way chosen, if nothing is run.
-        damping: of a flow, least drag law that does: that asked for, linear drag, or Stokes drag if both agree.
-        other_drag: relative change of G* under the other drag law, Stokes or contact; nan where it was not needed.
-        kept: of a flow, how many checks, on other packings, of the same kind and beta kept what was promised, and of
-            how many; (0, 0) where nothing is promised from the table.
         outside: what of packing and flow lies outside the table, for which it promises nothing.
 
     Example:
@@ -82,9 +78,6 @@ class Choice:
     arguments: dict[str, Any] = field(default_factory=dict)
     strain: float = 0.0
     modulus: complex | None = None
-    damping: Damping | None = None
-    other_drag: float = float("nan")
-    kept: tuple[int, int] = (0, 0)
     outside: tuple[Outside, ...] = ()
 
     error = Renamed("bound")
@@ -105,7 +98,6 @@ class Choice:
         words = [write_bounds(self.bound)]
         words += [f"{self.packings} packing{'s' * (self.packings > 1)} in {self.seconds:.2g} s"] * bool(self.packings)
         words += [f"by {self.call}"] * bool(self.function)
-        words += [f"kept in {self.kept[0]} of {self.kept[1]} checks"] * bool(self.kept[1])
         return "; ".join([f"Choice({self.way}: {', '.join(words)}", rank, *map(str, self.outside)]) + ")"
 
 

@@ -24,7 +24,7 @@ from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus, warn_of_negative
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.nonlinear_drag import equivalent_time, nonlinear_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
@@ -99,13 +99,12 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
     spectrum = linear_modulus(packing, [omega], linear)
     warn_of_negative(spectrum.g0, stacklevel=5)
     plain = complex(spectrum.storage[0], spectrum.loss[0])
-    best, error, kept = plain, 0.0, (0, 0)
+    best, error = plain, 0.0
     outside: tuple[Outside, ...] = ()  # infinitely small strains need no table
     if amplitude is not None:
         flow = Flow.oscillating(packing, law, omega, amplitude)
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
-        kept = table.kept("oscillation", flow.beta) if np.isfinite(error) else kept
         if law.alpha < 1:
             found = nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
             best = complex(found.storage[0], found.loss[0])
@@ -122,14 +121,13 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
     errors["oscillation"] = RUN_ERROR
     options, row = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
     way = str(options.at[row, "way"])
-    least, other = _least_drag(packing, law, omega, best, tolerance, way)
     function: Callable[..., Any] = complex_modulus
     arguments: dict[str, Any] = {}
     strain = 0.0
     if way == "oscillation":
         function = oscillate
         arguments = {"omega": omega, "amplitude": amplitude, "damping": law, "cycles": cycles}
-        kept, strain = (0, 0), run  # runs are what checks are held against
+        strain = run
     elif way == "linear spectrum":
         arguments = {"omega": [omega], "damping": linear}
     elif way == "equivalent damping":  # linear drag that dissipates as much at this stress
@@ -140,7 +138,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
         function = shear_modulus
     return Choice(
         way=way, bound={"G*": errors[way]}, options=options, function=function, arguments=arguments, strain=strain,
-        modulus=values.get(way), damping=least, other_drag=other, kept=kept, outside=outside,
+        modulus=values.get(way), outside=outside,
     )  # fmt: skip
 
 
@@ -168,10 +166,9 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     arguments = {"rates": [at], "damping": used, "strain": average[way], "background": BACKGROUND}
-    kept = table.kept("flow", flow.beta) if way == "linear flow" else (0, 0)
     return Choice(
         way=way, bound={"stress": errors[way]}, options=options, function=flow_curve, arguments=arguments,
-        strain=TRANSIENT + average[way], damping=used, kept=kept,
+        strain=TRANSIENT + average[way],
     )  # fmt: skip
 
 
@@ -198,17 +195,3 @@ def _average(noise: float, tolerance: float, model_error: float) -> float:
     strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
     digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
     return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))
-
-
-def _least_drag(
-    packing: Packing, law: Damping, omega: float, best: complex, tolerance: float, way: str
-) -> tuple[Damping, float]:
-    """The simplest law that gives the same modulus, in linear response, and how far the other one is off."""
-    if way == "static modulus":
-        return law.linear(), float("nan")
-    other: Damping = StokesDrag(0.0, law.tau) if law.at_contacts else ContactDamping(tau=law.tau)
-    found = linear_modulus(packing, [omega], other)
-    apart = abs(complex(found.storage[0], found.loss[0]) - best) / abs(best)
-    if apart > tolerance:
-        return (law.linear() if way == "linear spectrum" else law), apart
-    return (other if law.at_contacts else law), apart

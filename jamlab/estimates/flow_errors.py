@@ -83,8 +83,8 @@ class FlowErrors:
 
     Attributes:
         content: `grids`, for each kind and drag law the error that is promised (null: nothing) over alpha, drag and
-            amplitude; `factor`, by which promises are wider at other beta; `kept`, checks that held and their number;
-            `scatter` of a mean stress over beta; `measured`, ranges of the conditions.
+            amplitude; `factor`, by which promises are wider at other beta; `scatter` of a
+            mean stress over beta; `measured`, ranges of the conditions.
     """
 
     content: dict[str, Any]
@@ -107,13 +107,6 @@ class FlowErrors:
             return 1.0
         factor = self.content["factor"][kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else None
         return np.inf if factor is None else float(factor)
-
-    def kept(self, kind: str, beta: float) -> tuple[int, int]:
-        """How many checks, on other packings at random conditions, stayed below the error promised, and of how many: at
-        the same end of beta, or at both ends between them."""
-        end = f"{beta:g}" if beta in (1.0, *SLIDING_BETAS) else "ends"
-        held, number = self.content["kept"][kind][end]
-        return held, number
 
     def scatter_of_flow(self, beta: float = 1.0) -> float:
         """Standard error of a mean stress over that stress, of 64 disks at unit strain. For another beta than 1 the one

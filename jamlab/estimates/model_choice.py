@@ -8,9 +8,8 @@ that, and the distance from it that few packings exceed, is its expected error. 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from jamlab.estimates.choice import Choice, Why, judge, write_bounds
 from jamlab.estimates.ways import STEP, N, WayRecord, Ways
 from jamlab.models.models import MODELS
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
 QUANTITIES = {
@@ -157,43 +155,10 @@ def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]
     return {name: option[f"error_{name}"] for name in names}
 
 
-@dataclass(frozen=True)
-class Scene:
-    """Outcome of `scene`.
-
-    Attributes:
-        packing: at the packing fraction asked for; its provenance holds the choice.
-        values: every quantity that a tolerance can be asked for, see `model_choice.QUANTITIES`, of the packing.
-        estimate: the same for default droplets: values with the choice's corrections, to which its errors apply.
-        choice: model, contact form and vertices, expected error, and what else there was.
-        seconds: wall time.
-
-    Example:
-        >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
-        >>> sorted(s.values), abs(round(s.estimate["z"] - s.values["z"] - s.choice.correction["z"], 12))
-        (['a', 'g', 'void_sides', 'z'], 0.0)
-    """
-
-    packing: Packing
-    values: dict[str, float]
-    estimate: dict[str, float]
-    choice: Choice
-    seconds: float
-
-    __repr__ = short_repr
-
-
 @checked
 def scene(
-    rho: float,
-    n: int = 64,
-    seed: int = 1,
-    *,
-    tolerance: Mapping[str, float],
-    model: str = "auto",
-    step: float = STEP,
-    exponent: float | None = None,
-) -> Scene:
+    rho: float, n: int = 64, seed: int = 1, *, tolerance: Mapping[str, float], model: str = "auto", step: float = STEP
+) -> Packing:
     """Make particles at rho by the cheapest model expected to keep every tolerance.
 
     Disks are jammed and compressed; where droplets are needed, they take over from the disks at rho, or at 0.88 where
@@ -206,28 +171,21 @@ def scene(
         tolerance: what is wanted -> error allowed, e.g. {"z": 0.05}.
         model: "auto", "sp" or "dp".
         step: of rho in the sweeps.
-        exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
-            choice are those of harmonic disks.
+
+    Returns:
+        The packing. Its provenance holds the choice, `model_choice`, its expected errors, `model_error`, and what to
+        add to quantities as measured, `model_correction`.
 
     Raises:
-        InputError: see `jamlab.estimates.model_choice.choose`.
+        InputError: see `jamlab.choose`.
         ConvergenceError: no onset below rho, or a state on the way did not converge.
 
     Example:
-        >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
-        >>> s.choice.way.model, s.packing.n
+        >>> p = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
+        >>> p.model, p.n
         ('sp', 16)
     """
-    began = time.perf_counter()
-    if exponent not in (None, 2) and model != "sp":
-        raise InputError(
-            f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "
-            "have no exponent; choose disks yourself, model='sp'"
-        )
     choice = choose(rho, tolerance, n, model=model)
-    law: dict[str, Any] = {} if exponent is None else {"exponent": exponent}
-    packing = ways.bring_on(choice.way, ways.find_onset(choice.way, seed, **law), rho, step)
-    packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.bound})
-    values = ways.values_at(packing, tuple(QUANTITIES))
-    estimate = {name: value + choice.correction[name] for name, value in values.items()}
-    return Scene(packing, values, estimate, choice, time.perf_counter() - began)
+    packing = ways.bring_on(choice.way, ways.find_onset(choice.way, seed), rho, step)
+    entries = {"model_error": choice.bound, "model_correction": choice.correction}
+    return packing.with_state(provenance={"model_choice": str(choice.way), **entries})

@@ -27,7 +27,7 @@ from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.rheology.damping import ContactDamping, Damping
-from jamlab.statistics.block_average import LARGEST_DRIFT
+from jamlab.statistics.confidence import LARGEST_DRIFT
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ class FlowCurve:
         say_balance(axes, self)
 
 
-FLOW_DEFINITION = 1  # version, see jamlab.campaign.versions
+FLOW_DEFINITION = 1  # version, see jamlab.campaign.tasks
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 MOST_PROCESSES = 1024
 AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256

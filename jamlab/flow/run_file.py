@@ -24,8 +24,7 @@ from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import Damping, law_of_record
-from jamlab.storage.atomic_file import atomic_file, check_target
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
 
 FilePath = str | os.PathLike[str]

@@ -15,7 +15,7 @@ from jamlab.flow.report import say_balance
 from jamlab.flow.velocity_profile import VelocityProfile, velocity_profile
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
-from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
+from jamlab.statistics.confidence import FEWEST_BLOCKS, BlockAverage, block_average
 
 
 class StressDrops(NamedTuple):

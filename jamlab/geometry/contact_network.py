@@ -18,7 +18,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER, RED
 
-# Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.versions; files of flows hold it too.
+# Version of what counts as a contact, of z and of rattlers, see jamlab.campaign.tasks; files of flows hold it too.
 # In 2 contacts of droplets below 3e-4 of the mean force held no droplet; 1 and 2 counted vertices on edges in flows.
 CONTACTS_DEFINITION = 3
 

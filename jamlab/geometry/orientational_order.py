@@ -16,7 +16,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, drawn
 
-ORDER_DEFINITION = 1  # version, see jamlab.campaign.versions
+ORDER_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 @dataclass(frozen=True)

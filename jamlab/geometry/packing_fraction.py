@@ -13,7 +13,7 @@ from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import bound_voids
 from jamlab.packing.packing import Packing
 
-FRACTION_DEFINITION = 1  # version, see jamlab.campaign.versions
+FRACTION_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 @checked

@@ -19,7 +19,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
 
-SHAPE_DEFINITION = 1  # version, see jamlab.campaign.versions
+SHAPE_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 def disk_radii(packing: Packing) -> Array:

@@ -24,7 +24,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
-MODULI_DEFINITION = 1  # version, see jamlab.campaign.versions
+MODULI_DEFINITION = 1  # version, see jamlab.campaign.tasks
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 

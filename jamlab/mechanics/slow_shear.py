@@ -21,7 +21,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE, GREEN, RED
 
-SLOW_SHEAR_DEFINITION = 1  # version, see jamlab.campaign.versions
+SLOW_SHEAR_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, mean_of, share_of
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
 from jamlab.protocols.packing_of_picture import packing_of_picture
-from jamlab.storage.atomic_file import atomic_file, check_target
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 
 if TYPE_CHECKING:
     import pandas as pd

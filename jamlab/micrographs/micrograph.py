@@ -26,7 +26,6 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
-from jamlab.micrographs.droplet_sources import DropletSource, GreyDroplets, LabelledDroplets
 from jamlab.micrographs.illumination import noise_level, read_darkness, remove_background
 from jamlab.micrographs.labels import looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
@@ -34,7 +33,7 @@ from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, s
 from jamlab.micrographs.picture_numbers import Number, PictureVoids, find_voids
 from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, doubt_known, find_doubts
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
-from jamlab.micrographs.walls import THICKEST_FILM, shape_factor
+from jamlab.micrographs.walls import THICKEST_FILM, DropletSource, GreyDroplets, LabelledDroplets, shape_factor
 
 CONTRASTS = ("auto", "dark", "bright")
 TRIED = 256  # pixels along a side on which bright and dark are tried

@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from jamlab.arrays import Array, Mask
-from jamlab.micrographs.droplet_sources import LABEL_ODD_SHAPE, LABEL_ODD_Z, ROUND, DropletSource
 from jamlab.micrographs.picture_numbers import LIMITS, Mean
 from jamlab.micrographs.segmentation import meetings
-from jamlab.micrographs.walls import THICKEST_FILM
+from jamlab.micrographs.walls import LABEL_ODD_SHAPE, LABEL_ODD_Z, ROUND, THICKEST_FILM, DropletSource
 
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius

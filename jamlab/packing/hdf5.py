@@ -42,8 +42,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.packing import KNOWN, Packing
 from jamlab.packing.quantities import MEASURED
-from jamlab.storage.atomic_file import atomic_file
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.atomic_file import atomic_file, check_ending
 from jamlab.storage.verified_file import (
     NUMBERS,
     REMEDY,

@@ -35,8 +35,7 @@ from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.atomic_file import atomic_file, check_ending
 
 # Of particles of one size each. Type pairs take time when LAMMPS is started, of 4096 disks 0.3 s with 64 sizes, 0.9 s
 # with 128 and 4.9 s with 256; with classes 0.15 s.

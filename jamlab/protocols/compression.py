@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import zip_longest
 
 import numpy as np
 
@@ -31,7 +30,7 @@ from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
-# versions, see jamlab.campaign.versions; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
+# versions, see jamlab.campaign.tasks; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
 # several modes at a time and ends droplets by other steps, 5 takes gaps that close for contacts
 COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 5}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
@@ -153,8 +152,11 @@ def compress(
     value = packing_fraction(packing) if by == "rho" else packing.phi
     targets = grid(value, to, step, nearest, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
-    for state, target in zip_longest(after, targets[: len(after)]):
-        if target is None or (reason := _unlike(state, packing, by, target, error, force)):
+    if len(after) > len(targets):
+        raise InputError(f"after: {len(after)} states, where a sweep to {to:g} has {len(targets)}")
+    near = 2 * settings.sweep.met * np.abs(np.diff(targets, prepend=value))
+    for state, target, distance in zip(after, targets, near, strict=False):
+        if reason := _unlike(state, packing, by, target, distance, force):
             raise InputError(f"after: its states are not of this sweep, which goes to {to:g}: {reason}")
     if len(after):
         packing, targets = after[-1], targets[len(after) :]
@@ -163,20 +165,14 @@ def compress(
     return _sweep(packing, targets, by, error, force, ranks, settings, progress)
 
 
-def _unlike(state: Packing, start: Packing, by: str, target: float, error: float | None, force: float) -> str | None:
-    """What shows that a state is not the one of a sweep at this target; None if nothing does."""
-    said = state.provenance
-    wanted = {"by": by, "compression_version": COMPRESSION_PROTOCOL[start.kind.descent]}
+def _unlike(state: Packing, start: Packing, by: str, target: float, near: float, force: float) -> str | None:
+    """What shows that a state is not the one of a sweep at this target, `near` which it lies; None if nothing does."""
+    reached = packing_fraction(state) if by == "rho" else state.phi
     if other := state.difference(start):
         return f"{other} differs"
-    if not np.isclose(said.get("target", np.nan), target, rtol=1e-12, atol=0.0):
-        return f"{by} = {said.get('target')} for {target:.6g}"
-    if ("step_error" in said) != (error is not None):
-        return f"error = {error}"
-    if state.tolerance != force:
-        return f"tolerance = {state.tolerance} for {force:g}"
-    unlike = (name for name, value in wanted.items() if said.get(name) != value)
-    return next((f"{name} = {said.get(name)} for {wanted[name]}" for name in unlike), None)
+    if state.on_target and abs(reached - target) > near:
+        return f"{by} = {reached:.6g} for {target:.6g}"
+    return f"tolerance = {state.tolerance} for {force:g}" if state.tolerance != force else None
 
 
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:

@@ -35,7 +35,7 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
-# versions, see jamlab.campaign.versions; droplets: 6 sees gaps that close, 5 slides along several modes
+# versions, see jamlab.campaign.tasks; droplets: 6 sees gaps that close, 5 slides along several modes
 # at a time, 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
 # ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside those of their contacts
 ONSET_PROTOCOL = {"disks": 1, "droplets": 6, "stiffening": 2}

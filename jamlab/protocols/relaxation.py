@@ -28,7 +28,7 @@ from jamlab.protocols.newton import descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
 from jamlab.protocols.solver_settings import SOLVERS, LbfgsSettings, RelaxationSettings, SolverSettings
 
-QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.versions
+QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 FEW_FACTORS = 3  # more, and the log of a run says why
 _log = logging.getLogger(__name__)
 

@@ -25,7 +25,7 @@ from jamlab.errors import InputError
 
 Sizes = str | Sequence[float] | Array  # a distribution by name, or diameters
 
-SIZES_PROTOCOL = 3  # version, see jamlab.campaign.versions: 2 and 3 differ by rounding
+SIZES_PROTOCOL = 3  # version, see jamlab.campaign.tasks: 2 and 3 differ by rounding
 LARGEST_RATIO = 10.0  # of `ratio`: beyond, small disks rattle in the gaps
 WIDEST_RATIO = 100.0  # of any two disks: neighbor lists grow with the square of the ratio
 FROM_FILE = "from-file:"

@@ -38,7 +38,7 @@ from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_rec
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
-PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.versions
+PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 _DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down

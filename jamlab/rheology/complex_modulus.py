@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,7 +26,7 @@ from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpect
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
-# version, see jamlab.campaign.versions; 1 took Stokes drag from the mean size of the backbone, without free droplets
+# version, see jamlab.campaign.tasks; 1 took Stokes drag from the mean size of the backbone, without free droplets
 SPECTRUM_DEFINITION = 2
 METHODS = ("auto", "dense", "direct", "reduced")
 
@@ -221,7 +220,6 @@ def _check_frequencies(omega: ArrayLike) -> Array:
 
 
 _Solution = tuple[Complex, Array, RelaxationSpectrum | None]
-_Solve = Callable[[EquationOfMotion, Limits, Array], _Solution]
 
 
 def _solve_direct(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:

@@ -15,7 +15,7 @@ from jamlab.errors import InputError, JamlabWarning, Renamed
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
-from jamlab.statistics.bootstrap import bootstrap
+from jamlab.statistics.confidence import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 
 HIGHEST = (

@@ -26,7 +26,7 @@ from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
-CORRELATION_DEFINITION = 2  # version, see jamlab.campaign.versions; 1 took lanes and bins for absolute lengths
+CORRELATION_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took lanes and bins for absolute lengths
 
 
 @dataclass(frozen=True)

@@ -31,23 +31,23 @@ class HerschelBulkley:
 
     Attributes:
         yield_stress, consistency, exponent: of the law.
-        yield_stress_error, consistency_error, exponent_error: standard errors; where the points scatter by more than
+        yield_stress_stderr, consistency_stderr, exponent_stderr: standard errors; where the points scatter by more than
             their errors, as much larger.
         misfit: root of chi squared per degree of freedom: 1 if the points scatter as their errors say; nan of three.
-        rates, stress, stress_error: (m,) what was fitted.
+        rates, stress, stress_stderr: (m,) what was fitted.
         unit: of stress, for labels.
     """
 
     yield_stress: float
     consistency: float
     exponent: float
-    yield_stress_error: float
-    consistency_error: float
-    exponent_error: float
+    yield_stress_stderr: float
+    consistency_stderr: float
+    exponent_stderr: float
     misfit: float
     rates: Array = field(repr=False)
     stress: Array = field(repr=False)
-    stress_error: Array = field(repr=False)
+    stress_stderr: Array = field(repr=False)
     unit: str = field(default="", repr=False)
 
     def __call__(self, rates: ArrayLike) -> Array:
@@ -57,13 +57,13 @@ class HerschelBulkley:
     @property
     def exponent_interval(self) -> tuple[float, float]:
         """95 % interval of the exponent."""
-        width = STANDARD_ERRORS * self.exponent_error
+        width = STANDARD_ERRORS * self.exponent_stderr
         return self.exponent - width, self.exponent + width
 
     def __str__(self) -> str:
-        yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_error:.1g}"
-        flows = f"K = {self.consistency:.3g} ± {self.consistency_error:.1g}"
-        return f"{yields}, {flows}, n = {self.exponent:.3f} ± {self.exponent_error:.3f}"
+        yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_stderr:.1g}"
+        flows = f"K = {self.consistency:.3g} ± {self.consistency_stderr:.1g}"
+        return f"{yields}, {flows}, n = {self.exponent:.3f} ± {self.exponent_stderr:.3f}"
 
     @drawn("Line2D that draws the law")
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -77,15 +77,15 @@ class HerschelBulkley:
 
         rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
         label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"
-        draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_error), True, **style)
+        draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_stderr), True, **style)
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
 
 
 @checked
-def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLike, unit: str = "") -> HerschelBulkley:
+def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLike, unit: str = "") -> HerschelBulkley:
     """Fit the law to a flow curve of three points or more by least squares in (law - stress)/error; the yield stress
     may be negative. One below its error means that none is seen."""
-    x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_error), strict=True))
+    x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_stderr), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
         raise InputError(f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: three points are needed")
     if min(x.min(), error.min()) <= 0:
@@ -115,7 +115,7 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
 
 
 _REMEDY = "give more rates, longer strain or more particles"
-_NAMES = ("rates", "stress", "stress_error")
+_NAMES = ("rates", "stress", "stress_stderr")
 
 
 def _law(rate: Array, yield_stress: float, consistency: float, exponent: float) -> Array:

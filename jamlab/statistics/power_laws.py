@@ -1,14 +1,13 @@
 """Fit power laws near jamming: exponents fixed or free.
 
-`jamlab.statistics.bootstrap` gives the intervals of what is fitted here.
+`jamlab.statistics.confidence` gives the intervals of what is fitted here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,10 +16,6 @@ from scipy.optimize import least_squares
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 _GRID = np.linspace(-2.0, 2.0, 41)  # exponents less the mean slope, searched where two terms become one
 _APART, _CANCEL = 0.02, 20.0  # two terms are one if exponents are nearer, and coefficients so many times the sum
@@ -40,40 +35,10 @@ class PowerLaw:
     points: int  # number of points fitted
     spread: float  # root mean square of the residuals, relative or in standard errors
     worst: float  # largest residual, in the same unit
-    # x, y: (points,) what was fitted; None of a law made by hand
-    x: Array | None = field(default=None, repr=False, compare=False)
-    y: Array | None = field(default=None, repr=False, compare=False)
-    error: Array | None = field(default=None, repr=False, compare=False)  # (points,) standard errors of y, or None
 
     def __call__(self, x: ArrayLike) -> Array:
         """y at x, of the shape of x."""
         return np.asarray((np.asarray(x, dtype=np.float64)[..., None] ** self.exponents) @ self.coefficients)
-
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw the points that were fitted and the law between the first and the last; its terms stand in the legend.
-
-        New axes are logarithmic where all values are positive; axes of one's own keep their scales and labels.
-
-        >>> from jamlab.statistics.power_laws import power_law
-        >>> d = np.array([0.01, 0.02, 0.04, 0.08])
-        >>> ax = power_law(d, 3.7 * d**0.5).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D that draws the law.
-
-        Returns:
-            The axes.
-        """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.plotting.curves import draw_fit
-        from jamlab.plotting.drawable import CURVES
-
-        terms = [f"{c:.3g} $x^{{{e:.3g}}}$" for c, e in zip(self.coefficients, self.exponents, strict=True)]
-        x = np.geomspace(self.low, self.high, 200)
-        with axes_for(ax, style, CURVES) as axes:
-            draw_fit(axes, x, self(x), " + ".join(terms), (self.x, self.y, self.error), ax is None, **style)
-        return axes
 
 
 @checked
@@ -116,8 +81,7 @@ def power_law(
     residual = ((x[:, None] ** powers) @ coefficients - y) / unit
     spread, worst = float(np.sqrt(np.mean(residual**2))), float(np.abs(residual).max())
     low, high = float(x.min()), float(x.max())
-    known = None if error is None else unit
-    return PowerLaw(coefficients, powers, low, high, len(x), spread, worst, x, y, known)
+    return PowerLaw(coefficients, powers, low, high, len(x), spread, worst)
 
 
 def _fit_coefficients(x: Array, y: Array, unit: Array, powers: Array) -> Array:

@@ -1,5 +1,9 @@
-"""Writing a file in one step: readers see the old file or the whole new one, never a part of it."""
+"""Files: endings by content, what the system says of a failure, and writing in one step.
 
+Readers see the old file or the whole new one, never a part of it.
+"""
+
+import errno
 import hashlib
 import os
 import re
@@ -7,11 +11,16 @@ import stat
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from jamlab.errors import StorageError
-from jamlab.storage.system_errors import system_said
+from jamlab.errors import InputError, StorageError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 _ABANDONED = 86_400.0  # s since its last change after which a temporary file of another machine has no writer
 _TEMPORARY = re.compile(r"\.jamlab-([0-9a-f]{8})-([0-9]+)-[0-9a-f]{8}\.tmp")
@@ -131,3 +140,96 @@ def _flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+_FAILED = "the file system failed, not the file: try again, or ask who runs it"
+_REMEDIES = {
+    **dict.fromkeys((errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.ENXIO, errno.ENODEV), _FAILED),
+    **dict.fromkeys((errno.ENOLCK, errno.ENOTSUP), "this file system cannot do that: take a folder on another one"),
+    errno.EDQUOT: "your quota is used up: remove files, or ask for more",
+}
+_OF_HDF5 = re.compile(r"errno = (\d+)")  # HDF5 gives the number in its text alone where h5py does not pass it on
+
+
+def system_error(error: BaseException) -> int | None:
+    """Number of the error of the system behind an error; None if there is none, so that the content is at fault."""
+    found = error.errno if isinstance(error, OSError) else None
+    number = found or next(map(int, _OF_HDF5.findall(str(error))), 0)
+    return number or None
+
+
+def system_said(error: BaseException, remedy: str) -> str:
+    """Reason and remedy; `remedy`: where the reason itself suggests no other."""
+    number = system_error(error)
+    reason = os.strerror(number) if number is not None else error
+    return f"{reason}; {_REMEDIES.get(number or 0, remedy)}"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format that jamlab writes."""
+
+    refusal: str  # what is said of a name that promises another one
+    endings: tuple[str, ...]  # the usual one first
+    writer: str = ""  # function or command that writes it, if it is of one kind
+
+
+FORMATS = {
+    "packings": Format("packings are written as HDF5", (".h5", ".hdf5", ".h5md"), "jamlab.write"),
+    "data": Format("this is a LAMMPS data file", (".data", ".lmp", ".lammps"), "jamlab.write_data"),
+    "dump": Format("this is a LAMMPS dump", (".dump", ".lammpstrj", ".lammpsdump"), "jamlab.write_dump"),
+    "vtp": Format("points and lines are written for VTK", (".vtp",), "jamlab.write_contacts"),
+    "movie": Format("a film is drawn", (".mp4", ".gif"), "jamlab.write_movie"),
+    "page": Format("a page is written as HTML", (".html", ".htm"), "jamlab.write_page"),
+    "campaign": Format("a campaign file is TOML", (".toml",), "jamlab campaign new"),
+    "picture": Format("a picture is drawn", (".png", ".pdf", ".svg")),
+    "png": Format("the picture is drawn as PNG", (".png",)),
+    "table": Format("a table is written as CSV, with commas", (".csv",)),
+    "tabs": Format("a table is written with tabs", (".tsv",)),
+    "parquet": Format("a table is written as Parquet", (".parquet",)),
+}
+_WRITERS = {ending: form.writer for form in FORMATS.values() for ending in form.endings if form.writer}
+_OF_LAMMPS = ("data", "dump")  # files that LAMMPS users name by what they begin with, as in data.droplets
+
+
+def begins_as(path: str | os.PathLike[str]) -> str:
+    """The kind of LAMMPS file that a name such as data.droplets begins with, or nothing."""
+    start, _, rest = Path(os.fspath(path)).name.partition(".")
+    return start if rest and start in _OF_LAMMPS else ""
+
+
+def check_ending(path: str | os.PathLike[str], *kinds: str, option: str = "") -> None:
+    """Refuse a name whose ending promises another format than these; names without an ending promise nothing.
+    `kinds`: of `FORMATS`; `option`: of the command line that gave the name."""
+    name = os.fspath(path)
+    ending = Path(name).suffix.lower()
+    allowed = [FORMATS[kind] for kind in kinds]
+    if ending in ("", *(known for form in allowed for known in form.endings)):
+        return
+    if begins_as(path) in kinds and ending not in _WRITERS:
+        return
+    writer = _WRITERS.get(ending)
+    hint = f"; {writer} writes {ending}" if writer else ""
+    ways = ", or ".join(f"{form.refusal}; name a file that ends in {', '.join(form.endings)}" for form in allowed)
+    raise InputError(f"{option} {name}: {ways}{hint}".lstrip())
+
+
+def write_table(frame: "pd.DataFrame", path: Path) -> None:
+    """Write a table without its index; numbers come back to the last bit."""
+    check_ending(path, "table", "tabs", "parquet")
+    ending = path.suffix.lower()
+    if ending == ".parquet":
+        check_parquet()
+    with atomic_file(path) as temporary:
+        if ending == ".parquet":
+            frame.to_parquet(temporary, index=False, engine="pyarrow")
+        else:
+            frame.to_csv(temporary, index=False, sep="\t" if ending == ".tsv" else ",")
+
+
+def check_parquet() -> None:
+    """Check that Parquet can be written."""
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise InputError("Parquet needs pyarrow: pip install 'jamlab[parquet]', or export csv") from None

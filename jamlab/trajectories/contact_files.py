@@ -20,8 +20,7 @@ from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file
-from jamlab.storage.file_endings import check_ending
+from jamlab.storage.atomic_file import atomic_file, check_ending
 
 
 @checked

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import DEFAULT_LAW, LAW, PACKING, EnsembleTables
 from studies.ensembles import FEWEST, bootstrap
 from studies.panels import FIT, PAPER, Drawing, drawing, label, scale, style

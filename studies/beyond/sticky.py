@@ -14,7 +14,7 @@ from jamlab.mechanics.rigid_clusters import rigid_clusters
 from jamlab.mechanics.stiffness import pressure
 from jamlab.protocols.moduli import bulk_modulus, shear_modulus
 from jamlab.protocols.target_pressure import pack
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import mean_over_packings
 from studies.panels import Drawing, drawing, label, scale, style

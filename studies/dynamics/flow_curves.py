@@ -8,7 +8,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.plotting.palette import BLACK, RED
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables

@@ -19,7 +19,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from jamlab.errors import ConvergenceError, InputError, StorageError
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from studies.ensembles import RESAMPLES, Sample, name_keywords, vary_bootstrap
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ import pytest
 from campaigns import SWEEP, names, read_campaign_file, written
 
 import jamlab
-from jamlab.campaign.driver import remaining_tasks
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.tasks import Parameters, batches, task_name
+from jamlab.campaign.workers import remaining_tasks
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 

@@ -15,11 +15,11 @@ from campaigns import FULL, run_here, written
 import jamlab
 from jamlab.campaign import states as sweep_states
 from jamlab.campaign.campaign import export, merge
-from jamlab.campaign.driver import run_task
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import total_time
 from jamlab.campaign.tasks import Parameters, batches, task_name
+from jamlab.campaign.workers import run_task
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read_all
 from jamlab.protocols.target_pressure import decompress

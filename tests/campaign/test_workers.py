@@ -12,7 +12,7 @@ from campaigns import dask_worker
 from commands import call
 
 import jamlab
-from jamlab.campaign import driver, workers
+from jamlab.campaign import workers
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.slurm import job_script
@@ -49,7 +49,7 @@ def test_a_scheduler_that_is_there(campaign, scheduler):
 def test_tasks_of_two_folders_have_two_keys_at_a_scheduler(tmp_path):
     (task, *_) = batches(CampaignTable.model_validate(tomllib.loads(FILE)))[0].tasks()
     one, other, again = (CampaignFolder(tmp_path / name) for name in ("a", "b", "b/../a"))
-    assert driver.task_key(one, task) == driver.task_key(again, task) != driver.task_key(other, task)
+    assert workers.task_key(one, task) == workers.task_key(again, task) != workers.task_key(other, task)
 
 
 def test_a_task_whose_file_is_not_there_is_not_finished(campaign):
@@ -62,12 +62,12 @@ def test_a_task_whose_file_is_not_there_is_not_finished(campaign):
             self.key = key
 
         def wait(self):
-            return self.key, driver.Outcome(driver.FINISHED, "done", 1.0)
+            return self.key, workers.Outcome(workers.FINISHED, "done", 1.0)
 
     campaign.folder.prepare()
     chosen, nobody = batches(campaign.content), StoredStates(campaign.folder, [])
     with pytest.raises(EngineError) as caught:
-        driver.drive(Elsewhere(), campaign.folder, chosen, nobody, [], print)
+        workers.drive(Elsewhere(), campaign.folder, chosen, nobody, [], print)
     assert ".h5 is not there" in str(caught.value)
 
 

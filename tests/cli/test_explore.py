@@ -1,15 +1,13 @@
-"""Pages from the command line: `jamlab explore` of a file, with what the file knows already; the page of a campaign."""
+"""Pages from the command line: `jamlab explore` of a file, with what the file knows already."""
 
 import json
 import re
 from pathlib import Path
 
-import campaigns
 import pytest
 from commands import call
 
 import jamlab
-from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.packing.deformation import sheared
 
 DISKS = Path(__file__).parents[1] / "figures" / "states" / "disks.h5"
@@ -53,15 +51,3 @@ def test_what_is_read_is_never_replaced(tmp_path, words, link):
     done = call(tmp_path, words[0], name, *words[1:], "--out", "link.h5" if link else name)
     assert done.exit_code == 1 and "it is what is read, and would be replaced" in done.stderr
     assert (tmp_path / name).read_bytes() == before
-
-
-def test_a_campaign_without_a_finished_task_has_no_page(tmp_path):
-    campaigns.written(tmp_path / "c.toml")
-    done = call(tmp_path, "campaign", "page", "c.toml")
-    assert done.exit_code == 1 and "no task of c is finished: run `jamlab campaign run" in done.stderr
-    assert not (tmp_path / "campaign.html").exists()
-
-
-def test_a_page_that_cannot_be_written_is_refused_first(full, tmp_path):
-    with pytest.raises(jamlab.StorageError):
-        write_campaign_page(full, tmp_path / "absent" / "page.html")

@@ -46,7 +46,6 @@ WRITTEN = {  # command and its option that names what is written: its other word
     **{(name, "--plot"): (f"source.h5 {words}", "p.png") for name, words in FLOWS.items()},
     ("decks", "--copy"): ("", ["in.sp.shear"]),
     ("campaign new", "file"): ("", "new.toml"),
-    ("campaign page", "--out"): ("c.toml", "p.html"),
 }
 READ = {"file", "files", "folders", "source", "--from", "--folder", "--labels"}
 TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "merge", "export")}
@@ -151,7 +150,7 @@ def test_the_same_command_resumes_a_sweep(tmp_path, onset, more, monkeypatch):
     assert call(tmp_path, *words[: -len(more) or None][:-1], "whole.h5", *more).exit_code == 0
     whole, sweep = jamlab.read_all(tmp_path / "whole.h5"), tmp_path / "sweep.h5"
     jamlab.write(sweep, whole[:3])
-    for other in (["--to", "0.95"], ["--nearest", "2e-3"], ["--tolerance", "1e-11"], ["--error", "0.1"]):
+    for other in (["--to", "0.95"], ["--nearest", "2e-3"], ["--tolerance", "1e-11"]):
         before = sweep.read_bytes()
         refused = call(tmp_path, *words, *other)
         assert (refused.exit_code == 1) == (other[0] != "--to")  # further on the same grid is more of the same sweep

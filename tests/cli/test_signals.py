@@ -95,7 +95,7 @@ LONG = {  # commands that keep what is finished when they are interrupted
     "relax-stress": "source.h5 --strain 0.05 --duration 1e8",
 }
 ALL_OR_NOTHING = {"demo", "deck", "jam", "pack", "analyze", "gstar", "explore"}  # one result
-TASKS = {"campaign run", "campaign resume", "estimate"}  # finished tasks are files in a folder
+TASKS = {"campaign run", "campaign resume"}  # finished tasks are files in a folder
 SHORT = {"decks", "doctor", *(f"campaign {k}" for k in CAMPAIGN_LOOKS)}
 
 

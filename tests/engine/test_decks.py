@@ -12,7 +12,7 @@ from deck_runs import number, run, table
 import jamlab
 from jamlab.cli import decks
 from jamlab.engine.deck_defaults import copy_decks, settings, summaries
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets, random_disks

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from jamlab.engine.deck_defaults import copy_decks
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 
 EXAMPLES = Path(__file__).parents[2] / "lammps_inputs" / "examples"
 DECKS = ("channel", "droplets_and_disks", "funnel", "langevin_shear")

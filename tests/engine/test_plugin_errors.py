@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import jamlab
 from jamlab.cli.main import app
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
 HEAD = """

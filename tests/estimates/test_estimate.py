@@ -1,13 +1,11 @@
 """Means to an error: which packings are chosen, how many, whether intervals hold, and when it stops early."""
 
-import json
 import lzma
 from dataclasses import replace
 from importlib import resources
 
 import numpy as np
 import pytest
-from commands import call
 
 import jamlab
 from jamlab.estimates.choice import Why
@@ -166,19 +164,6 @@ def test_an_estimate_is_of_the_packings_that_it_names():
     assert found.met and found.packings == len(found.values) == len(found.seeds) >= FEWEST
     assert found.value == pytest.approx(found.values.mean() + found.choice.correction["rho-J"])
     assert jamlab.packing_fraction(jamlab.jam("sp", found.choice.way.n, int(found.seeds[0]))) == found.values[0]
-
-
-def test_the_command_prints_the_plan_in_short_lines(tmp_path):
-    asked = ("estimate", "g", "--rho", "0.92", "--error", "0.02", "--dry-run")
-    made = jamlab.estimate_cost("g", 0.92, 0.02)
-    printed = json.loads(call(tmp_path, *asked, "--json").stdout)
-    assert printed["packings"] == made.packings and printed["expected_seconds"] == made.seconds
-    assert [option["why"] for option in printed["options"]] == made.options["why"].tolist()
-    lines = call(tmp_path, *asked).stdout.strip().splitlines()
-    assert lines[0].startswith(f"{made.packings} packings of 64 droplets") and max(map(len, lines)) < 130
-    assert any(line.endswith("taken") for line in lines) and lines[-1].startswith("no promise of 5 more")
-    done = call(tmp_path, "estimate", "g", "--error", "0.03")
-    assert done.exit_code == 1 and "g needs rho" in done.stderr
 
 
 def test_a_table_that_is_none_is_refused(tmp_path):

@@ -146,10 +146,10 @@ def test_shipped_table_serves_scenes():
 
 def test_scene_with_disks():
     found = jamlab.scene(0.87, 16, 3, tolerance={"z": 2.0})
-    assert found.packing.model == "sp" and found.values["z"] == jamlab.contacts(found.packing).z
-    assert jamlab.packing_fraction(found.packing) == pytest.approx(0.87, abs=1e-6)
-    assert found.packing.provenance["model_choice"] == str(found.choice.way)
-    assert found.estimate["z"] == found.values["z"] + found.choice.correction["z"]
+    choice = jamlab.choose(0.87, {"z": 2.0}, 16)
+    assert found.model == "sp" and jamlab.packing_fraction(found) == pytest.approx(0.87, abs=1e-6)
+    assert found.provenance["model_choice"] == str(choice.way)
+    assert found.provenance["model_correction"] == choice.correction
 
 
 def test_scene_with_droplets_goes_beyond_the_handover():

@@ -19,7 +19,6 @@ from jamlab.flow.flow_run import SERIES
 from jamlab.flow.oscillate import fit_harmonics
 from jamlab.flow.quasistatic_shear import QuasistaticShear
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
-from jamlab.statistics.power_laws import power_law
 
 OMEGA = np.geomspace(1e-4, 1e2, 25)
 LIGHT = """
@@ -56,12 +55,6 @@ def made_up_spectra(mu=0.5, lam=1.0):
 
 def collapse():
     return jamlab.collapse(*made_up_spectra(), resamples=0)
-
-
-def fit():
-    d = np.array([0.01, 0.02, 0.04, 0.08, 0.16])
-    y = 3.7 * d**0.5 * np.array([1.0, 1.02, 0.99, 1.01, 1.0])
-    return power_law(d, y, error=0.03 * y)
 
 
 def modulus():
@@ -105,7 +98,6 @@ CURVES = {
     "contact lengths": lambda: jamlab.contact_lengths(state("droplets")),
     "modes": lambda: jamlab.lowest_modes(state("disks"), 20),
     "collapse": collapse,
-    "power law": fit,
     "sheared": sheared,
 }
 RESULTS = CELLS | CURVES

@@ -2,12 +2,11 @@
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 
 import jamlab
-from jamlab.cli.gstar import _summary, check_one_kind, check_output, print_spectra, save
+from jamlab.cli.gstar import _summary, check_one_kind, check_output, print_spectra
 from jamlab.rheology.mean_spectrum import collect, group_packings, mean_spectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
@@ -40,15 +39,6 @@ def test_numbers_and_words_say_what_did_not_converge(three, capsys):
     assert "1 NOT CONVERGED" in capsys.readouterr().out
 
 
-def test_hdf5_holds_every_number(three, tmp_path):
-    save([three], jamlab.ContactDamping(), tmp_path / "s.h5")
-    with h5py.File(tmp_path / "s.h5") as file:
-        assert np.array_equal(file["omega"], OMEGA)
-        assert np.array_equal(file["storage"], three.all_of("storage"))
-        assert list(file["converged"]) == [True, False, True]
-        assert file.attrs["damping"] == repr(jamlab.ContactDamping()) and file.attrs["units"] == "k"
-
-
 def test_packings_that_differ_are_never_averaged():
     """Seeds alone may be averaged; pressure, size, ensemble, sizes and units each make a curve of their own."""
     same = [jamlab.pack(16, 1e-2, seed) for seed in (1, 2)]
@@ -73,13 +63,13 @@ def test_packings_that_differ_are_never_averaged():
 def test_several_kinds_in_a_table_unknown_endings_and_places_are_refused(tmp_path):
     same, other = jamlab.pack(16, 1e-2, 1), jamlab.pack(16, 2e-2, 1)
     check_one_kind(tmp_path / "s.csv", [same, same])
-    check_one_kind(tmp_path / "s.h5", [same, other])
+    check_one_kind(tmp_path / "s.png", [same, other])
     with pytest.raises(jamlab.InputError):
         check_one_kind(tmp_path / "s.csv", [same, other])
     with pytest.raises(jamlab.InputError, match=r"s\.txt"):
         check_output(tmp_path / "s.txt")
     with pytest.raises(jamlab.StorageError, match="nowhere"):
-        check_output(tmp_path / "nowhere" / "s.h5")
+        check_output(tmp_path / "nowhere" / "s.png")
 
 
 def test_old_names_of_errors_give_the_new_ones_and_warn():

@@ -7,9 +7,7 @@ import pytest
 from scipy import stats
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.statistics.block_average import block_average
-from jamlab.statistics.bootstrap import SEED, bootstrap
-from jamlab.statistics.confidence import CONFIDENCE, STANDARD_ERRORS, room
+from jamlab.statistics.confidence import CONFIDENCE, SEED, STANDARD_ERRORS, block_average, bootstrap, room
 
 
 @pytest.mark.parametrize("packings", [5, 10, 20])  # those that figures of both papers use

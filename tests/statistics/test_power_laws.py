@@ -102,13 +102,13 @@ def test_points_that_scatter_by_more_than_their_errors_make_the_errors_of_the_la
     stress = LAW * (1 + 0.05 * np.array([1, -1, 1, -1, 0, 1, -1, 1, -1]))
     one, other = (herschel_bulkley(RATES, stress, part * LAW) for part in (1e-3, 1e-2))
     assert one.misfit == pytest.approx(10 * other.misfit, rel=1e-4) and other.misfit > 1
-    for name in ("yield_stress_error", "consistency_error", "exponent_error"):
+    for name in ("yield_stress_stderr", "consistency_stderr", "exponent_stderr"):
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-3)
 
 
 def test_points_that_scatter_by_less_keep_theirs():
     one, other = (herschel_bulkley(RATES, LAW, part * LAW) for part in (1e-3, 1e-2))
-    assert other.exponent_error == pytest.approx(10 * one.exponent_error, rel=1e-3)
+    assert other.exponent_stderr == pytest.approx(10 * one.exponent_stderr, rel=1e-3)
 
 
 @pytest.mark.parametrize("shift", [2.1e-3, 0.2])

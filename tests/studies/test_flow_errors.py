@@ -74,8 +74,9 @@ def test_the_factor_of_other_damping_is_what_few_runs_exceed():
     assert reduced(*usual, *runs).sliding_factor("oscillation", 3.0) == pytest.approx(3.0)
     checks = [(Part.SLIDING_CHECK, 0.1, 0.09), (Part.SLIDING_CHECK, 0.1, 0.5), (Part.SLIDING_CHECK, 10.0, 0.09)]
     table = reduced(*usual, *((Part.SLIDING, beta, 0.1) for beta in SLIDING_BETAS * 20), *checks)
-    assert [table.kept("oscillation", beta) for beta in (0.1, 10.0, 3.0)] == [(1, 2), (1, 1), (2, 3)]
-    assert table.kept("flow", 3.0) == (0, 0)
+    kept = table.content["kept"]
+    assert [tuple(kept["oscillation"][end]) for end in ("0.1", "10", "ends")] == [(1, 2), (1, 1), (2, 3)]
+    assert tuple(kept["flow"]["ends"]) == (0, 0)
 
 
 def test_rows_of_the_table_are_measured(tmp_path):

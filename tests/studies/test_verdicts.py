@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from studies.papers.forest import SPAN, bars
 from studies.papers.statements import Measured, Statement, statements
 from studies.papers.verdicts import Comparison, Verdict, first_line, judge, paper_error, scale

@@ -7,12 +7,12 @@ import sys
 
 import pandas as pd
 
-from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import batches
+from jamlab.campaign.workers import remaining_tasks, run_task
 from jamlab.processes.child import child_environment
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import jamlab
 from jamlab.engine.deck_defaults import law_settings
-from jamlab.kernels.installed_files import installed
+from jamlab.kernels.library import installed
 
 LMP = Path(sys.executable).parent / "lmp"
 

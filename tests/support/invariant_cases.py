@@ -435,7 +435,7 @@ def public_functions_of_packings():
         function = getattr(jamlab, name)
         if inspect.isfunction(function):
             hints = (str(p.annotation) for p in inspect.signature(function).parameters.values())
-            if any("Packing" in hint.replace("PackingAnalysis", "") for hint in hints):
+            if any("Packing" in hint for hint in hints):
                 found.add(name)
     return found
 

@@ -31,7 +31,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import CELL, LABEL, drawn, label_axes
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS, side_names
 
-VOIDS_DEFINITION = 1  # version, see jamlab.campaign.versions
+VOIDS_DEFINITION = 1  # version, see jamlab.campaign.tasks
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
 SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below EMPTY
 PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void between three equal disks that touch, 4.8706

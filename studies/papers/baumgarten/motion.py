@@ -11,7 +11,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK
-from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.confidence import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
 from studies.ensemble_tables import EnsembleTables
