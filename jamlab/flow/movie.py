@@ -70,7 +70,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
     limits = [_draw_frame(left, packing) for packing in packings]
     widest = np.array([np.min(limits, axis=0)[:, 0], np.max(limits, axis=0)[:, 1]]).T
     with atomic_file(path) as temporary, tempfile.TemporaryDirectory(dir=temporary.parent) as folder:
-        film = Path(folder) / f"film{Path(path).suffix.lower()}"  # writers go by the ending
+        film = Path(folder) / f"film{Path(path).suffix.lower() or '.gif'}"  # writers go by the ending
         with writer.saving(figure, str(film), _DPI):
             for packing, place in zip(packings, at, strict=True):
                 _draw_frame(left, packing)
@@ -83,7 +83,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
 
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:
-    if path.suffix.lower() == ".gif":
+    if path.suffix.lower() != ".mp4":
         return PillowWriter(fps=fps)
     if not FFMpegWriter.isAvailable():
         try:

@@ -91,7 +91,7 @@ class BorderedMatrix:
         return np.asarray(_bordered(self.inner, self.edge, self.corner).toarray())
 
 
-_TRACE = 1e-10  # of the largest drag, on what no contact resists: G* keeps nine digits
+_TRACE = 1e-10  # of the drag on each coordinate, on motions that no contact resists: G* keeps nine digits
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def equation_of_motion(
     (k_qq, k_qg, k_gg), (b_qq, b_qg, b_gg) = _cut(k, solved, carried), _cut(b, solved, carried)
     law, contrast = packing.law, damping.contrast
     if law.range:  # chains of disks roll past each other without elastic force or drag
-        b_qq = b_qq + _TRACE * b_qq.diagonal().max() * sparse.eye_array(len(b_qg), format="csc")
+        b_qq = b_qq + _TRACE * sparse.diags_array(b_qq.diagonal(), format="csc")
     matrices = k_qq, b_qq, k_qg, b_qg, k_gg, b_gg
     return EquationOfMotion(*matrices, len(displaced), drifting, displaced, packing.area, contrast, law.floppy)
 

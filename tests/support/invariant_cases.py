@@ -54,7 +54,10 @@ def packings():
         "eps": jamlab.relaxed(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
         "hertz": _disks("lognormal:0.4", n=12, pressure=1e-2, seed=6, exponent=2.5),
         "dense": jamlab.pack(n=12, pressure=3e-2, seed=1),
+        "sticky": _disks(n=14, pressure=-1e-3, seed=6, stickiness=0.04),
     }
+    law, q = {"eps": 1.7, "stickiness": 0.03}, disks["sticky"]
+    disks["sticky eps"] = jamlab.relaxed(jamlab.Packing("sp", q.box, q.positions, law, "eps", q.diameters))
     return disks | droplets
 
 
@@ -132,7 +135,10 @@ TOGETHER = {  # several at once, in the suite
 def scaled(packing, s, k):
     """The same packing with lengths times s and stresses times k."""
     powers = {"eps": ENERGY, "k": STRESS, "gamma": (1, -1), "ka": (1, -4), "delta": LENGTH, "eta": LENGTH, "a0": AREA}
-    powers |= {"exponent": NUMBER}  # a law with another parameter says here what it is measured in
+    powers |= {
+        "exponent": NUMBER,
+        "stickiness": NUMBER,
+    }  # a law with another parameter says here what it is measured in
     numbers = {name: value for name, value in packing.params.items() if not isinstance(value, str)}
     params = {name: value * _unit(powers[name], s, k) for name, value in numbers.items()}
     changes = {} if packing.diameters is None else {"diameters": s * packing.diameters}
@@ -325,7 +331,7 @@ CASES = {
     "area_ratios": Case(_one(jamlab.area_ratios, (NUMBER, EACH))),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM, LONG),
     "choose_flow": Case(_one(lambda p: _coded(jamlab.choose_flow(p, omega=1.0, amplitude=0.01).way)), models=("dp",)),
-    "complex_modulus": Case(_spectrum),
+    "complex_modulus": Case(_spectrum, models=(*Case.models, "sticky", "sticky eps")),
     "compress": Case(_compress, MINIMUM, LONG),
     "contact_lengths": Case(_one(lambda p: jamlab.contact_lengths(p).length, (LENGTH, SET)), models=("dp",)),
     "contacts": Case(_contacts),
@@ -342,7 +348,7 @@ CASES = {
     "dynamical_matrices": Case(_matrices, but=IMAGES),
     "edge_lengths": Case(_one(jamlab.edge_lengths, (LENGTH, SET)), models=("dp",)),
     "elastic_tensor": Case(_elastic),
-    "evaluate": Case(_evaluated),
+    "evaluate": Case(_evaluated, models=(*Case.models, "sticky", "sticky eps")),
     "flow_curve": Case(
         _one(lambda p: jamlab.flow_curve(p, [1.0], strain=1.2, discard=0.1).stress, STRESS),
         FLOW,
@@ -352,6 +358,9 @@ CASES = {
     "held_motions": Case(
         _fields(jamlab.held_motions, **dict.fromkeys(("particles", "pairs", "contacts"), (NUMBER, ALL)), free=NUMBER),
         but=PER_CELL,
+    ),
+    "rigid_clusters": Case(
+        _one(lambda p: jamlab.rigid_clusters(p).sizes, (NUMBER, SET)), models=("sticky", "sticky eps"), but=PER_CELL
     ),
     "hessian": Case(_one(lambda p: _norms(jamlab.hessian(p).toarray()), (STRESS, SET)), but=IMAGES),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
@@ -388,7 +397,7 @@ CASES = {
     "relax_stress": Case(
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
-    "relaxed": Case(lambda v: _at_minimum(jamlab.relaxed(_grown(v.packing))), MINIMUM, LONG),
+    "relaxed": Case(lambda v: _at_minimum(jamlab.relaxed(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
         _along(
@@ -398,7 +407,7 @@ CASES = {
         FLOW,
         LONG,
     ),
-    "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM, LONG),
+    "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM, (*LONG, "sticky")),
     "slow_shear": Case(_slow, models=DISKS),
     "stop_flow": Case(
         _along(lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background=1e-2), stress=STRESS, pressure=STRESS),
@@ -421,7 +430,10 @@ CASES = {
     "zero_modes": Case(_one(jamlab.zero_modes), but=PER_CELL),
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it
-    **dict.fromkeys(("write", "write_data", "write_dump", "write_page"), "files hold what the packing holds"),
+    **dict.fromkeys(
+        ("write", "write_data", "write_dump", "write_page", "write_contacts", "write_movie"),
+        "files hold what the packing holds",
+    ),
     "universe": "coordinates as they are",
     **dict.fromkeys(("with_walls", "slab"), "walls stand at the edge of the box: elsewhere they are others"),
     "flow_cost": "seconds",
