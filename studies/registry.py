@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 from jamlab.checks import check_choice
-from studies.beyond import droplet_modes, droplet_voids, polydispersity
+from studies.beyond import dilatancy, droplet_modes, droplet_voids, polydispersity
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
@@ -59,7 +59,7 @@ PAPERS = _figures(
         **collapse.FIGURES,
     }
 )
-BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), polydispersity.STUDY)
+BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), polydispersity.STUDY, dilatancy.STUDY)
 CHARTS: dict[str, Chart] = {each.name: each for file in (packings, moduli, flow, other_codes) for each in file.CHARTS}
 MAPS: dict[str, Map] = {
     each.name: each for file in (packings_of_maps, moduli_of_maps, flow_of_maps) for each in file.MAPS
