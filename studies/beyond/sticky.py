@@ -79,10 +79,9 @@ def onset_and_exponent(rows: pd.DataFrame, column: str) -> Array:
 
 def _intervals(rows: pd.DataFrame, column: str) -> list[Interval]:
     """Both numbers with 95 % intervals: seeds are drawn with replacement."""
-    parts = dict(list(rows.groupby("seed")))
-    rng, seeds, found = np.random.default_rng(0), list(parts), []
-    for _ in range(_RESAMPLED):
-        found.append(onset_and_exponent(pd.concat([parts[k] for k in rng.choice(seeds, len(seeds))]), column))
+    parts = [part for _, part in rows.groupby("seed")]
+    draws = np.random.default_rng(0).integers(len(parts), size=(_RESAMPLED, len(parts)))
+    found = [onset_and_exponent(pd.concat([parts[k] for k in draw]), column) for draw in draws]
     low, high = np.percentile(found, [2.5, 97.5], axis=0)
     return [Interval(*each) for each in zip(onset_and_exponent(rows, column), low, high, strict=True)]
 
