@@ -12,7 +12,7 @@ Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlin
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
              plot_pipkin, read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_data, write_dump, write_contacts
-MDAnalysis   universe, from_universe
+MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost

@@ -116,4 +116,5 @@ from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.from_universe import from_universe as from_universe
 from .trajectories.sites import from_outlines as from_outlines
+from .trajectories.universe import PackingAnalysis as PackingAnalysis
 from .trajectories.universe import universe as universe
