@@ -45,4 +45,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("jamlab")
-    return _load(name)
+    if name in __all__ or name.startswith("__"):
+        return _load(name)
+    from jamlab.old_names import find
+
+    return find(name)

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError
+from jamlab.old_names import today
+from jamlab.processes.progress import ProgressLine
 
 MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a year until onset
 
@@ -46,6 +48,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         positional, rest, named, others = _kinds(function)
+        if kwargs.get("progress") is True:
+            kwargs["progress"] = ProgressLine()
+        if not kwargs.keys() <= named.keys():
+            kwargs = today(_name(function), kwargs, named, _open(function))  # type: ignore[assignment]  # P names none
         for (name, kind), value in itertools.chain(
             zip(positional, args, strict=False), zip(itertools.repeat(rest), args[len(positional) :], strict=False)
         ):
@@ -66,9 +72,19 @@ def checked_class(cls: type[T]) -> type[T]:
     return cls
 
 
+def _name(function: Callable[..., Any]) -> str:
+    return function.__qualname__.removesuffix(".__init__")
+
+
+@functools.cache
+def _open(function: Callable[..., Any]) -> bool:
+    """Whether a function takes arguments that it does not list, and checks their names itself."""
+    return any(each.kind is each.VAR_KEYWORD for each in inspect.signature(function).parameters.values())
+
+
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
     given = f"{' '.join(reprlib.repr(value).split())} ({type(value).__name__})"
-    where = function.__qualname__.removesuffix(".__init__")
+    where = _name(function)
     remedy = "; fill masked entries, or leave them out" if np.ma.is_masked(value) else ""
     if _is_whole(value) and not _is_real(value):
         remedy = "; write a number beyond 64 bits with an exponent, as 1e30"

@@ -31,6 +31,18 @@ class InputError(JamlabError, ValueError):
     """
 
 
+class ArgumentError(InputError, TypeError):
+    """An argument that a function does not have.
+
+    Example:
+        >>> try:
+        ...     jamlab.jam(n=16, random_state=3)
+        ... except jamlab.ArgumentError as error:
+        ...     print(isinstance(error, TypeError), error)
+        True jam has no argument 'random_state': use seed
+    """
+
+
 class SelfCrossingError(InputError):
     """A polygon that has folded over itself.
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
+from jamlab.old_names import OF_PACKINGS, hint
 from jamlab.packing.derived import Derived, per_packing
 from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_params
 from jamlab.packing.neighbors import Pairs
@@ -237,8 +238,20 @@ class Packing:
 
         def __getattr__(self, name: str) -> Any:
             """Say which function gives what a packing does not hold."""
-            hint = f": use jamlab.measure(packing, {name!r})" if name in MEASURED else ""
-            raise AttributeError(f"a Packing has no attribute {name!r}{hint}", name=name, obj=self)
+            use = hint(name, OF_PACKINGS)
+            if name in MEASURED and not use:
+                use = f": use jamlab.measure(packing, {name!r})"
+            raise AttributeError(f"a Packing has no attribute {name!r}{use}", name=name, obj=self)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether two packings are the same particles, law, box and positions, to the last digit; not their history."""
+        if not isinstance(other, Packing):
+            return NotImplemented
+        same = np.array_equal(self.box, other.box) and np.array_equal(self.positions, other.positions)
+        return same and self.difference(other) is None
+
+    def __hash__(self) -> int:
+        return hash((self.model, self.units, self.box.tobytes(), self.positions.tobytes()))
 
     def __repr__(self) -> str:
         try:

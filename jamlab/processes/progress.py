@@ -1,5 +1,7 @@
 """Progress of long work: one signature for every callback of the package."""
 
+import sys
+import time
 from collections.abc import Callable
 
 Progress = Callable[[float, str], None]  # share of the work that is done, 0 to 1, nan where unknown; what is done now
@@ -7,3 +9,18 @@ Progress = Callable[[float, str], None]  # share of the work that is done, 0 to 
 
 def no_progress(share: float, text: str) -> None:
     """Tell nobody how far the work is."""
+
+
+class ProgressLine:
+    """Writes one line on stderr, `43 % what is done now`, at most five times a second; `progress=True` stands for it."""
+
+    def __init__(self) -> None:
+        self._last = 0.0
+
+    def __call__(self, share: float, text: str) -> None:
+        ended, now = share >= 1.0, time.monotonic()
+        if ended or now - self._last > 0.2:
+            self._last = now
+            done = "" if share != share else f"{share:4.0%} "
+            sys.stderr.write(f"\r{done}{text:<60.60}" + "\n" * ended)
+            sys.stderr.flush()

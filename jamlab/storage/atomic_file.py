@@ -176,10 +176,11 @@ class Format:
 
 FORMATS = {
     "packings": Format("packings are written as HDF5", (".h5", ".hdf5", ".h5md"), "jamlab.write"),
-    "data": Format("this is a LAMMPS data file", (".data", ".lmp", ".lammps"), "jamlab.write_data"),
-    "dump": Format("this is a LAMMPS dump", (".dump", ".lammpstrj", ".lammpsdump"), "jamlab.write_dump"),
+    "data": Format("this is a LAMMPS data file", (".data", ".lmp", ".lammps"), "jamlab.write"),
+    "dump": Format("this is a LAMMPS dump", (".dump", ".lammpstrj", ".lammpsdump"), "jamlab.write"),
     "vtp": Format("points and lines are written for VTK", (".vtp",), "jamlab.write_contacts"),
     "movie": Format("a film is drawn", (".mp4", ".gif"), "jamlab.write_movie"),
+    "xyz": Format("this is extended xyz", (".xyz", ".extxyz"), "jamlab.write"),
     "page": Format("a page is written as HTML", (".html", ".htm"), "jamlab.write_page"),
     "campaign": Format("a campaign file is TOML", (".toml",), "jamlab campaign new"),
     "picture": Format("a picture is drawn", (".png", ".pdf", ".svg")),

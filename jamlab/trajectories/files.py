@@ -26,7 +26,7 @@ _READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files, 
     **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "npy": disk_files.read_npy},
 }
 _ENDINGS: dict[str, tuple[str, ...]] = {
-    **{"data": FORMATS["data"].endings, "dump": FORMATS["dump"].endings, "xyz": (".xyz", ".extxyz")},
+    **{"data": FORMATS["data"].endings, "dump": FORMATS["dump"].endings, "xyz": FORMATS["xyz"].endings},
     **{"csv": (".csv", ".tsv"), "npy": (".npy",), "gsd": (".gsd",)},
 }
 _KIND_OF = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}

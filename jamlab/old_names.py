@@ -1,0 +1,188 @@
+"""Names of version 0.2, each of which works for one more release with a warning; names typed from habit, with a hint."""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from jamlab.errors import ArgumentError, InputError
+
+# old public name -> new one, in `jamlab`
+FUNCTIONS = {
+    "relaxed": "relax",
+    "to_polygons": "droplets_from_disks",
+    "held_motions": "maxwell_count",
+    "slow_shear": "nonaffine_response",
+    "mode_motion": "mode_character",
+    "oscillating_displacements": "displacement_response",
+    "collapse": "scaling_collapse",
+    "equivalent_time": "effective_relaxation_time",
+    "orientational_order": "hexatic_order",
+    "without_rattlers": "remove_rattlers",
+    "area_ratios": "relative_areas",
+    "zero_modes": "count_zero_modes",
+    "follow": "track_droplets",
+    "measure_all": "measure",
+    "write_data": "write",
+    "write_dump": "write",
+    "Border": "BoxStrains",
+}
+# old class -> new one, in `jamlab.results`; the other classes there have kept their names
+CLASSES = {
+    "HeldMotions": "MaxwellCount",
+    "SlowShear": "NonaffineResponse",
+    "ModeMotion": "ModeCharacter",
+    "OrientationalOrder": "HexaticOrder",
+}
+# function -> old argument -> new one
+ARGUMENTS = {
+    "jam": {"large": "fraction_large", "ratio": "size_ratio"},
+    "pack": {"large": "fraction_large", "ratio": "size_ratio"},
+    "scene": {"large": "fraction_large", "ratio": "size_ratio"},
+    "compress": {"nearest": "first_step", "error": "pressure_tolerance"},
+    "ContactDamping": {"arms": "lever_arms"},
+    **dict.fromkeys(
+        ("shear", "flow_curve", "oscillate", "creep", "relax_stress", "stop_flow", "quasistatic_shear"),
+        {"rows": "n_rows", "frames": "snapshot_every", "out": "path", "background": "background_drag"},
+    ),
+}
+# argument -> old value -> new one
+VALUES = {"search": {"paper": "incremental"}, "start": {"carried": "from-disks", "scratch": "direct"}}
+
+# what users of other programs type -> what jamlab has
+HABITS = {
+    "load": "jamlab.read(path)",
+    "open": "jamlab.read(path)",
+    "save": "jamlab.write(path, packings)",
+    "minimize": "jamlab.relax(packing)",
+    "quench": "jamlab.jam, or jamlab.pack at a pressure",
+    "decompress": "jamlab.compress(packing, to=...) with `to` below its packing fraction",
+    "gstar": "jamlab.complex_modulus(packing, omega)",
+    "pressure": "jamlab.measure(packing, 'pressure')",
+    "stress": "jamlab.evaluate(packing).stress",
+    "energy": "jamlab.evaluate(packing).energy",
+    "forces": "jamlab.contacts(packing).forces, or jamlab.evaluate(packing).forces",
+    "coordination": "jamlab.contacts(packing).z",
+    "z": "jamlab.contacts(packing).z",
+    "rattlers": "jamlab.contacts(packing).rattlers",
+    "neighbors": "jamlab.tessellation(packing)",
+    "voronoi": "jamlab.tessellation(packing)",
+    "phi": "packing.phi",
+    "rho": "jamlab.packing_fraction(packing)",
+    "plot": "packing.plot(), or .plot() of any result",
+    "modes": "jamlab.lowest_modes(packing)",
+    "dos": "jamlab.lowest_modes(packing)",
+    "dynamical_matrix": "jamlab.hessian(packing), or jamlab.dynamical_matrices(packing, damping=...)",
+    "run_campaign": "jamlab.open_campaign(path).run()",
+    "simulate": "jamlab.shear(packing, rate), or jamlab.quasistatic_shear",
+    "Disks": "jamlab.Packing('sp', ...)",
+    "Droplets": "jamlab.Packing('dp', ...)",
+}
+OF_PACKINGS = {
+    "contacts": "jamlab.contacts(packing)",
+    "z": "jamlab.contacts(packing).z",
+    "rattlers": "jamlab.contacts(packing).rattlers",
+    "forces": "jamlab.evaluate(packing).forces",
+    "stress": "jamlab.evaluate(packing).stress",
+    "energy": "jamlab.evaluate(packing).energy",
+    "radii": "packing.diameters / 2",
+    "radius": "packing.diameters / 2",
+    "save": "packing.write(path)",
+    "copy": "the packing itself: packings never change; packing.with_state(...) makes another",
+    "volume": "packing.area, of the box",
+    "cell": "packing.box",
+    "N": "packing.n",
+    "coords": "packing.positions",
+    "velocities": "packings are states at rest; flows give theirs, see jamlab.shear",
+    "density": "packing.phi, or jamlab.packing_fraction(packing)",
+    "modulus": "jamlab.shear_modulus(packing)",
+    "hessian": "jamlab.hessian(packing)",
+    "relax": "jamlab.relax(packing)",
+    "compress": "jamlab.compress(packing, to=...)",
+    "measure": "jamlab.measure(packing)",
+    "to_dataframe": "jamlab.measure(packings), a table of observables",
+}
+# arguments typed from habit -> the argument meant, or what to do
+MEANT = {
+    "N": "n",
+    "num": "n",
+    "size": "n",
+    "n_particles": "n",
+    "random_state": "seed",
+    "rng": "seed",
+    "polydispersity": "sizes, such as sizes='lognormal:0.2'",
+    "verbose": "progress, such as progress=True",
+    "tol": "tolerance",
+    "ftol": "tolerance, the largest force at a minimum",
+    "force_tol": "tolerance, the largest force at a minimum",
+    "n_jobs": "processes",
+    "threads": "ranks",
+    "dt": "tolerance: time steps follow from the error they may make",
+    "filename": "path",
+    "frequency": "omega",
+    "gamma_dot": "rate",
+    "shear_rate": "rate",
+    "pressure": "jamlab.pack, which makes packings at a pressure",
+    "phi": "jamlab.compress(packing, to=...): onset has its own packing fraction",
+    "packing_fraction": "jamlab.compress(packing, to=...): onset has its own packing fraction",
+    "dim": "two dimensions, the only ones that jamlab has",
+    "box": "the size that n and the packing fraction give, in units of the mean diameter",
+}
+
+
+def find(name: str) -> Any:
+    """A public name of 0.2, with a warning; an AttributeError that says what to use for any other name."""
+    results = importlib.import_module("jamlab.results")
+    package = importlib.import_module("jamlab")
+    if name in FUNCTIONS:
+        _warn(f"jamlab.{name}", f"jamlab.{FUNCTIONS[name]}")
+        return getattr(package, FUNCTIONS[name])
+    if (new := CLASSES.get(name, name)) in results.__all__:
+        _warn(f"jamlab.{name}", f"jamlab.results.{new}")
+        return getattr(results, new)
+    raise AttributeError(f"module 'jamlab' has no attribute {name!r}{hint(name, HABITS, package.__all__)}", name=name)
+
+
+def hint(name: str, habits: Mapping[str, str], known: Iterable[str] = ()) -> str:
+    """What is meant by a name that does not exist, as the end of a message; "" where nothing is like it."""
+    if name in habits:
+        return f": use {habits[name]}"
+    near = get_close_matches(name, list(known), 1, 0.6)
+    return f": did you mean {near[0]!r}?" if near else ""
+
+
+def today(function: str, given: dict[str, Any], known: Iterable[str], others: bool = False) -> dict[str, Any]:
+    """Arguments under their names of today; each old one with a warning, one that never was by an error, unless a
+    function takes `others` too and checks them itself."""
+    names, old = set(known), ARGUMENTS.get(function, {})
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        new = old[name] if name in old and name not in names else name
+        if new in found or new != name and new in given:
+            raise InputError(f"{function} has {name} = {value!r} and {new} as well, which is the same: give one of them")
+        if new != name:
+            _warn(f"{function}({name}=...)", f"{function}({new}=...)", 5)
+        elif name not in names and not others:
+            raise unknown_argument(function, name, names)
+        found[new] = value
+    return found
+
+
+def unknown_argument(function: str, name: str, known: Iterable[str]) -> ArgumentError:
+    """The error of an argument that a function does not have."""
+    return ArgumentError(f"{function} has no argument {name!r}{hint(name, MEANT, known) or '; it takes ' + ', '.join(known)}")
+
+
+def value_today(argument: str, value: str) -> str:
+    """The value of today of a choice; an old one with a warning."""
+    new = VALUES[argument].get(value, value)
+    if new != value:
+        _warn(f"{argument}={value!r}", f"{argument}={new!r}")
+    return new
+
+
+def _warn(old: str, new: str, level: int = 4) -> None:
+    warnings.warn(f"{old} is now {new}", FutureWarning, stacklevel=level)
