@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from jamlab.errors import ArgumentError, InputError
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 # old public name -> new one, in `jamlab`
 FUNCTIONS = {
@@ -51,6 +55,8 @@ ARGUMENTS = {
 }
 # argument -> old value -> new one
 VALUES = {"search": {"paper": "incremental"}, "start": {"carried": "from-disks", "scratch": "direct"}}
+
+MODEL_NAMES = {"disks": "sp", "disk": "sp", "droplets": "dp", "polygons": "dp", "sp": "sp", "dp": "dp"}
 
 # what users of other programs type -> what jamlab has
 HABITS = {
@@ -174,6 +180,21 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
 def unknown_argument(function: str, name: str, known: Iterable[str]) -> ArgumentError:
     """The error of an argument that a function does not have."""
     return ArgumentError(f"{function} has no argument {name!r}{hint(name, MEANT, known) or '; it takes ' + ', '.join(known)}")
+
+
+def n_first(function: Callable[P, R]) -> Callable[P, R]:
+    """Take the model before n too, the order of 0.2, with a warning."""
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        if not (args and isinstance(args[0], str)):
+            return function(*args, **kwargs)
+        name = function.__name__
+        _warn(f"{name}(model, n, seed)", f"{name}(n, model, seed)", 3)
+        swapped: Any = dict(zip(("model", "n", "seed"), args, strict=False)) | kwargs
+        return function(**swapped)  # type: ignore[call-arg]  # P names none
+
+    return call
 
 
 def value_today(argument: str, value: str) -> str:

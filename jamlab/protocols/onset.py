@@ -1,22 +1,24 @@
 """Jamming onset: compress a random start to a packing that barely touches, by one search for both models.
 
 Boromand et al. 2.3: start at phi = 0.20, compress in steps, minimise the energy after each, and search for the packing
-fraction at which the contact energy per disk or vertex is barely above zero. `search="paper"` does that with the steps
-of 1e-4. `search="bisection"` takes larger steps, `step_near` from `phi_near` on, and goes back to the last state
+fraction at which the contact energy per disk or vertex is barely above zero. `search="incremental"` does that with the
+steps of 1e-4. `search="bisection"` takes larger steps, `step_near` from `phi_near` on, and goes back to the last state
 without contacts when one jams; only the last `step_fine` is decompressed. Steps of 1e-2 all the way would raise the
 mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the paper (benchmark_onset.py).
 """
 
 import time
 from collections.abc import Mapping
+from difflib import get_close_matches
 from inspect import signature
 from typing import Any
 
-from jamlab.checks import check_bidisperse, check_choice, check_number, checked, name_meant
+from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults, numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
+from jamlab.old_names import MEANT, MODEL_NAMES, n_first, unknown_argument, value_today
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
@@ -33,8 +35,8 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
 
-SEARCHES = ("bisection", "paper")
-STARTS = ("carried", "scratch")
+SEARCHES = ("bisection", "incremental")
+STARTS = ("from-disks", "direct")
 # versions, see jamlab.campaign.tasks; droplets: 6 sees gaps that close, 5 slides along several modes
 # at a time, 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
 # ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside those of their contacts
@@ -43,16 +45,17 @@ _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
+@n_first
 @checked
 def jam(
-    model: str = "sp",
     n: int = 64,
+    model: str = "sp",
     seed: int = 1,
     *,
     search: str = "bisection",
     step: float | None = None,
     ensemble: str = "fixed-box",
-    start: str = "carried",
+    start: str = "from-disks",
     tolerance: float | None = None,
     ranks: int = 1,
     ratio: float | None = None,
@@ -65,17 +68,17 @@ def jam(
     """Make a packing at jamming onset, Boromand et al. 2.3, in units "eps".
 
     Args:
-        model: "sp" or "dp".
         n: number of particles; even unless `large` or `sizes` says otherwise.
+        model: "sp", disks, or "dp", droplets; "disks" and "droplets" are understood too.
         seed: of the random start; the same seed gives the same positions, bit for bit.
-        search: "bisection", of droplets as rigid bodies up to onset where they can be; or "paper": by the letter of
-            Boromand et al. 2.3, some forty times slower.
+        search: "bisection", of droplets as rigid bodies up to onset where they can be; or "incremental": by the letter
+            of Boromand et al. 2.3, some forty times slower.
         step: first increment of phi, by default `step` or `step_paper` of `onset.parameters`, halved at every turn;
             "bisection" takes no more than `step_near` from `phi_near` on.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
             is sheared until no shear stress is left.
-        start: DP: "carried": disks carry the droplets to `phi_carried` or until the disks jam, which costs less and
-            leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
+        start: DP: "from-disks": disks are compressed to `phi_carried` or until they jam, then droplets take their
+            places, which costs less and leads to the same distribution of onsets. "direct": the droplets are compressed from `phi_start` on.
         tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets; less for disks that stiffen, whose forces
             at onset are less.
@@ -112,13 +115,15 @@ def jam(
         (0.4, 'outline')
     """
     protocol = numbers("onset")
+    model = MODEL_NAMES.get(model.lower(), model)
+    search, start = value_today("search", search), value_today("start", start)
     _check(model, search, ensemble, start, ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if sizes is None:
         check_bidisperse(n, seed, protocol["phi_start"], large)
     began = time.perf_counter()
-    highest = protocol["phi_carried" if start == "carried" else "phi_start"]
+    highest = protocol["phi_carried" if start == "from-disks" else "phi_start"]
     placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
     if placed.law.range:
         raise InputError("onset is where the energy of contacts vanishes, and these pull: use pack, or compress")
@@ -131,7 +136,7 @@ def jam(
         "step": first_step,
     }
     entries |= sizes_record(sizes, placed.kind.sizes(placed))
-    how = (search == "paper", ensemble, tolerance, ranks, settings, OnsetWork(model, progress))
+    how = (search == "incremental", ensemble, tolerance, ranks, settings, OnsetWork(model, progress))
     found = _onset_above(placed, first_step, *how)
     found = found._trusted(params=placed.params, **found.known)
     return found.with_state(provenance=entries | {"wall_time": time.perf_counter() - began, **versions()})
@@ -178,11 +183,11 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
     for name in parameters.keys() - defaults("dp").keys():
-        if question := name_meant(name, _ARGUMENTS, cutoff=0.75):
-            raise InputError(f"jam has no argument {name!r}: {question}")
-    if search == "paper" and ensemble != "fixed-box":
-        raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
-    if model == "sp" and start != "carried":
+        if name in MEANT or get_close_matches(name, _ARGUMENTS, 1, 0.75):
+            raise unknown_argument("jam", name, _ARGUMENTS)
+    if search == "incremental" and ensemble != "fixed-box":
+        raise InputError(f"ensemble = {ensemble!r}: the incremental search has a fixed box, use search='bisection'")
+    if model == "sp" and start != "from-disks":
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
     if model == "dp" and ratio is not None:
         raise InputError(
