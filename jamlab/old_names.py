@@ -32,7 +32,6 @@ FUNCTIONS = {
     "measure_all": "measure",
     "write_data": "write",
     "write_dump": "write",
-    "Border": "BoxStrains",
 }
 # old class -> new one, in `jamlab.results`; the other classes there have kept their names
 CLASSES = {
@@ -41,17 +40,17 @@ CLASSES = {
     "ModeMotion": "ModeCharacter",
     "OrientationalOrder": "HexaticOrder",
 }
+_FLOW = {"out": "path", "background": "background_drag"}
 # function -> old argument -> new one
 ARGUMENTS = {
     "jam": {"large": "fraction_large", "ratio": "size_ratio"},
     "pack": {"large": "fraction_large", "ratio": "size_ratio"},
-    "scene": {"large": "fraction_large", "ratio": "size_ratio"},
     "compress": {"nearest": "first_step", "error": "pressure_tolerance"},
     "ContactDamping": {"arms": "lever_arms"},
-    **dict.fromkeys(
-        ("shear", "flow_curve", "oscillate", "creep", "relax_stress", "stop_flow", "quasistatic_shear"),
-        {"rows": "n_rows", "frames": "snapshot_every", "out": "path", "background": "background_drag"},
-    ),
+    "shear": {"rows": "n_rows", "frames": "snapshot_every", **_FLOW},
+    "quasistatic_shear": {"out": "path"},
+    "flow_cost": {"background": "background_drag"},
+    **dict.fromkeys(("flow_curve", "oscillate", "creep", "relax_stress", "stop_flow"), _FLOW),
 }
 # argument -> old value -> new one
 VALUES = {"search": {"paper": "incremental"}, "start": {"carried": "from-disks", "scratch": "direct"}}
