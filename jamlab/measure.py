@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,33 +26,66 @@ from jamlab.processes.cores import available_cores
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 
-_TRIAL = 0.5  # s after which `measure_all` looks at the time that a state takes
+_TRIAL = 0.5  # s after which `measure` looks at the time that a state takes
 _START = 2.0  # s that new processes take to start and to load what measures
 
 
+@overload
+def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict[str, float]: ...
+@overload
+def measure(
+    packing: Sequence[Packing],
+    quantities: str | Iterable[str] = COLUMNS,
+    *,
+    processes: int | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Array]: ...
 @checked
-def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict[str, float]:
-    """Observables of a packing at an energy minimum, in its own units.
+def measure(
+    packing: Packing | Sequence[Packing],
+    quantities: str | Iterable[str] = COLUMNS,
+    *,
+    processes: int | None = None,
+    progress: Progress | None = None,
+) -> Any:
+    """Observables of a packing at an energy minimum, in its own units; or of several, side by side if that is faster.
 
     Args:
-        packing: SP or DP.
+        packing: SP or DP; or several, such as a sweep. Each is measured on one core, so the numbers do not depend on
+            `processes`.
         quantities: one or some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
+        processes: of several packings at most so many at once, by default one for each core that this process may use.
+            Work of a few seconds, which new processes would not make shorter, is done in this one.
+        progress: called after each of several packings with the share of all that is measured, and in words.
 
     Returns:
-        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`. g, g_x and b are nan where the packing is not
-        jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); z, z_all and rattlers where
-        positions are rounded so that a contact may be open or closed (`Packing.rounding`).
+        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; of several packings (len(packing),) float64
+        each. g, g_x and b are nan where the packing is not jammed, not stable or not at a minimum
+        (`jamlab.shear_modulus` then says why); z, z_all and rattlers where positions are rounded so that a contact may
+        be open or closed (`Packing.rounding`).
 
     Raises:
-        InputError: a quantity that is not among `QUANTITIES`.
+        InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
+        EngineError: a process was killed.
+        JamlabError: what the analysis of a packing raises; of several the message names the state, counted from 0.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> found = jamlab.measure(p, ["rho", "z", "g", "b"])
         >>> {name: round(value, 3) for name, value in found.items()}
         {'rho': 0.853, 'z': 4.452, 'g': 0.029, 'b': 0.486}
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> measured = jamlab.measure([onset, *jamlab.compress(onset, to=0.9, step=0.02)], ["rho", "z"])
+        >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)
+        (True, 0.9)
     """
     names = _check_names(quantities)
+    if isinstance(packing, Packing):
+        return _measure_one(packing, names)
+    return _measure_several(packing, names, processes, progress)
+
+
+def _measure_one(packing: Packing, names: tuple[str, ...]) -> dict[str, float]:
     found: dict[str, float] = {}
     for name in names:
         if name in _ALONE:
@@ -88,40 +121,12 @@ def why_no_modulus(packing: Packing) -> str:
     return ""
 
 
-@checked
-def measure_all(
-    packings: Sequence[Packing],
-    quantities: str | Iterable[str] = COLUMNS,
-    *,
-    processes: int | None = None,
-    progress: Progress | None = None,
-) -> "dict[str, Array]":
-    """Observables of several packings, such as a sweep, side by side where that is faster.
-
-    Args:
-        packings: SP or DP; each is measured on one core, so the numbers do not depend on `processes`.
-        quantities: see `measure`.
-        processes: at most so many at once, by default one for each core that this process may use. Work of a few
-            seconds, which new processes would not make shorter, is done in this one.
-        progress: called after each packing with the share of all that is measured, and in words.
-
-    Returns:
-        Quantity -> (len(packings),) float64, in the order of the packings.
-
-    Raises:
-        InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
-        EngineError: a process was killed.
-        JamlabError: what `measure` raises; the message names the state, counted from 0.
-
-    Example:
-        >>> onset = jamlab.jam(n=16, seed=1)
-        >>> measured = jamlab.measure_all([onset, *jamlab.compress(onset, to=0.9, step=0.02)], ["rho", "z"])
-        >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)
-        (True, 0.9)
-    """
+def _measure_several(
+    packings: Sequence[Packing], names: tuple[str, ...], processes: int | None, progress: Progress | None
+) -> dict[str, Array]:
     if processes is not None and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
-    names, total = _check_names(quantities), len(packings)
+    total = len(packings)
     tell = progress or no_progress
 
     def show(done: int) -> None:
@@ -148,7 +153,7 @@ def _measure_state(
 ) -> dict[str, float]:
     index, packing = state
     try:
-        return measure(packing, names)
+        return _measure_one(packing, names)
     except JamlabError as error:
         raise type(error)(f"state {index}: {error}") from error
 
