@@ -1,14 +1,14 @@
 """jamlab: jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum, on LAMMPS.
 
-States       jam, pack, compress, relaxed, scene, to_polygons, from_outlines -> Packing; evaluate; Session: LAMMPS
-All at once  measure, measure_all: rho, z, pressure, G, B, shapes, voids ... as numbers
-Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, orientational_order,
-             particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,
+States       jam, pack, compress, relaxed, scene, droplets_from_disks, from_outlines -> Packing; evaluate; Session: LAMMPS
+All at once  measure, measure: rho, z, pressure, G, B, shapes, voids ... as numbers
+Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
+             particle_areas, relative_areas, edge_lengths, contact_lengths, local_packing_fraction, remove_rattlers,
              with_walls, slab: of fixed particles, what lies between them
-Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes,
-             held_motions: what contacts hold, counted; rigid_clusters
-Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
-             dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
+Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, count_zero_modes,
+             maxwell_count: what contacts hold, counted; rigid_clusters
+Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, effective_relaxation_time,
+             dynamical_matrices, displacement_response, displacement_correlation, mode_character: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
              plot_pipkin, read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_data, write_dump, write_contacts

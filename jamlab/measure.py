@@ -13,9 +13,9 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
-from jamlab.geometry.orientational_order import orientational_order
+from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.particle_shape import area_ratios, contact_lengths, edge_lengths, shape_factors
+from jamlab.geometry.particle_shape import relative_areas, contact_lengths, edge_lengths, shape_factors
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.force_network import force_network
@@ -105,7 +105,7 @@ def _check_names(quantities: str | Iterable[str]) -> tuple[str, ...]:
 def why_no_modulus(packing: Packing) -> str:
     """Say why g, g_x and b of a packing are nan; "" if they are not."""
     network = contacts(packing)
-    if network.loose:
+    if network.unjammed:
         return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
     try:
         elastic_tensor(packing)
@@ -241,8 +241,8 @@ def _moduli(packing: Packing) -> dict[str, float]:
 
 @_observes("psi_6", "psi_6_overall")
 def _order(packing: Packing) -> dict[str, float]:
-    order = orientational_order(packing)
-    return {"psi_6": order.mean_local, "psi_6_overall": order.overall}
+    order = hexatic_order(packing)
+    return {"psi_6": order.mean_local, "psi_6_overall": order.global_order}
 
 
 _ALONE: dict[str, Callable[[Packing], float]] = {
@@ -251,5 +251,5 @@ _ALONE: dict[str, Callable[[Packing], float]] = {
     "max_force": lambda packing: float(np.hypot(*forces(packing).T).max()),
     "shape": lambda packing: float(np.nanmean(shape_factors(packing))),
     "shape_rim": lambda packing: float(np.nanmean(shape_factors(packing, rim=True))),
-    "area": lambda packing: float(area_ratios(packing).mean()),
+    "area": lambda packing: float(relative_areas(packing).mean()),
 }

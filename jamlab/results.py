@@ -1,3 +1,69 @@
-"""Classes of results and of settings; functions of `jamlab` make and take them, and few scripts name them."""
+"""Classes of results and of settings: functions of `jamlab` make and take them, and few scripts name them."""
 
+from jamlab.engine.disk_fire import FireSettings as FireSettings
 from jamlab.engine.session import Evaluation as Evaluation
+from jamlab.estimates.choice import Choice as Choice
+from jamlab.estimates.estimate import Estimate as Estimate
+from jamlab.flow.creep import CreepRun as CreepRun
+from jamlab.flow.flow_curve import FlowCurve as FlowCurve
+from jamlab.flow.oscillate import Oscillation as Oscillation
+from jamlab.flow.quasistatic_shear import QuasistaticShear as QuasistaticShear
+from jamlab.flow.relax_stress import StoppedFlow as StoppedFlow
+from jamlab.flow.relax_stress import StressRelaxation as StressRelaxation
+from jamlab.flow.shear_run import ShearRun as ShearRun
+from jamlab.geometry.contact_network import ContactForces as ContactForces
+from jamlab.geometry.contact_network import Contacts as Contacts
+from jamlab.geometry.hexatic_order import HexaticOrder as HexaticOrder
+from jamlab.geometry.particle_shape import ContactLengths as ContactLengths
+from jamlab.geometry.tessellation import Tessellation as Tessellation
+from jamlab.geometry.voids.voids import Voids as Voids
+from jamlab.geometry.voids.voids import VoidStatistics as VoidStatistics
+from jamlab.mechanics.elasticity import ElasticTensor as ElasticTensor
+from jamlab.mechanics.maxwell_count import MaxwellCount as MaxwellCount
+from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineResponse
+from jamlab.mechanics.vibrations import Modes as Modes
+from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
+from jamlab.micrographs.tracks import Tracks as Tracks
+from jamlab.protocols.solver_settings import SolverSettings as SolverSettings
+from jamlab.rheology.complex_modulus import ComplexModulus as ComplexModulus
+from jamlab.rheology.critical_scaling import Collapse as Collapse
+from jamlab.rheology.displacement_correlation import DisplacementCorrelation as DisplacementCorrelation
+from jamlab.rheology.mode_character import ModeCharacter as ModeCharacter
+from jamlab.rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
+from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
+from jamlab.statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
+
+__all__ = [
+    "Choice",
+    "Collapse",
+    "ComplexModulus",
+    "ContactForces",
+    "ContactLengths",
+    "Contacts",
+    "CreepRun",
+    "DisplacementCorrelation",
+    "ElasticTensor",
+    "Estimate",
+    "Evaluation",
+    "FireSettings",
+    "FlowCurve",
+    "HerschelBulkley",
+    "HexaticOrder",
+    "MaxwellCount",
+    "Micrograph",
+    "ModeCharacter",
+    "Modes",
+    "NonaffineResponse",
+    "NonlinearModulus",
+    "Oscillation",
+    "QuasistaticShear",
+    "RelaxationSpectrum",
+    "ShearRun",
+    "SolverSettings",
+    "StoppedFlow",
+    "StressRelaxation",
+    "Tessellation",
+    "Tracks",
+    "VoidStatistics",
+    "Voids",
+]

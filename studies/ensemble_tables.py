@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
-from jamlab.rheology.mode_motion import MOTIONS
+from jamlab.rheology.mode_character import MOTIONS
 from studies.ensembles import FEWEST, Ensemble, at_places, interpolators, select
 from studies.tables import AbsentTableError
 
@@ -343,7 +343,7 @@ class EnsembleTables:
 
     @cached_property
     def onset(self) -> pd.DataFrame:
-        """One row per packing at onset, of the usual protocol, with what `held_motions` counts if that is known."""
+        """One row per packing at onset, of the usual protocol, with what `maxwell_count` counts if that is known."""
         table = self._joined(of_papers(self.read("onset")), COUNTS)
         return _require_rows("onset", table[table["converged"].astype(bool)])
 
@@ -354,7 +354,7 @@ class EnsembleTables:
         return _require_rows("quasistatic", _at_targets(self._joined(table, OWN)))
 
     @property
-    def slow_shear(self) -> pd.DataFrame:
+    def nonaffine_response(self) -> pd.DataFrame:
         """Those rows, if any, with all the columns that came later."""
         try:
             table = self.quasistatic

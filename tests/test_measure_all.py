@@ -27,27 +27,27 @@ def at_once(monkeypatch):
 
 def test_short_work_and_a_worker_stay_in_one_process(sweep, monkeypatch):
     monkeypatch.setattr(MODULE, "run_side_by_side", lambda *_, **__: pytest.fail("a process was started"))
-    assert len(jamlab.measure_all(sweep, ["rho", "phi"])["phi"]) == len(sweep)
+    assert len(jamlab.measure(sweep, ["rho", "phi"])["phi"]) == len(sweep)
     monkeypatch.setattr(MODULE, "_TRIAL", 0.0)
     monkeypatch.setattr(MODULE, "_START", 0.0)
     with cores_given(1):
-        jamlab.measure_all(sweep[:3], ["phi"])
-    assert jamlab.measure_all([])["rho"].shape == (0,)
+        jamlab.measure(sweep[:3], ["phi"])
+    assert jamlab.measure([])["rho"].shape == (0,)
 
 
 def test_an_error_names_its_state(sweep, at_once):
     with pytest.raises(InputError, match="processes = 0"):
-        jamlab.measure_all(sweep, processes=0)
+        jamlab.measure(sweep, processes=0)
     with pytest.raises(InputError, match="weight"):
-        jamlab.measure_all(sweep, ["weight"])
-    past_the_check = jamlab.measure_all.__wrapped__
+        jamlab.measure(sweep, ["weight"])
+    past_the_check = jamlab.measure.__wrapped__
     with pytest.raises(InputError, match="state 2"):
         past_the_check([sweep[0], sweep[1], "none", sweep[3]], processes=2)
 
 
 def test_one_name_is_one_quantity(sweep):
     assert jamlab.measure(sweep[0], "rho") == jamlab.measure(sweep[0], ["rho"])
-    assert list(jamlab.measure_all(sweep, "z")) == ["z"]
+    assert list(jamlab.measure(sweep, "z")) == ["z"]
     with pytest.raises(jamlab.InputError, match="zz"):
         jamlab.measure(sweep[0], "zz")
 
@@ -68,7 +68,7 @@ def test_every_quantity_is_that_of_its_function(sweep):
     for packing in (sweep[len(sweep) // 2 - 1], sweep[-1], beside):
         found = jamlab.measure(packing, MODULE.QUANTITIES)
         e, v, network = jamlab.evaluate(packing), jamlab.voids(packing), jamlab.contacts(packing)
-        order, closed, droplets = jamlab.orientational_order(packing), v.percolating == 0, packing.model == "dp"
+        order, closed, droplets = jamlab.hexatic_order(packing), v.percolating == 0, packing.model == "dp"
         edges = jamlab.edge_lengths(packing) if droplets else np.full(1, np.nan)
         wanted = {
             "rho": jamlab.packing_fraction(packing),
@@ -81,14 +81,14 @@ def test_every_quantity_is_that_of_its_function(sweep):
             "contact_energy": e.contact_energy / len(packing.positions),
             "shape": np.nanmean(jamlab.shape_factors(packing)),
             "shape_rim": np.nanmean(jamlab.shape_factors(packing, rim=True)),
-            "area": jamlab.area_ratios(packing).mean(),
+            "area": jamlab.relative_areas(packing).mean(),
             "contact_length": jamlab.contact_lengths(packing).length.mean() if droplets else np.nan,
             "shortest_edge": edges.min(),
             "longest_edge": edges.max(),
             "voids": len(v.area),
             **{f"void_{name}": getattr(v, name)[closed].mean() for name in ("sides", "area", "shape")},
             "psi_6": order.mean_local,
-            "psi_6_overall": order.overall,
+            "psi_6_overall": order.global_order,
         }
         assert closed.all() == (packing is not beside)
         wanted |= dict.fromkeys(("g", "g_x", "b"), np.nan)

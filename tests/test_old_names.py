@@ -47,11 +47,11 @@ def test_an_old_argument_is_the_new_one_and_warns(function):
 
 def test_old_arguments_and_values_reach_the_call():
     with pytest.warns(FutureWarning):
-        p = jamlab.jam(n=10, seed=1, large=0.3, start="carried")
+        p = jamlab.jam(n=10, seed=1, large=0.3, start="from-disks")
     assert p == jamlab.jam(n=10, seed=1, fraction_large=0.3) and hash(p) == hash(p.with_state(onset=None))
     assert p != p.with_state(positions=np.nextafter(p.positions, 9)) and p != 1
     with pytest.warns(FutureWarning):
-        assert jamlab.jam("sp", 8, 2) == jamlab.jam(8, "sp", 2)
+        assert jamlab.jam(8, "sp", 2) == jamlab.jam(8, "sp", 2)
 
 
 @pytest.mark.parametrize(("where", "name"), [(jamlab, n) for n in old_names.HABITS] + [(None, n) for n in old_names.OF_PACKINGS])

@@ -87,7 +87,7 @@ class Missing(importlib.abc.MetaPathFinder):
 sys.meta_path.insert(0, Missing())
 import jamlab
 from jamlab.storage.verified_file import versions
-found = [jamlab.jam("dp", 8, 1, ensemble="shear-stabilized"), jamlab.pack(n=16, pressure=1e-2, seed=1)]
+found = [jamlab.jam(8, "dp", 1, ensemble="shear-stabilized"), jamlab.pack(n=16, pressure=1e-2, seed=1)]
 found += list(jamlab.compress(found[0], to=found[0].phi + 0.02, step=0.02))
 digest = hashlib.sha256()
 for p in found:

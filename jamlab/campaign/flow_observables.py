@@ -141,7 +141,7 @@ class _Run(Driven):
 
     def accuracy(self, row: Row) -> Row:
         """Tolerance of a run, and its background drag: Stokes drag is itself one."""
-        return {"tolerance": self.how.tolerance, "background": 0.0 if row["stokes"] else self.how.background}
+        return {"tolerance": self.how.tolerance, "background_drag": 0.0 if row["stokes"] else self.how.background}
 
     def constants(self) -> Row:
         how = self.how
@@ -177,7 +177,7 @@ class SteadyFlow(_Run):
         if rate := row["rate"]:
             background = None if row["stokes"] else how.background  # Stokes drag is itself one
             rows = int(np.ceil(ROWS * strain))
-            run: ShearRun = shear(packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background=background)
+            run: ShearRun = shear(packing, rate, strain, law, n_rows=rows, tolerance=how.tolerance, background_drag=background)
         else:
             run = quasistatic_shear(packing, strain, how.step)
         mean, peak = steady_point(run, how.discard), run.peak
@@ -187,7 +187,7 @@ class SteadyFlow(_Run):
             "flow_pressure_error": mean["pressure_stderr"],
             "peak_stress": peak.stress if peak else np.nan,
             "peak_strain": peak.strain if peak else np.nan,
-            "unsettled": run.unsettled,
+            "unsettled": run.ambiguous_contacts,
             "converged": run.steady(discard=how.discard).steady,
         }
 
@@ -210,7 +210,7 @@ class Oscillation(_Run):
         how = self.oscillation
         run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
-        found: Row = {name: getattr(run, name) for name in (*self._OF_RUN[:-1], "unsettled")} | {"error": run.change}
+        found: Row = {name: getattr(run, name) for name in self._OF_RUN[:-1]} | {"unsettled": run.ambiguous_contacts} | {"error": run.change}
         return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
@@ -250,5 +250,5 @@ class Creep(_Run):
             **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
             **{"final_time": run.time[-1], "final_strain": run.strain[-1]},
             **{"flows": run.state == "flows", "rests": run.state == "rests"},
-            **{"unsettled": run.unsettled, "converged": True},
+            **{"unsettled": run.ambiguous_contacts, "converged": True},
         }

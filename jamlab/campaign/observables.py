@@ -27,14 +27,14 @@ from jamlab.campaign.observable import (
 )
 from jamlab.errors import BoundaryError
 from jamlab.geometry.contact_network import contacts
-from jamlab.geometry.orientational_order import orientational_order
+from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
-from jamlab.mechanics.slow_shear import slow_shear
+from jamlab.mechanics.nonaffine_response import nonaffine_response
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import linear_modulus
 from jamlab.rheology.displacement_correlation import displacement_correlations
-from jamlab.rheology.mode_motion import MOTIONS, mode_motion
+from jamlab.rheology.mode_character import MOTIONS, mode_character
 from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE
 
 
@@ -51,7 +51,7 @@ class Onset(Observable):
     def measure(self, states: TaskStates, pressure: Array, tolerances: Tolerances) -> list[Row]:
         packing = states.packings[0]
         network = contacts(packing)
-        counts = {"n_contacts": network.count, "rattlers": int(network.rattlers.sum())}
+        counts = {"n_contacts": network.n_contacts, "rattlers": int(network.rattlers.sum())}
         fractions = {"rho_J": packing_fraction(packing), "phi_J": packing.phi, "z_J": network.z}
         return [{**fractions, **counts, "converged": states.converged[0]}]
 
@@ -106,8 +106,8 @@ class Quasistatic(Observable):
         return [({"prestress": p}, {"prestress": p}) for p in self.prestress]
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
-        motion = slow_shear(packing, prestress=how["prestress"])
-        lengths = np.abs([motion.normal, motion.tangential, motion.sliding])
+        motion = nonaffine_response(packing, prestress=how["prestress"])
+        lengths = np.abs([motion.normal, motion.tangential, motion.nonaffine_tangential])
         parts = (lengths[0], lengths[1], np.hypot(*motion.nonaffine.T), lengths[2])
         medians = dict(zip(self._KINDS, map(np.median, parts), strict=True))
         return [medians | dict(zip(self._MEANS, map(np.mean, parts), strict=True))]
@@ -135,7 +135,7 @@ class Modes(Driven):
     """Relaxation modes of droplets, a row each; none where a packing is unstable."""
 
     name, only, defined_by = "modes", "dp", ("contacts", "modes")
-    _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeMotion`
+    _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeCharacter`
     stored: ClassVar[Schema] = {**STATE, **LAW, **floats(*_OF_MODES)}
 
     def check(self, sites: float) -> None:
@@ -145,7 +145,7 @@ class Modes(Driven):
             raise ValueError(f"observable 'modes' of {sites:g} vertices: at most {most}; lower n or their vertices")
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
-        found = mode_motion(packing, how["law"])
+        found = mode_character(packing, how["law"])
         return [{name: getattr(found, name) for name in self._OF_MODES}]
 
 
@@ -180,9 +180,9 @@ class Order(Observable):
     }
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
-        found = orientational_order(packing)
+        found = hexatic_order(packing)
         shares = {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBORS}
-        return [{"psi_6": found.mean_local, "psi_6_overall": found.overall, **shares}]
+        return [{"psi_6": found.mean_local, "psi_6_overall": found.global_order, **shares}]
 
 
 OBSERVABLES: dict[str, type[Observable]] = {

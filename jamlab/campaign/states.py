@@ -76,7 +76,7 @@ def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
     law = _particles(parameters)
     effort: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
-    onset = jam(parameters.model, parameters.n, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
+    onset = jam(parameters.n, parameters.model, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
     how = parameters.compress
     if how is None:
         return [onset]
@@ -87,7 +87,7 @@ def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]
     packings = [onset]
     try:
         steps: dict[str, Any] = {"by": by, "step": how.step, "nearest": how.nearest, "per_decade": how.per_decade}
-        for packing in compress(onset, to, error=parameters.tolerances.step_error, **steps, **effort):
+        for packing in compress(onset, to, pressure_tolerance=parameters.tolerances.step_error, **steps, **effort):
             packings.append(packing)
         if how.confluence is not None:
             packings = _add_confluence(packings, how.confluence, by, **effort)

@@ -24,12 +24,12 @@ from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.flow import creep, flow_curve, oscillate
-from jamlab.geometry import contact_network, orientational_order, packing_fraction, particle_shape
+from jamlab.geometry import contact_network, hexatic_order, packing_fraction, particle_shape
 from jamlab.geometry.voids import voids
-from jamlab.mechanics import elasticity, slow_shear
+from jamlab.mechanics import elasticity, nonaffine_response
 from jamlab.models.models import MODELS, optional_parameters
 from jamlab.protocols import compression, onset, relaxation, size_distributions, target_pressure
-from jamlab.rheology import complex_modulus, displacement_correlation, mode_motion
+from jamlab.rheology import complex_modulus, displacement_correlation, mode_character
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
 # A module that owns a protocol or a definition holds its version, a whole number. Whoever changes what it gives, for
@@ -53,12 +53,12 @@ def _today() -> dict[str, int]:
         "packing fraction": packing_fraction.FRACTION_DEFINITION,
         "shapes": particle_shape.SHAPE_DEFINITION,
         "voids": voids.VOIDS_DEFINITION,
-        "order": orientational_order.ORDER_DEFINITION,
+        "order": hexatic_order.ORDER_DEFINITION,
         "moduli": elasticity.MODULI_DEFINITION,
-        "slow shear": slow_shear.SLOW_SHEAR_DEFINITION,
+        "slow shear": nonaffine_response.NONAFFINE_DEFINITION,
         "spectra": complex_modulus.SPECTRUM_DEFINITION,
         "correlation": displacement_correlation.CORRELATION_DEFINITION,
-        "modes": mode_motion.MODES_DEFINITION,
+        "modes": mode_character.MODES_DEFINITION,
         "flow": flow_curve.FLOW_DEFINITION,
         "oscillation": oscillate.OSCILLATION_DEFINITION,
         "creep": creep.CREEP_DEFINITION,

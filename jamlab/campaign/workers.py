@@ -29,7 +29,7 @@ from jamlab.campaign.states import StoredStates, make_states, read_stored, share
 from jamlab.campaign.tables import STATE_COLUMNS
 from jamlab.campaign.tasks import Batch, Task
 from jamlab.errors import EngineError, InputError, StorageError
-from jamlab.measure import measure_all
+from jamlab.measure import measure
 from jamlab.packing.quantities import COLUMNS
 from jamlab.processes.cores import available_cores, cores_given
 from jamlab.processes.side_by_side import Children
@@ -293,14 +293,14 @@ def _make_file(
     stored = read_stored(folder, source) if source is not None else None
     if stored is None:
         states, known, before = make_states(task.parameters, task.ranks), {}, (0.0, 0.0)
-        measured = measure_all(states.packings)
+        measured = measure(states.packings)
     else:
         file, states = stored
         shared = shared_tables(task.parameters, file.parameters)
         known = {name: columns for name, columns in file.tables.items() if name in shared}
         before = file.seconds, file.cpu_seconds
         whole = STATES in shared and file.observables.keys() >= set(COLUMNS)  # else a jamlab before measured less
-        measured = file.observables if whole else measure_all(states.packings)
+        measured = file.observables if whole else measure(states.packings)
     tables = dict(known)
     for wanted in task.parameters.tables:
         if wanted.name not in known:

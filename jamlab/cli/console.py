@@ -134,14 +134,14 @@ _MODULI = ("g", "g_x", "b")
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
     """Measure packings, write them to `out` if it is given, and print what was measured."""
     from jamlab.measure import measure, why_no_modulus
-    from jamlab.packing.hdf5 import write
+    from jamlab.packing.hdf5 import write_sweep
     from jamlab.packing.law_parameters import NEGATIVE_G
     from jamlab.packing.quantities import MEASURED
 
     with progress_bar("measured") as progress:
         measured = measure(packings, progress=progress)
     if out is not None:
-        write(out, packings, measured)
+        write_sweep(out, packings, measured)
     # None where no minimisation is known, as in a dump without that word
     marks = [None if p.max_force is None and not p.converged else p.converged and p.on_target for p in packings]
     if as_json:

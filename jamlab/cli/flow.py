@@ -72,7 +72,7 @@ class Job:
         With `force` a file of another run is replaced; one of the same run is gone on with."""
         from jamlab.flow.run_file import OtherRunError
 
-        how |= {"out": self.out} | (self.accuracy | {"damping": self.law} if timed else {})
+        how |= {"path": self.out} | (self.accuracy | {"damping": self.law} if timed else {})
         while True:
             try:
                 with progress_bar(name, resumed=True) as progress:
@@ -112,7 +112,7 @@ class Job:
             write_table(table, self.csv)
         if self.as_json:
             content: dict[str, Any] = {str(name): values.tolist() for name, values in table.items()}
-            content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
+            content["energy_error"] = getattr(found.energy_error, "tolist", lambda: found.energy_error)()
             plain = {f.name: getattr(found, f.name) for f in fields(found)}
             content |= {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
             print_json(content | {"conclusion": found.conclusion, "out": str(self.out), "drag": describe(found)})
@@ -152,7 +152,7 @@ def make_job(
             check_target(path, file, out, replace=force)
     kept = f"kept {out} as it was last saved; the same command resumes it"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
-    accuracy = {"tolerance": tolerance, "background": background}
+    accuracy = {"tolerance": tolerance, "background_drag": background}
     given = {name: value for name, value in accuracy.items() if value is not None}
     return Job(file, frame, drag_law(stokes, beta, alpha, tau, eta_f), given, out, plot, csv, force, as_json)
 
@@ -208,7 +208,7 @@ def shear(
     else:
         if rate > 0:
             job.say_seconds([rate], strain, within)
-        found = job.drive(flow, "shear", rate, strain, rows=rows, frames=frames)
+        found = job.drive(flow, "shear", rate, strain, n_rows=rows, snapshot_every=frames)
     note = f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"
     job.give(found, _SHEAR, note)
 
@@ -227,7 +227,7 @@ def _number_or_text(text: str | None) -> str | float | None:
 
 _MEANS = {"rates": ".4g", "stress": ".5g", "stress_stderr": ".1g", "pressure": ".5g", "pressure_stderr": ".1g"}
 _MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "z_all": ".4g", "plastic_events": ".3g"}
-_MEANS |= {"imbalance": ".1e", "finished": ""}
+_MEANS |= {"energy_error": ".1e", "finished": ""}
 
 
 @_command

@@ -95,9 +95,9 @@ class KeptStates:
             self._save()
 
     def _save(self) -> None:
-        from jamlab.packing.hdf5 import write
+        from jamlab.packing.hdf5 import write_sweep
 
-        write(self._out, self.states)
+        write_sweep(self._out, self.states)
         self._written, self._saved = len(self.states), time.monotonic()
 
     def _describe(self) -> str:

@@ -47,11 +47,11 @@ def jam(
     check_target(out, replace=force)
     expect_output(out)
     given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-    how: dict[str, Any] = {"ratio": ratio, "large": large, "sizes": sizes, "search": search, "ensemble": ensemble}
+    how: dict[str, Any] = {"size_ratio": ratio, "fraction_large": large, "sizes": sizes, "search": search, "ensemble": ensemble}
     how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
     how |= {name: value for name, value in given.items() if value is not None}
     with progress_bar("to onset") as progress:
-        packing = jamlab.jam(model, n, seed, progress=progress, **how)
+        packing = jamlab.jam(n, model, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
 
 
@@ -78,7 +78,7 @@ def pack(
 
     check_target(out, replace=force)
     expect_output(out)
-    how: dict[str, Any] = {"ratio": ratio, "large": large, "sizes": sizes, "ensemble": ensemble}
+    how: dict[str, Any] = {"size_ratio": ratio, "fraction_large": large, "sizes": sizes, "ensemble": ensemble}
     how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
     with progress_bar("to pressure") as progress:
         packing = jamlab.pack(n, pressure, seed, progress=progress, **how)
@@ -110,7 +110,7 @@ def compress(
     check_target(out, file)
     start = read(file, frame)
     begun = [] if force else _begun(out, start, to, by)
-    kept, how = KeptStates(out, begun), {"nearest": nearest, "error": error, "ranks": ranks, "tolerance": tolerance}
+    kept, how = KeptStates(out, begun), {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance}
     with kept, progress_bar("compress") as progress:
         if not begun:
             kept.add(start)
@@ -201,7 +201,7 @@ def sweep(model: str, report: "Progress", *, n: int, seed: int, to: float) -> "l
     from jamlab.protocols.onset import jam
 
     how = {"ensemble": "shear-stabilized", "progress": lambda share, text: report(_ONSET * share, text)}
-    onset = jam(model, n, seed, **how)  # type: ignore[arg-type]
+    onset = jam(n, model, seed, **how)  # type: ignore[arg-type]
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
     return [onset, *compress(onset, to, progress=lambda share, text: report(_ONSET + (1 - _ONSET) * share, text))]

@@ -29,7 +29,7 @@ _OF_PYTHON: dict[str, dict[str, float | str]] = {
     "onset": {
         "phi_near": 0.70,  # from here on the first increment is step_near
         "step_near": 2e-3,
-        "step_paper": 1e-4,  # search="paper": first increment of Boromand et al.
+        "step_paper": 1e-4,  # search="incremental": first increment of Boromand et al.
         "step_fine": 2.5e-4,  # where jammed, this close above unjammed: go down to onset
         "phi_carried": 0.80,  # droplets: up to here, or until they jam, disks carry them
     },

@@ -34,7 +34,7 @@ from jamlab.packing.natural_units import in_natural_units, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import MINIMUM, Model, Packing
 from jamlab.packing.quantities import ENERGY, FORCE, STRESS
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
@@ -42,7 +42,7 @@ _FROM_ONE = 4.0  # factor by which natural units of a packing may differ from it
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class Evaluation(Result):
     """Single point of a packing.
 
     Attributes:
@@ -72,9 +72,6 @@ class Evaluation:
     stress: Array
     pressure: float
     max_force: float
-
-    __repr__ = short_repr
-
 
 @dataclass(frozen=True)
 class Descent:

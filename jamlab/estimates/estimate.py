@@ -28,7 +28,7 @@ from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge
 from jamlab.estimates.ways import ONSET, EnsembleWay, N, Scatter, WayRecord, Ways, difference, is_known, scatter
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.statistics.confidence import CONFIDENCE, room
@@ -209,7 +209,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Result):
     """A mean over packings, with its 95 % interval value -+ ci95.
 
     Attributes:
@@ -226,7 +226,7 @@ class Estimate:
 
     Example:
         >>> from dataclasses import fields
-        >>> [field.name for field in fields(jamlab.Estimate)][:4]
+        >>> [field.name for field in fields(jamlab.results.Estimate)][:4]
         ['value', 'ci95', 'met', 'packings']
     """
 
@@ -242,7 +242,6 @@ class Estimate:
     stopped: Stop
 
     error = Renamed("ci95")
-    __repr__ = short_repr
 
 
 @checked

@@ -25,7 +25,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import complex_modulus, linear_modulus, warn_of_negative
 from jamlab.rheology.damping import ContactDamping, Damping
-from jamlab.rheology.nonlinear_drag import equivalent_time, nonlinear_modulus
+from jamlab.rheology.nonlinear_drag import effective_relaxation_time, nonlinear_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
 RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too,
@@ -132,7 +132,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
         arguments = {"omega": [omega], "damping": linear}
     elif way == "equivalent damping":  # linear drag that dissipates as much at this stress
         stress = abs(best) * (amplitude or 0.0)
-        time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=stiffness_scale(packing))[0]
+        time = effective_relaxation_time(omega * law.tau, stress, law.alpha, stiffness=stiffness_scale(packing))[0]
         arguments = {"omega": [omega], "damping": replace(linear, tau=law.tau * float(time))}
     else:
         function = shear_modulus
@@ -165,7 +165,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
         raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
-    arguments = {"rates": [at], "damping": used, "strain": average[way], "background": BACKGROUND}
+    arguments = {"rates": [at], "damping": used, "strain": average[way], "background_drag": BACKGROUND}
     return Choice(
         way=way, bound={"stress": errors[way]}, options=options, function=flow_curve, arguments=arguments,
         strain=TRANSIENT + average[way],

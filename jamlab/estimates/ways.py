@@ -26,7 +26,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
-from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.onset import LARGEST_TOLERANCE, jam
 from jamlab.statistics.confidence import bend, between, neighbours
 
@@ -85,8 +85,8 @@ def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets."""
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
-        return jam("sp", way.n, seed, tolerance=force, **law)
-    return jam("dp", way.n, seed, tolerance=force, **way.law)
+        return jam(way.n, "sp", seed, tolerance=force, **law)
+    return jam(way.n, "dp", seed, tolerance=force, **way.law)
 
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
@@ -104,8 +104,8 @@ def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP)
 
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
-    """Put droplets in the place of disks, see `to_polygons`."""
-    return _require_reached(to_polygons(disks, tolerance=way.tolerance, **way.law), packing_fraction(disks))
+    """Put droplets in the place of disks, see `droplets_from_disks`."""
+    return _require_reached(droplets_from_disks(disks, tolerance=way.tolerance, **way.law), packing_fraction(disks))
 
 
 def value_at(packing: Packing, quantity: str) -> float:

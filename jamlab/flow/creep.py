@@ -115,8 +115,8 @@ def creep(
     *,
     largest_strain: float = 10.0,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
-    background: float = SMALL_STRAIN_BACKGROUND,
-    out: str | Path | None = None,
+    background_drag: float = SMALL_STRAIN_BACKGROUND,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> CreepRun:
     """Add a shear stress to that of a packing at rest, and hold it; without inertia.
@@ -136,15 +136,15 @@ def creep(
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
         largest_strain: at which it ends early: under a stress above yield a packing flows for ever.
         tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
+        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
             what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
-        out: see `shear`.
+        path: see `shear`.
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
         InputError: particles that do not touch, a fluid without viscosity, or a value out of range.
         ConvergenceError: the packing is not at rest, or see `shear`.
-        StorageError: `out` cannot be written.
+        StorageError: `path` cannot be written.
     """
     law = damping or ContactDamping()
     check_creeping(law)
@@ -152,9 +152,9 @@ def creep(
     check_number("stress", stress, LARGEST_STRESS * scale, LEAST_STRAIN * scale)
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("largest_strain", largest_strain, 1e4)
-    accuracy = Accuracy(law, tolerance, background)
+    accuracy = Accuracy(law, tolerance, background_drag)
     end = End(duration, f"a shorter duration than {duration:g}", largest_strain)
-    with TimedRun(CreepRun, packing, accuracy, {"stress": stress}, end, out, progress, at_rest=True) as flow:
+    with TimedRun(CreepRun, packing, accuracy, {"stress": stress}, end, path, progress, at_rest=True) as flow:
         before = flow.before
         residual = before.residual if before else flow.session.drive("rate 0", duration).elastic_stress
         flow.facts |= {"applied": stress, "residual": residual, "duration": duration}

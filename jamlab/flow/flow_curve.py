@@ -16,7 +16,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError, Renamed
 from jamlab.flow.flow_run import better_balance, energy_gap, energy_imbalance
-from jamlab.flow.overdamped_session import OverdampedSession, background_drag, check_flowing
+from jamlab.flow.overdamped_session import OverdampedSession, default_background, check_flowing
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear import TOLERANCE, check_rates, shear
@@ -50,8 +50,8 @@ class FlowCurve:
         dissipation: (m,) mean, per time and area, over all steps; stress times rate but for what elastic energy took.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
-        imbalance: (m,) part of the work of the average that is neither stored nor lost.
-        unsettled: (m,) see `FlowRun`, of start-up and average.
+        energy_error: (m,) part of the work of the average that is neither stored nor lost.
+        ambiguous_contacts: (m,) see `FlowRun`, of start-up and average.
         failed: rates that found no end, as text, and why; they are in no array.
         seconds: (m,) wall time.
         discard, strain: of start-up, left out, and of the average.
@@ -71,7 +71,7 @@ class FlowCurve:
     dissipation: Array
     drift: Array
     plastic_events: Array
-    imbalance: Array
+    energy_error: Array
     seconds: Array
     discard: float
     strain: float
@@ -80,13 +80,13 @@ class FlowCurve:
     background: float
     tolerance: float
     unit: str = field(repr=False)
-    unsettled: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    ambiguous_contacts: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     z_all: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     z_all_stderr: Array = field(default_factory=lambda: np.zeros(0), kw_only=True)
     failed: dict[str, str] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
-        for name, value in {"unsettled": 0.0, "z_all": np.nan, "z_all_stderr": np.nan}.items():
+        for name, value in {"ambiguous_contacts": 0.0, "z_all": np.nan, "z_all_stderr": np.nan}.items():
             if not len(getattr(self, name)):  # not counted
                 object.__setattr__(self, name, np.full(len(self.rates), value))
 
@@ -115,15 +115,19 @@ class FlowCurve:
     def summary(self) -> dict[str, Any]:
         """Stress at each rate with its standard error; rates that drift, lose energy or failed."""
         points = zip(self.rates, self.stress, self.stress_stderr, strict=True)
-        off = {"DRIFTING at": ~self.finished, "ENERGY OFF at": self.imbalance > self.tolerance}
+        off = {"DRIFTING at": ~self.finished, "ENERGY OFF at": self.energy_error > self.tolerance}
         return {
             **{f"stress at {rate:g}": (stress, error) for rate, stress, error in points},
             **{words: self.rates[which] for words, which in off.items() if which.any()},
             **{f"FAILED at {rate}": why for rate, why in self.failed.items()},
         }
 
+    unsettled = Renamed("ambiguous_contacts")
+    imbalance = Renamed("energy_error")
+    allowed_imbalance = Renamed("energy_tolerance")
+
     @property
-    def allowed_imbalance(self) -> float:
+    def energy_tolerance(self) -> float:
         """From which on a rate is doubtful: the tolerance."""
         return self.tolerance
 
@@ -194,8 +198,8 @@ _POINTS = (
     "dissipation",
     "drift",
     "plastic_events",
-    "imbalance",
-    "unsettled",
+    "energy_error",
+    "ambiguous_contacts",
     "seconds",
 )
 
@@ -209,9 +213,9 @@ def flow_curve(
     strain: float = AVERAGE,
     discard: float = TRANSIENT,
     tolerance: float = TOLERANCE,
-    background: float | None = None,
+    background_drag: float | None = None,
     processes: int = 1,
-    out: str | Path | None = None,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> FlowCurve:
     """Shear a packing into steady flow at each rate, from the same packing, and average.
@@ -228,26 +232,26 @@ def flow_curve(
         discard: strain of start-up before.
         tolerance, background: see `shear`.
         processes: rates side by side, each on one core.
-        out: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
+        path: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
         progress: called with the share of all strain that is done, and in words.
 
     Raises:
         InputError: a value out of range.
         ConvergenceError: no rate came to its end, see `shear`; where some did, `failed` of the curve names the others.
-        StorageError: `out` cannot be written.
+        StorageError: `path` cannot be written.
     """
     law = damping or ContactDamping()
-    background = background_drag(packing, law, background)
+    background_drag = default_background(packing, law, background_drag)
     wanted = check_rates(rates)
     check_number("strain", strain, 1e4)
     if strain < 1:
         raise InputError(f"strain = {strain:g}: average over 1 at least, or the mean says nothing")
     check_number("discard", discard, 1e4)
-    check_flowing(law, tolerance, background)
+    check_flowing(law, tolerance, background_drag)
     if not 1 <= processes <= MOST_PROCESSES:
         raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
-    task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
-    file = RunFile(out, FlowCurve, packing, law, task)
+    task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background_drag}
+    file = RunFile(path, FlowCurve, packing, law, task)
     facts = {**task, "damping": law, "unit": packing.unit_names.stress}
     points = _known_points(file.before)
     missing = [rate for rate in wanted if rate not in points]
@@ -270,7 +274,7 @@ def flow_curve(
     def result() -> FlowCurve:
         return _curve(packing, points, {**facts, "failed": failed})
 
-    items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background) for rate in missing]
+    items: list[_Item] = [(packing, rate, law, discard, strain, tolerance, background_drag) for rate in missing]
     if processes == 1:
         for item in items:
             _measure(item, partial(heard, item))
@@ -293,9 +297,9 @@ def _measure(item: _Item, report: Callable[..., None]) -> None:
     try:
         run = shear(
             *(packing, rate, discard + strain, law),
-            rows=rows,
+            n_rows=rows,
             tolerance=tolerance,
-            background=background,
+            background_drag=background,
             progress=lambda share, _: report(share),
         )
     except ConvergenceError as error:
@@ -315,8 +319,8 @@ def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
         "dissipation": float((lost[-1] - lost[0]) / (times[-1] - times[0])) if run.shear_rate else 0.0,
         "drift": means["stress"].drift,
         "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),
-        "imbalance": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),
-        "unsettled": run.unsettled,
+        "energy_error": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),
+        "ambiguous_contacts": run.ambiguous_contacts,
         "seconds": run.seconds,
     }
 
@@ -351,7 +355,7 @@ def flow_cost(
     *,
     strain: float = 1.0,
     tolerance: float = TOLERANCE,
-    background: float | None = None,
+    background_drag: float | None = None,
 ) -> pd.DataFrame:
     """Measure for half a second at each rate what shear to a strain costs, to a factor of two.
 
@@ -365,7 +369,7 @@ def flow_cost(
         damping: see `shear`.
         strain: of each run; of `flow_curve` that is `strain` and `discard`.
         tolerance: see `shear`.
-        background: see `shear`.
+        background_drag: see `shear`.
 
     Returns:
         pandas DataFrame, a row for each rate, ascending: `rate`, `strain` and `seconds` of one core.
@@ -377,10 +381,10 @@ def flow_cost(
     import pandas as pd
 
     law = damping or ContactDamping()
-    background = background_drag(packing, law, background)
+    background_drag = default_background(packing, law, background_drag)
     values = check_rates(rates)[::-1]
     check_number("strain", strain, 1e4)
-    seconds = [strain * _cost(packing, rate, law, tolerance, background) for rate in values]
+    seconds = [strain * _cost(packing, rate, law, tolerance, background_drag) for rate in values]
     return pd.DataFrame({"rate": values, "strain": strain, "seconds": seconds})
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from jamlab.errors import Renamed
 from jamlab.arrays import Array
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.packing.packing import Packing
@@ -92,7 +93,7 @@ class FlowRun:
     unit: str = field(repr=False)  # of stress, for labels
     # times that several disks which touch with no gap decided on each other, and no states of them fitted: the
     # closest were taken
-    unsettled: int = field(default=0, kw_only=True)
+    ambiguous_contacts: int = field(default=0, kw_only=True)
     # (m, 2, 2) shear stress and pressure on the lower and on the upper wall; (0, 2, 2) without walls
     wall_stress: Array = field(default_factory=lambda: np.zeros((0, 2, 2)), kw_only=True)
 
@@ -113,20 +114,24 @@ class FlowRun:
         """(m,) work less what is dissipated and stored, since the first row; 0 but for errors of the steps."""
         return energy_gap(self.work, self.dissipated, self.energy)
 
+    unsettled = Renamed("ambiguous_contacts")
+    imbalance = Renamed("energy_error")
+    allowed_imbalance = Renamed("energy_tolerance")
+
     @property
-    def imbalance(self) -> float:
+    def energy_error(self) -> float:
         """Largest part of the work that is neither stored nor lost: work less dissipated less change of energy."""
         return energy_imbalance(self.energy_gap, self.work, self.dissipated)
 
     @property
-    def allowed_imbalance(self) -> float:
+    def energy_tolerance(self) -> float:
         """From which on the result is doubtful: the tolerance."""
         return self.tolerance
 
     @property
     def balanced(self) -> bool:
         """Whether energy is balanced as well as was asked for."""
-        return self.imbalance <= self.allowed_imbalance
+        return self.energy_error <= self.energy_tolerance
 
     @property
     def remedy(self) -> dict[str, float]:

@@ -155,8 +155,8 @@ def oscillate(
     cycles: int = 20,
     points: int = POINTS,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
-    background: float = SMALL_STRAIN_BACKGROUND,
-    out: str | Path | None = None,
+    background_drag: float = SMALL_STRAIN_BACKGROUND,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Oscillation:
     """Shear a packing by amplitude sin(omega t) along x of the box, without inertia, until the stress repeats.
@@ -178,15 +178,15 @@ def oscillate(
         cycles: at most; two at least. It ends when the first harmonic changes by less than the tolerance.
         points: rows in a cycle, at least 16.
         tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
+        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
             what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
-        out: see `shear`.
+        path: see `shear`.
         progress: called after each cycle with the share of the work that is done, and in words.
 
     Raises:
         InputError: particles that do not touch, or a value out of range.
         ConvergenceError: the packing is not at rest, or see `shear`.
-        StorageError: `out` cannot be written.
+        StorageError: `path` cannot be written.
     """
     law = damping or ContactDamping()
     if not SLOWEST <= omega <= FASTEST:
@@ -198,8 +198,8 @@ def oscillate(
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}
-    accuracy, end = Accuracy(law, tolerance, background), End(4 * np.pi / omega, shorter)
-    with TimedRun(Oscillation, packing, accuracy, how, end, out, progress, at_rest=True) as flow:
+    accuracy, end = Accuracy(law, tolerance, background_drag), End(4 * np.pi / omega, shorter)
+    with TimedRun(Oscillation, packing, accuracy, how, end, path, progress, at_rest=True) as flow:
         found = list(flow.before.cycle_harmonics) if flow.before else []
         flow.facts |= how | _answer(found, tolerance)
         flow.drive(f"oscillate {amplitude:.17g} {omega:.17g}", 2 * np.pi / omega / points)

@@ -46,7 +46,7 @@ class FlowState(NamedTuple):
     """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
     elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
     area. `contacts` are those of the plugin, after `drive` and `advance` pairs that press. `iterations` are those of
-    all solutions so far, `unsettled` as in `FlowRun`."""
+    all solutions so far, `ambiguous_contacts` as in `FlowRun`."""
 
     time: float
     strain: float
@@ -64,7 +64,7 @@ class FlowState(NamedTuple):
     step: float
     iterations: float
     contacts: float
-    unsettled: float
+    ambiguous_contacts: float
     lower_stress: float  # shear stress and pressure on the lower wall and on the upper one
     lower_pressure: float
     upper_stress: float
@@ -77,7 +77,7 @@ _STRESSES = (
 )
 ON_WALLS = ("lower_stress", "lower_pressure", "upper_stress", "upper_pressure")
 _OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
-_COUNTED = ("time", "strain", "work", "dissipated", "iterations", "unsettled")  # from the start
+_COUNTED = ("time", "strain", "work", "dissipated", "iterations", "ambiguous_contacts")  # from the start
 
 
 class End(NamedTuple):
@@ -298,7 +298,7 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
 
 
-def background_drag(packing: Packing, damping: Damping, background: float | None) -> float:
+def default_background(packing: Packing, damping: Damping, background: float | None) -> float:
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background

@@ -26,7 +26,7 @@ from jamlab.geometry.walls import wall_stress, walled
 from jamlab.packing.deformation import Direction, ShearDirection, deformed, shear_direction
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.processes.progress import Progress
@@ -40,15 +40,13 @@ EVENTS = ("event_strain", "event_drop", "event_released", "event_width")  # fiel
 
 
 @dataclass(frozen=True)
-class PlasticEvents:
+class PlasticEvents(Result):
     """Steps in which stress fell, m of them, and from which a step back does not lead back."""
 
     strain: Array  # (m,) at the end of the step
     stress_drop: Array  # (m,) stress before less that after
     released: Array  # (m,) energy lost per area: the work by the trapezoidal rule less the rise of the energy
     width: Array  # (m,) strain of the step: the event lies that much before `strain` at most
-
-    __repr__ = short_repr
 
     def __len__(self) -> int:
         return len(self.strain)
@@ -124,7 +122,7 @@ class QuasistaticShear(ShearRun):
         return energy_gap(self.work, np.cumsum(released), self.enthalpy)
 
     @property
-    def allowed_imbalance(self) -> float:
+    def energy_tolerance(self) -> float:
         """From which on steps are too long."""
         return LIMIT
 
@@ -360,7 +358,7 @@ def quasistatic_shear(
     resolution: float | None = None,
     every: float | None = None,
     tolerance: float | None = None,
-    out: str | Path | None = None,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> QuasistaticShear:
     """Shear a packing without rate, at fixed area or pressure: after every step of strain an energy minimum.
@@ -388,7 +386,7 @@ def quasistatic_shear(
             strain and size of the drop are known that well. By default steps are not refined.
         every: strain between two packings that are kept; by default first and last are.
         tolerance: on the largest force in natural units of the packing, as in `compress`.
-        out: HDF5 file of the run, see `jamlab.read_flow`; if it holds a part of the same run, go on from there.
+        path: HDF5 file of the run, see `jamlab.read_flow`; if it holds a part of the same run, go on from there.
         progress: called after each step with the share of the work that is done, and in words.
 
     Returns:
@@ -423,7 +421,7 @@ def quasistatic_shear(
     def kept(k: int) -> int:
         return int(whole * k / count / every + 1e-9) if every is not None else 0
 
-    with Walk(packing, shearing, tolerance, pressure, shortest, task, out, progress) as walk:
+    with Walk(packing, shearing, tolerance, pressure, shortest, task, path, progress) as walk:
         walk.facts |= {"strain_asked": whole, "direction": direction}
         for k in range(1, count + 1):
             reached = strain * k / count

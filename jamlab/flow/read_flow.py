@@ -23,7 +23,7 @@ _KINDS: dict[str, Any] = {kind.__name__: kind for kind in _CLASSES}
 def read_flow(path: FilePath) -> Flow:
     """Read what `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress` wrote; `jamlab.read` its packings.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5, out="run.h5")
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5, path="run.h5")
     >>> bool(np.all(jamlab.read_flow("run.h5").stress == r.stress))
     True
 

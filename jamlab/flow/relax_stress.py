@@ -38,7 +38,7 @@ _ROUNDING = 1e-9  # of the pressure, the same: over _RESTS of it a stress has no
 class StoppedFlow(FlowRun):
     """Stress in time at fixed strain; rows and packings as in `FlowRun`.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, n_rows=5)
     >>> s = jamlab.stop_flow(r, duration=100.0)
     >>> s.state, len(s.time) == len(s.stress)
     ('relaxing', True)
@@ -141,8 +141,8 @@ def relax_stress(
     *,
     step_time: float = STEP_TIME,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
-    background: float = SMALL_STRAIN_BACKGROUND,
-    out: str | Path | None = None,
+    background_drag: float = SMALL_STRAIN_BACKGROUND,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
     """Shear a packing at rest by a step of strain, and hold it; without inertia.
@@ -161,19 +161,19 @@ def relax_stress(
         damping: see `shear`.
         step_time: of the ramp, tau_1.
         tolerance: relative error of velocities in a step, from 1e-9 to 0.1; see `shear`.
-        background: drag of every particle against the affine flow, over k tau_1; without it a small strain costs
+        background_drag: drag of every particle against the affine flow, over k tau_1; without it a small strain costs
             what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
-        out: see `shear`.
+        path: see `shear`.
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
         InputError: particles that do not touch, or a value out of range.
         ConvergenceError: the packing is not at rest; or see `shear`.
-        StorageError: `out` cannot be written.
+        StorageError: `path` cannot be written.
     """
     if is_number(strain) and strain == 0:
         warnings.warn("relax_stress(strain=0) is now stop_flow(packing, duration)", FutureWarning, stacklevel=3)
-        how: dict[str, Any] = {"tolerance": tolerance, "background": background, "out": out, "progress": progress}
+        how: dict[str, Any] = {"tolerance": tolerance, "background": background_drag, "out": path, "progress": progress}
         return cast(StressRelaxation, stop_flow(packing, duration, damping, **how))
     if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
         raise InputError(f"strain = {strain!r}: must be a number from {LEAST_STRAIN:g} to 1 or its negative")
@@ -182,8 +182,8 @@ def relax_stress(
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
     task = {"strain": strain, "step_time": step_time}
-    accuracy, end = Accuracy(damping or ContactDamping(), tolerance, background), _end(duration)
-    with TimedRun(StressRelaxation, packing, accuracy, task, end, out, progress, at_rest=True) as flow:
+    accuracy, end = Accuracy(damping or ContactDamping(), tolerance, background_drag), _end(duration)
+    with TimedRun(StressRelaxation, packing, accuracy, task, end, path, progress, at_rest=True) as flow:
         flow.facts |= {"step_strain": strain, "step_time": step_time}
         if flow.before is None:
             flow.facts["residual"] = flow.session.drive("rate 0", duration).elastic_stress
@@ -200,13 +200,13 @@ def stop_flow(
     damping: Damping | None = None,
     *,
     tolerance: float = SMALL_STRAIN_TOLERANCE,
-    background: float = SMALL_STRAIN_BACKGROUND,
-    out: str | Path | None = None,
+    background_drag: float = SMALL_STRAIN_BACKGROUND,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StoppedFlow:
     """Stop a flow at its present strain, and follow how its stress relaxes.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, n_rows=5)
     >>> s = jamlab.stop_flow(r, duration=100.0)
     >>> bool(abs(s.stress[-1]) < abs(s.stress[0]))
     True
@@ -216,19 +216,19 @@ def stop_flow(
         duration: time, tau_1.
         damping: default that of the flow, of a packing `ContactDamping()`.
         tolerance: see `relax_stress`.
-        background: see `relax_stress`.
-        out: see `shear`.
+        background_drag: see `relax_stress`.
+        path: see `shear`.
         progress: see `relax_stress`.
 
     Raises:
         InputError: a value out of range.
         ConvergenceError: see `shear`.
-        StorageError: `out` cannot be written.
+        StorageError: `path` cannot be written.
     """
     check_number("duration", duration, LONGEST, LEAST_TIME)
     packing, law = (flow, damping) if isinstance(flow, Packing) else (flow.packing, damping or flow.damping)
-    accuracy, task = Accuracy(law or ContactDamping(), tolerance, background), {"strain": 0}
-    with TimedRun(StoppedFlow, packing, accuracy, task, _end(duration), out, progress) as run:
+    accuracy, task = Accuracy(law or ContactDamping(), tolerance, background_drag), {"strain": 0}
+    with TimedRun(StoppedFlow, packing, accuracy, task, _end(duration), path, progress) as run:
         if run.before is None:
             run.facts["residual"] = run.session.drive("rate 0", duration).elastic_stress
         return _wait(run, duration)

@@ -1,7 +1,7 @@
 """Say in words what a flow has reached, and how well its energy is balanced: the one place that writes sentences.
 
-Results hold numbers. `report` needs of a result its `state`, a word; its `summary`, names and numbers; and `imbalance`,
-`allowed_imbalance` and `remedy`.
+Results hold numbers. `report` needs of a result its `state`, a word; its `summary`, names and numbers; and `energy_error`,
+`energy_tolerance` and `remedy`.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ def describe(result: Any) -> str:
     words = [] if result.damping is None else [str(result.damping)]
     words += [f"background drag {result.background:g} k τ1"] if result.background else []
     words += [f"tolerance {result.tolerance:g}", describe_balance(result)]
-    unsettled = int(np.sum(result.unsettled))
-    return ", ".join(words + ([f"{unsettled} contact changes unsettled"] if unsettled else []))
+    ambiguous_contacts = int(np.sum(result.ambiguous_contacts))
+    return ", ".join(words + ([f"{ambiguous_contacts} ambiguous contact changes"] if ambiguous_contacts else []))
 
 
 def conclude(result: Any) -> str:
     """Name state and numbers of a result, and what to do if its energy is not balanced."""
     state = result.state if result.state in _SETTLED else result.state.upper()
     words = [", ".join([state, *(f"{name} = {_write(number)}" for name, number in result.summary.items())])]
-    if not worst_imbalance(result) <= result.allowed_imbalance:
-        percent, limit = _percent(worst_imbalance(result)), 100 * result.allowed_imbalance
+    if not worst_imbalance(result) <= result.energy_tolerance:
+        percent, limit = _percent(worst_imbalance(result)), 100 * result.energy_tolerance
         words.append(f"ENERGY BALANCE OFF by {percent}, above {limit:g} %: {_advise(result.remedy)}")
     return "; ".join(words)
 
@@ -51,13 +51,13 @@ def describe_balance(result: Any) -> str:
 
 def worst_imbalance(result: Any) -> float:
     """Largest imbalance of a result, which has one number or one of each part."""
-    return float(np.max(result.imbalance, initial=0.0))
+    return float(np.max(result.energy_error, initial=0.0))
 
 
 def say_balance(axes: Any, *results: Any) -> None:
     """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
     worst = max(results, key=worst_imbalance)
-    doubtful = any(worst_imbalance(result) > result.allowed_imbalance for result in results)
+    doubtful = any(worst_imbalance(result) > result.energy_tolerance for result in results)
     if doubtful or not axes.get_title("right"):
         words = describe_balance(worst) + ": DOUBTFUL" * doubtful
         axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)

@@ -23,7 +23,7 @@ from jamlab.rheology.damping import Damping
 
 R = TypeVar("R", bound=FlowRun)
 
-REST = "give jamlab.relaxed(packing), or, to stop a flow, jamlab.stop_flow(packing, duration=...)"
+REST = "give jamlab.relax(packing), or, to stop a flow, jamlab.stop_flow(packing, duration=...)"
 _SPACING = 0.05  # steps between rows that are evenly spaced in log time, over the steps so far
 
 
@@ -115,7 +115,7 @@ class TimedRun(Run[R]):
     ) -> None:
         if at_rest:
             check_at_rest(packing, REST)
-            if contacts(packing).loose:
+            if contacts(packing).unjammed:
                 raise InputError(
                     f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}: the packing is unjammed and has no "
                     "elastic stress. Use a jammed packing, or shear it at a rate"
@@ -128,7 +128,7 @@ class TimedRun(Run[R]):
         self.rows = [FlowState(**empty | row) for row in self.rows_before()]
         if self.before:  # of what is counted the file has the sum
             self.rows[-1] = self.rows[-1]._replace(
-                iterations=float(self.before.iterations), unsettled=float(self.before.unsettled)
+                iterations=float(self.before.iterations), ambiguous_contacts=float(self.before.ambiguous_contacts)
             )
         if self.before and packing.walls:
             kept = zip(self.rows, self.before.wall_stress.reshape(-1, 4).tolist(), strict=True)
@@ -190,7 +190,7 @@ class TimedRun(Run[R]):
 
     def result(self) -> R:
         """The run so far."""
-        self.facts |= {name: int(getattr(self.rows[-1], name)) for name in ("iterations", "unsettled")}
+        self.facts |= {name: int(getattr(self.rows[-1], name)) for name in ("iterations", "ambiguous_contacts")}
         if self._started.walls:
             on_walls = [[getattr(row, name) for name in ON_WALLS] for row in self.rows]
             self.facts["wall_stress"] = np.array(on_walls).reshape(-1, 2, 2)

@@ -107,6 +107,9 @@ class RunFile(Generic[R]):
         return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=near) else None
 
 
+_OF_0_2 = {"unsettled": "ambiguous_contacts", "imbalance": "energy_error"}  # names in files of version 0.2
+
+
 def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
     """Write a result of this room to a file, all or nothing. `path`: to create or replace; `result`: dataclass with
     `frames` and `damping`; `task`: see `RunFile`."""
@@ -136,11 +139,12 @@ def read_result(path: FilePath, kind: type[R]) -> R:
         if group is None or group.attrs["kind"] != kind.__name__:
             raise StorageError(f"{path} holds no {kind.__name__}: give a file that its command wrote")
         known = {f.name for f in fields(kind)}  # type: ignore[arg-type]
-        names = {name: name if name in known else name.replace("_error", "_stderr") for name in group}  # of version 0.2
+        names = {name: name if name in known else _OF_0_2.get(name, name.replace("_error", "_stderr")) for name in group}
         arrays = {names[name]: dataset(group, name, "biufc")[()] for name in group}
         if "contacts" in arrays and group.attrs.get("contacts") != CONTACTS_DEFINITION:
             arrays["contacts"] = np.full(len(arrays["contacts"]), np.nan)  # counted by another definition
-        facts, law = json.loads(group.attrs["facts"]), json.loads(group.attrs["damping"])
+        facts = {_OF_0_2.get(name, name): value for name, value in json.loads(group.attrs["facts"]).items()}
+        law = json.loads(group.attrs["damping"])
     try:
         damping = None if law == _NO_DRAG else law_of_record(law)
         return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})

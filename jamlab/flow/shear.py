@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.overdamped_session import LEAST_STRAIN, End, background_drag
+from jamlab.flow.overdamped_session import LEAST_STRAIN, End, default_background
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.run import Accuracy, TimedRun
 from jamlab.flow.shear_run import ShearRun
@@ -36,12 +36,12 @@ def shear(
     damping: Damping | None = None,
     *,
     step: float | None = None,
-    rows: int = ROWS,
-    frames: float | None = None,
+    n_rows: int = ROWS,
+    snapshot_every: float | None = None,
     tolerance: float = TOLERANCE,
-    background: float | None = None,
+    background_drag: float | None = None,
     walls: bool | None = None,
-    out: str | Path | None = None,
+    path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> ShearRun:
     """Shear a packing along x of the box at a constant rate, without inertia: drag always balances elastic forces.
@@ -49,10 +49,10 @@ def shear(
     B u = F - rate b for the velocities u beside the affine flow, with B and b of `dynamical_matrices` at the present
     positions; Durian, Phys. Rev. E 55, 1739 (1997); drag as in Baumgarten & Tighe.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5)
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5)
     >>> r.strain.round(6), r.packing.converged
     (array([0.  , 0.01, 0.02, 0.03, 0.04, 0.05]), False)
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), [(1.0, 0.04), (-1.0, 0.02)], rows=6)  # reversal
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), [(1.0, 0.04), (-1.0, 0.02)], n_rows=6)  # reversal
     >>> r.strain.round(6)
     array([0.  , 0.01, 0.02, 0.03, 0.04, 0.03, 0.02])
 
@@ -63,22 +63,22 @@ def shear(
         strain: by which to shear, default 1; of a protocol its parts say it.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
         step: of `quasistatic_shear`, which rate 0 stood for.
-        rows: equal strains between the rows of the result; a few more where `frames` asks for it.
-        frames: strain between two packings that are kept; it must divide `strain`. By default first and last are.
+        n_rows: equal strains between the rows of the result; a few more where `snapshot_every` asks for it.
+        snapshot_every: strain between two packings that are kept; it must divide `strain`. By default first and last are.
         tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump
             where contacts open and close, and steps end there; stresses over the largest one err by less than the
             tolerance, but for the few rows that lie next to a jump. Where drag would push a contact open that closes
             without it, the two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of
             droplets end at no contact, and lose energy there: the result says how well energy is balanced. Line tension
             of their edges fades below tolerance delta/100: edges that shrink to a point turned round in every step.
-        background: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none.
+        background_drag: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none.
             Contacts leave some motion without drag, as of a disk on one contact, and the law does not determine it:
             the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of
             the stress (N = 16), though their means agree within their errors. 1e-4 is the default for disks, 1e-2 for
             droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
         walls: True: between the walls of `jamlab.with_walls`, disks alone, the upper one of which moves by strain times
             height of the box; False: take the walls away. By default the walls of the packing stay.
-        out: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
+        path: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
             run, go on from there; a run that went as far or farther comes back with the rows and frames it has.
         progress: called after each row with the share of the work that is done, and in words.
 
@@ -86,21 +86,21 @@ def shear(
         InputError: a value out of range.
         ConvergenceError: the flow is too fast or drag too weak to be resolved, or it would take more than 1e8 steps;
             strain and remedy are named.
-        StorageError: `out` cannot be written, or holds anything but a part of this run.
+        StorageError: `path` cannot be written, or holds anything but a part of this run.
     """
     packing = walled(packing, walls)
     if is_number(rate) and rate == 0:
         warnings.warn("shear(rate=0) is now quasistatic_shear(packing, strain, step)", FutureWarning, stacklevel=3)
         whole, step = 1.0 if strain is None else strain, STEP if step is None else step
-        return quasistatic_shear(packing, whole, step, every=frames, out=out, progress=progress)
+        return quasistatic_shear(packing, whole, step, every=snapshot_every, path=path, progress=progress)
     if step is not None:
         raise InputError(f"step = {step!r}: steps of strain belong to quasistatic_shear; leave it out")
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
-    if not 1 <= rows <= MOST_ROWS:
-        raise InputError(f"rows = {rows}: must lie between 1 and {MOST_ROWS}")
+    if not 1 <= n_rows <= MOST_ROWS:
+        raise InputError(f"rows = {n_rows}: must lie between 1 and {MOST_ROWS}")
     whole = float(parts[:, 1].sum())
-    counts = [_rows_of_part(length, frames, rows * length / whole) for length in parts[:, 1]]
+    counts = [_rows_of_part(length, snapshot_every, n_rows * length / whole) for length in parts[:, 1]]
     several = len(parts) > 1
     task = {"rate": parts.tolist() if several else float(parts[0, 0])}
     slowest = float(np.abs(parts[:, 0]).min())
@@ -108,8 +108,8 @@ def shear(
         float((parts[:, 1] / np.abs(parts[:, 0])).sum()),
         f"a higher rate than {slowest:g}, a smaller strain than {whole:g}, or use quasistatic_shear",
     )
-    accuracy = Accuracy(law, tolerance, background_drag(packing, law, background))
-    with TimedRun(ShearRun, packing, accuracy, task, end, out, progress) as flow:
+    accuracy = Accuracy(law, tolerance, default_background(packing, law, background_drag))
+    with TimedRun(ShearRun, packing, accuracy, task, end, path, progress) as flow:
         flow.facts |= {"shear_rate": float(parts[-1, 0]), "strain_asked": whole, "parts": parts if several else None}
         begin = 0.0
         for (speed, by), (count, every) in zip(parts, counts, strict=True):

@@ -52,7 +52,7 @@ class Peak(NamedTuple):
 class ShearRun(FlowRun):
     """Shear at a constant rate; rows and packings as in `FlowRun`.
 
-    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5)
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5)
     >>> bool(np.allclose(r.stress, r.elastic_stress + r.viscous_stress))
     True
 
@@ -169,7 +169,7 @@ class ShearRun(FlowRun):
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
         """Draw the shear stress (solid) and its elastic part (dashed) over strain.
 
-        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, rows=10).plot()
+        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, n_rows=10).plot()
         """
         colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
         name = label or (f"rate {self.shear_rate:g}/$\\tau_1$" if self.shear_rate else "quasi-static")

@@ -13,13 +13,13 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 
 
 @dataclass(frozen=True)
-class VelocityProfile:
+class VelocityProfile(Result):
     """Layers of a flow, from the bottom up; between walls those of free particles alone.
 
     Attributes:
@@ -32,8 +32,6 @@ class VelocityProfile:
     height: Array
     velocity: Array
     standard_error: Array
-
-    __repr__ = short_repr
 
     @property
     def local_rate(self) -> Array:

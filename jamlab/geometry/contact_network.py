@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked, is_number
-from jamlab.errors import InputError
+from jamlab.errors import InputError, Renamed
 from jamlab.packing.derived import per_packing
 from jamlab.packing.law_parameters import LEAST_CONTACTS
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER, RED
 
@@ -44,7 +44,7 @@ MEAN_WIDTH = 2.0  # points, of the mean force: the strongest of disordered packi
 
 
 @dataclass(frozen=True)
-class ContactForces:
+class ContactForces(Result):
     """Forces of contacts, rows as in `Contacts.pairs`.
 
     Attributes:
@@ -61,8 +61,6 @@ class ContactForces:
 
     on_j: Array
     gap: Array
-
-    __repr__ = short_repr
 
     @property
     def size(self) -> Array:
@@ -81,7 +79,7 @@ def per_length(push: Array, distance: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Contacts:
+class Contacts(Result):
     """Force-bearing contacts of a packing.
 
     Attributes:
@@ -96,7 +94,7 @@ class Contacts:
 
     Example:
         >>> c = jamlab.contacts(jamlab.pack(n=32, pressure=1e-2, seed=1))
-        >>> c.count >= c.isostatic, c.forces.size.shape == c.bearing.shape
+        >>> c.n_contacts >= c.isostatic, c.forces.size.shape == c.bearing.shape
         (True, True)
     """
 
@@ -107,20 +105,22 @@ class Contacts:
     shift: NDArray[np.int64]
     packing: Packing = field(repr=False, compare=False)
 
-    __repr__ = short_repr
+    count = Renamed("n_contacts")
+    backbone = Renamed("n_backbone")
+    loose = Renamed("unjammed")
 
     @property
-    def count(self) -> int:
+    def n_contacts(self) -> int:
         """N_c, number of contacts that bear force."""
         return int(self.bearing.sum())
 
     @property
-    def backbone(self) -> int:
+    def n_backbone(self) -> int:
         """N', number of free particles that are not rattlers."""
         return int((~self.rattlers & ~self.packing.fixed_particles).sum())
 
     @property
-    def loose(self) -> bool:
+    def unjammed(self) -> bool:
         """Whether every particle rattles, contacts below `min_force` counted too: the packing is not jammed."""
         return bool((_rattlers(self.packing, self.pairs)[0] | self.packing.fixed_particles).all())
 
@@ -130,9 +130,9 @@ class Contacts:
 
         It is the mean number of contacts of a free particle: one with a fixed particle counts half in 2 N_c. For
         packings at rest: in motion drag holds particles as well, and those with two contacts are no rattlers."""
-        if not self.backbone:
+        if not self.n_backbone:
             return float("nan")
-        return int((~self.packing.fixed_particles)[self.pairs[self.bearing]].sum()) / self.backbone
+        return int((~self.packing.fixed_particles)[self.pairs[self.bearing]].sum()) / self.n_backbone
 
     @property
     def z_all(self) -> float:
@@ -143,7 +143,7 @@ class Contacts:
     def isostatic(self) -> int:
         """N_c of a frictionless packing of disks at onset in a box of fixed shape, 2 N' - 1; 2 N' + 1 beside fixed
         particles, which leave no translations."""
-        return 2 * self.backbone + (-1 if self.packing.fixed is None else 1)
+        return 2 * self.n_backbone + (-1 if self.packing.fixed is None else 1)
 
     @property
     def forces(self) -> ContactForces:
@@ -219,7 +219,7 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
         >>> c = jamlab.contacts(p)
         >>> c.pairs.shape == (len(c.bearing), 2), int(c.rattlers.sum())
         (True, 1)
-        >>> round(c.z, 3), c.z == 2 * c.count / c.backbone
+        >>> round(c.z, 3), c.z == 2 * c.n_contacts / c.n_backbone
         (4.452, True)
     """
     if not (is_number(min_force) and 0 <= min_force <= 1):
@@ -264,7 +264,7 @@ def count_pressing(packing: Packing) -> int:
 
 
 @checked
-def without_rattlers(packing: Packing) -> Packing:
+def remove_rattlers(packing: Packing) -> Packing:
     """Leave only the force-bearing particles: voids are then the faces of the contact network.
 
     The packing that remains has its own mean size, and so another drag in units "eps": linear response leaves rattlers
@@ -278,7 +278,7 @@ def without_rattlers(packing: Packing) -> Packing:
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-3, seed=3)
-        >>> backbone = jamlab.without_rattlers(p)
+        >>> backbone = jamlab.remove_rattlers(p)
         >>> p.n - backbone.n == int(jamlab.contacts(p).rattlers.sum())
         True
     """

@@ -15,7 +15,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.rims import moved
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
 
@@ -75,7 +75,7 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
 
 
 @checked
-def area_ratios(packing: Packing) -> Array:
+def relative_areas(packing: Packing) -> Array:
     """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
 
     SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
@@ -86,7 +86,7 @@ def area_ratios(packing: Packing) -> Array:
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> ratio = jamlab.area_ratios(p)
+        >>> ratio = jamlab.relative_areas(p)
         >>> bool((ratio <= 1).all()), bool(np.allclose(ratio, jamlab.particle_areas(p) / (np.pi / 4 * p.diameters**2)))
         (True, True)
     """
@@ -115,7 +115,7 @@ _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is
 
 
 @dataclass(frozen=True)
-class ContactLengths:
+class ContactLengths(Result):
     """Lengths of outline in contact.
 
     Attributes:
@@ -133,8 +133,6 @@ class ContactLengths:
     pairs: NDArray[np.int64]
     length: NDArray[np.float64]
     unit: str = field(default="", repr=False)
-
-    __repr__ = short_repr
 
     @drawn("Line2D", raises="there are no contacts, ")
     def plot(self, axes: Any, /, **style: Any) -> None:

@@ -27,7 +27,7 @@ from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import moves_home, periodic_copies, positive_image
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
 from jamlab.plotting.palette import RED
 
@@ -38,7 +38,7 @@ SHORTEST = 1e-9
 
 
 @dataclass(frozen=True)
-class Tessellation:
+class Tessellation(Result):
     """Cells around particles.
 
     Attributes:
@@ -63,8 +63,6 @@ class Tessellation:
     sides: Indices
     lines: Array
     packing: Packing = field(repr=False, compare=False)
-
-    __repr__ = short_repr
 
     @drawn("LineCollection that draws the walls, such as linewidth=2", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:

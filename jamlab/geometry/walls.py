@@ -13,7 +13,7 @@ from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 
 
 @checked
@@ -70,7 +70,7 @@ def wall_stress(packing: Packing) -> Array:
 
 
 @dataclass(frozen=True)
-class Slab:
+class Slab(Result):
     """What lies between two walls.
 
     Attributes:
@@ -88,9 +88,6 @@ class Slab:
     top: float
     packing_fraction: float
     voids: Array
-
-    __repr__ = short_repr
-
 
 @checked
 def slab(packing: Packing) -> Slab:

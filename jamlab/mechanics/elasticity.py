@@ -20,7 +20,7 @@ from jamlab.mechanics.stiffness import solved_coordinates, stiffness
 from jamlab.packing.deformation import at_phi, deformed, shear_gradient
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
@@ -30,7 +30,7 @@ AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 
 
 @dataclass(frozen=True)
-class ElasticTensor:
+class ElasticTensor(Result):
     """Response of a packing to a homogeneous displacement gradient E.
 
     Attributes:
@@ -49,8 +49,6 @@ class ElasticTensor:
     relaxed: Array
     displacements: Array
     unit: str = field(default="", repr=False)
-
-    __repr__ = short_repr
 
     @drawn("Line2D, of both curves")
     def plot(self, axes: Any, /, **style: Any) -> None:

@@ -37,7 +37,7 @@ class ForceNetwork:
         if self.whole.rounding:
             raise ConvergenceError(
                 f"positions are known to {self.whole.rounding:.2g} only, so it is at no energy minimum: relax the "
-                "packing first, jamlab.relaxed(packing)"
+                "packing first, jamlab.relax(packing)"
             )
         check_at_rest(self.packing, "relax it first")
 
@@ -61,7 +61,7 @@ def force_network(packing: Packing) -> ForceNetwork:
 @per_packing
 def _bearing(packing: Packing) -> tuple[Packing | None, Mask]:
     """`packing` and `held` of the force network; None for the packing itself."""
-    if contacts(packing).loose:
+    if contacts(packing).unjammed:
         raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
     loose = without_load(packing)
     held = ~loose[packing.particle]

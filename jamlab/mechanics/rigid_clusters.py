@@ -19,11 +19,11 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 
 
 @dataclass(frozen=True)
-class RigidClusters:
+class RigidClusters(Result):
     """Rigid clusters of a packing of disks, the largest first. Clusters may share a particle, about which they turn.
 
     Attributes:
@@ -40,9 +40,6 @@ class RigidClusters:
     bonds: NDArray[np.int64]
     sizes: NDArray[np.int64]
     redundant: int
-
-    __repr__ = short_repr
-
 
 @checked
 def rigid_clusters(packing: Packing) -> RigidClusters:
@@ -61,7 +58,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         (True, True)
     """
     if packing.offsets is not None:
-        raise InputError(f"model {packing.model}: the pebble game is of disks; use held_motions of droplets")
+        raise InputError(f"model {packing.model}: the pebble game is of disks; use maxwell_count of droplets")
     pairs = contacts(packing).pairs
     game = _Game(packing.n)
     redundant = 0

@@ -15,7 +15,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import SymmetricFactors
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 
@@ -39,7 +39,7 @@ SETTINGS = ModeSettings()
 
 
 @dataclass(frozen=True)
-class Modes:
+class Modes(Result):
     """Eigenmodes of a Hessian, masses 1.
 
     Attributes:
@@ -56,8 +56,6 @@ class Modes:
     eigenvalues: Array
     vectors: Array
     unit: str = field(default="", repr=False)
-
-    __repr__ = short_repr
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -122,7 +120,7 @@ def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
 
 
 @checked
-def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
+def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     """Count modes without stiffness: 2 translations, if none is fixed, and 2 for every rattler, in a stable packing of
     disks.
 
@@ -136,7 +134,7 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> jamlab.zero_modes(p) == 2 + 2 * int(jamlab.contacts(p).rattlers.sum())
+        >>> jamlab.count_zero_modes(p) == 2 + 2 * int(jamlab.contacts(p).rattlers.sum())
         True
     """
     matrix = _free_hessian(packing, prestress)

@@ -190,7 +190,7 @@ class Micrograph:
         Args:
             model: "dp", droplets, or "sp", disks in units "k" with lengths in mean diameters.
             seed: of the orientations of polygons.
-            parameters: of the droplets, as in `jamlab.to_polygons`.
+            parameters: of the droplets, as in `jamlab.droplets_from_disks`.
 
         Raises:
             InputError: fewer than eight whole droplets.

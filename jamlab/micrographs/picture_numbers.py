@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.segmentation import borders
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.statistics.confidence import CONFIDENCE
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
@@ -93,14 +93,12 @@ def share_of(areas: Array, cells: Array, value: float) -> Mean:
 
 
 @dataclass(frozen=True)
-class PictureVoids:
+class PictureVoids(Result):
     """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`."""
 
     sides: Indices  # (m,) int64, l, droplets around the void
     area: Array  # (m,) area, in the unit of length squared
     centroid: Array  # (m, 2) x to the right and y down
-
-    __repr__ = short_repr
 
     @property
     def probability(self) -> dict[int, float]:

@@ -57,7 +57,7 @@ class Tracks:
     Example:
         >>> p = jamlab.jam(model="dp", n=16, seed=1)
         >>> pictures = [jamlab.synthetic_micrograph(p, 300, seed=k, noise=0.02) for k in range(3)]
-        >>> tracks = jamlab.follow(pictures, contrast="bright")
+        >>> tracks = jamlab.track_droplets(pictures, contrast="bright")
         >>> tracks.count, set(tracks.table["frame"]), len(tracks.events)
         (9, {0, 1, 2}, 0)
     """
@@ -115,7 +115,7 @@ class Tracks:
 
 
 @checked
-def follow(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
+def track_droplets(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
     """Follow droplets through pictures, or take tracks of another program.
 
     Args:
@@ -132,7 +132,7 @@ def follow(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
         >>> import pandas as pd
         >>> x, y = np.array([0.0, 4.0, 0.0, 4.0, 2.0]), np.array([0.0, 0.0, 4.0, 4.0, 2.0])
         >>> rows = [(t, k, x[k] + 0.1 * t * y[k], y[k]) for t in range(3) for k in range(5)]
-        >>> tracks = jamlab.follow(pd.DataFrame(rows, columns=["frame", "particle", "x", "y"]))
+        >>> tracks = jamlab.track_droplets(pd.DataFrame(rows, columns=["frame", "particle", "x", "y"]))
         >>> int(tracks.table["particle"].nunique())
         5
     """

@@ -55,7 +55,7 @@ def relax_disks_and_box(
         return _judge(session.packing(), state, border, tolerance, settings)
     floor = max(least_pressure, tolerance / numbers.jammed)
     state = quench(session, numbers.jammed, floor=floor, settings=settings.relaxation)
-    if state.pressure < least_pressure or contacts(session.packing()).loose:
+    if state.pressure < least_pressure or contacts(session.packing()).unjammed:
         return Relaxed(state, tolerance, state.max_force <= tolerance)
     for noise in numbers.noise * numbers.finer ** np.arange(numbers.rounds):
         floor = max(least_pressure, tolerance / noise)
@@ -140,7 +140,7 @@ def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float,
     excess = border.excess(state.stress)
     noise = stress_noise(packing, state, settings.border)
     balanced = excess <= settings.box_relaxation.balanced * noise
-    return state.max_force <= tolerance and (balanced or contacts(packing).loose)
+    return state.max_force <= tolerance and (balanced or contacts(packing).unjammed)
 
 
 def _judge(packing: Packing, state: Evaluation, border: Border, tolerance: float, settings: SolverSettings) -> Relaxed:
@@ -151,7 +151,7 @@ def _judge(packing: Packing, state: Evaluation, border: Border, tolerance: float
 def _is_minimum(packing: Packing, state: Evaluation, border: Border) -> bool:
     """Whether no shear of the box lowers the energy; few contacts that balance by symmetry alone are a saddle."""
     may_shear = any(not np.trace(m) for m in border.strains)
-    if not may_shear or contacts(packing).loose:
+    if not may_shear or contacts(packing).unjammed:
         return True
     try:
         relaxed = elastic_tensor(packing).relaxed

@@ -118,7 +118,7 @@ def _shear_droplets(
         if tensor is not None:
             curvature = shear_curvature(tensor.relaxed, state.pressure)
             stiffness = compression_modulus(tensor.relaxed, state.pressure)
-        elif contacts(packing).loose:
+        elif contacts(packing).unjammed:
             return found  # nothing is held, so there is no stress to relax
         elif curvature is None:
             stiffness = numbers.first_curvature * packing.params["eps"]

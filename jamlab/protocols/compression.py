@@ -88,9 +88,9 @@ def compress(
     step: float = 1e-3,
     *,
     by: str = "rho",
-    nearest: float | None = None,
+    first_step: float | None = None,
     per_decade: int | None = None,
-    error: float | None = None,
+    pressure_tolerance: float | None = None,
     tolerance: float | None = None,
     ranks: int = 1,
     settings: SolverSettings = SOLVERS,
@@ -106,10 +106,10 @@ def compress(
         to: last packing fraction, reached to 1e-6.
         step: distance of two states; met to 1 % of a step.
         by: "rho", the true packing fraction (`packing_fraction(p)`), or "phi", the nominal one.
-        nearest: distance of the first state from the start; from there on `per_decade` states per decade of distance,
+        first_step: distance of the first state from the start; from there on `per_decade` states per decade of distance,
             until they are `step` apart. By default all states are.
-        per_decade: see `nearest`; default `per_decade` of `sweep.parameters`.
-        error: follow the basin: go on by sub-steps so short that linear response predicts every pressure to this
+        per_decade: see `first_step`; default `per_decade` of `sweep.parameters`.
+        pressure_tolerance: follow the basin: go on by sub-steps so short that linear response predicts every pressure to this
             relative error. By default each state is reached in one step, which may jump to another basin. A small
             packing may unjam even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
         tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
@@ -124,11 +124,11 @@ def compress(
     Yields:
         One Packing per state. Where a step ends in no minimum, the state is approached from the one before in up to 16
         steps. One that did not converge then has `converged` False, and the sweep ends there. One that misses its
-        packing fraction, because it jumps there, has `on_target` False. With `error`, `provenance["step_error"]` is the
+        packing fraction, because it jumps there, has `on_target` False. With `pressure_tolerance`, `provenance["step_error"]` is the
         largest relative error of a pressure predicted since the state before.
 
     Raises:
-        InputError: `to`, `step`, `nearest`, `per_decade`, `error` or `ranks` out of range; `after` is of another sweep.
+        InputError: `to`, `step`, `first_step`, `per_decade`, `pressure_tolerance` or `ranks` out of range; `after` is of another sweep.
         ConvergenceError: after a state that did not converge, if it is not the last one.
 
     Example:
@@ -141,16 +141,16 @@ def compress(
         raise InputError(f"by = {by!r}: compress by 'rho' or 'phi'")
     check_number("step", step, 1.0)
     check_number("to", to, 1.0 if by == "rho" else 2.0)
-    if nearest is not None:
-        check_number("nearest", nearest, step)
+    if first_step is not None:
+        check_number("nearest", first_step, step)
     if per_decade is not None:
         check_number("per_decade", per_decade, 1000)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     check_ranks(ranks, packing.kind.deforms)
-    if error is not None:
-        check_number("error", error, 1.0)
+    if pressure_tolerance is not None:
+        check_number("error", pressure_tolerance, 1.0)
     value = packing_fraction(packing) if by == "rho" else packing.phi
-    targets = grid(value, to, step, nearest, per_decade)
+    targets = grid(value, to, step, first_step, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
     if len(after) > len(targets):
         raise InputError(f"after: {len(after)} states, where a sweep to {to:g} has {len(targets)}")
@@ -162,7 +162,7 @@ def compress(
         packing, targets = after[-1], targets[len(after) :]
     if not len(targets):
         return iter(())
-    return _sweep(packing, targets, by, error, force, ranks, settings, progress)
+    return _sweep(packing, targets, by, pressure_tolerance, force, ranks, settings, progress)
 
 
 def _unlike(state: Packing, start: Packing, by: str, target: float, near: float, force: float) -> str | None:

@@ -40,7 +40,7 @@ _Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
 
 
 @checked
-def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any) -> Packing:
+def droplets_from_disks(packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any) -> Packing:
     """Hand disks over to droplets at the same true packing fraction, relaxed.
 
     Args:
@@ -63,7 +63,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)
         >>> *_, disks = jamlab.compress(onset, to=0.87, step=0.02)
-        >>> droplets = jamlab.to_polygons(disks)
+        >>> droplets = jamlab.droplets_from_disks(disks)
         >>> droplets.n == disks.n, droplets.model
         (True, 'dp')
         >>> abs(jamlab.packing_fraction(droplets) - jamlab.packing_fraction(disks)) < 1e-5
@@ -102,7 +102,7 @@ def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[
 
 
 def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
-    """Inscribe polygons in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
+    """Inscribe polygons in disks cut by their power cells, not relaxed; arguments as in `droplets_from_disks`."""
     diameters = packing.disk_diameters
     nv, params = droplet_params(packing.n, 0.5, diameters, **parameters)
     area = np.pi / 4 * diameters**2

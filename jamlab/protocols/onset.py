@@ -58,8 +58,8 @@ def jam(
     start: str = "from-disks",
     tolerance: float | None = None,
     ranks: int = 1,
-    ratio: float | None = None,
-    large: float = 0.5,
+    size_ratio: float | None = None,
+    fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
@@ -68,7 +68,7 @@ def jam(
     """Make a packing at jamming onset, Boromand et al. 2.3, in units "eps".
 
     Args:
-        n: number of particles; even unless `large` or `sizes` says otherwise.
+        n: number of particles; even unless `fraction_large` or `sizes` says otherwise.
         model: "sp", disks, or "dp", droplets; "disks" and "droplets" are understood too.
         seed: of the random start; the same seed gives the same positions, bit for bit.
         search: "bisection", of droplets as rigid bodies up to onset where they can be; or "incremental": by the letter
@@ -83,9 +83,9 @@ def jam(
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets; less for disks that stiffen, whose forces
             at onset are less.
         ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
-        ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
+        size_ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
-        large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
+        fraction_large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
         sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`. Any n from 2. DP: n numbers in proportion to the roots of the rest
             areas, whose mean is l; the number of vertices goes with them, so that edges are alike.
@@ -117,14 +117,14 @@ def jam(
     protocol = numbers("onset")
     model = MODEL_NAMES.get(model.lower(), model)
     search, start = value_today("search", search), value_today("start", start)
-    _check(model, search, ensemble, start, ratio, parameters)
+    _check(model, search, ensemble, start, size_ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if sizes is None:
-        check_bidisperse(n, seed, protocol["phi_start"], large)
+        check_bidisperse(n, seed, protocol["phi_start"], fraction_large)
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "from-disks" else "phi_start"]
-    placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
+    placed = place_loose(model, n, seed, protocol, highest, parameters, size_ratio, fraction_large, sizes)
     if placed.law.range:
         raise InputError("onset is where the energy of contacts vanishes, and these pull: use pack, or compress")
     entries: dict[str, Any] = {

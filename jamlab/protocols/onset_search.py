@@ -44,7 +44,7 @@ class SearchState:
     def has_backbone(self) -> bool:
         """Whether some particles are held; in tiny boxes a row of two may press on its own images and rattle."""
         try:
-            return not contacts(self.packing).loose
+            return not contacts(self.packing).unjammed
         except InputError:  # outlines cross: no minimum yet that could be judged
             return True
 

@@ -14,7 +14,7 @@ from jamlab.models.models import MODELS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
-from jamlab.protocols.droplets_from_disks import relax_at_rho, to_polygons
+from jamlab.protocols.droplets_from_disks import relax_at_rho, droplets_from_disks
 from jamlab.protocols.relaxation import relax
 from jamlab.storage.verified_file import versions
 
@@ -31,7 +31,7 @@ def packing_of_picture(
 
     The patch is a rectangle as large as the cells of the droplets together, in the middle of them and of their aspect.
     What sticks out of it on one side comes in on the other, where as much room is; the seam is not as in the picture,
-    and relaxes. Disks keep the areas of the droplets. Polygons are inscribed in relaxed disks (`jamlab.to_polygons`),
+    and relaxes. Disks keep the areas of the droplets. Polygons are inscribed in relaxed disks (`jamlab.droplets_from_disks`),
     at a lower packing fraction if need be, and compressed.
 
     Args:
@@ -40,7 +40,7 @@ def packing_of_picture(
         rho: packing fraction to be met.
         model: "sp" (units "k", lengths in mean diameters) or "dp".
         seed: of the orientations of polygons.
-        parameters: of polygons, as in `jamlab.to_polygons`.
+        parameters: of polygons, as in `jamlab.droplets_from_disks`.
     """
     check_choice("model", model, MODELS)
     if len(areas) < FEWEST:
@@ -64,7 +64,7 @@ def packing_of_picture(
     done = disks.with_state(provenance=entries | versions())
     if not handed_over:
         return done
-    droplets = to_polygons(done, seed=seed, **parameters)
+    droplets = droplets_from_disks(done, seed=seed, **parameters)
     if rho > HAND_OVER:
         *_, droplets = compress(droplets, to=rho, step=STEP)
     return droplets

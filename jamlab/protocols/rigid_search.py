@@ -120,7 +120,7 @@ class RigidSearch(Approach[RigidDroplets]):
         if state.crossed or state.energy_per_vertex <= self.protocol["u_jammed"] or state.max_force >= bearing:
             return False
         try:
-            return not contacts(state.packing()).loose
+            return not contacts(state.packing()).unjammed
         except InputError:  # outlines cross
             return False
 

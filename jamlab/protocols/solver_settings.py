@@ -291,7 +291,7 @@ class SolverSettings:
 
     Example:
         >>> from dataclasses import replace
-        >>> usual = jamlab.SolverSettings()
+        >>> usual = jamlab.results.SolverSettings()
         >>> few = replace(usual, newton=replace(usual.newton, steps=50))
         >>> jamlab.jam(n=16, seed=1, settings=few).converged
         True

@@ -57,8 +57,8 @@ def pack(
     ensemble: str = "fixed-box",
     ranks: int = 1,
     tolerance: float | None = None,
-    ratio: float | None = None,
-    large: float = 0.5,
+    size_ratio: float | None = None,
+    fraction_large: float = 0.5,
     sizes: "Sizes | None" = None,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
@@ -76,7 +76,7 @@ def pack(
     is a state without contacts; disks that attract form a network under tension there.
 
     Args:
-        n: number of disks; even unless `large` or `sizes` says otherwise.
+        n: number of disks; even unless `fraction_large` or `sizes` says otherwise.
         pressure: target, k; from 1e-8 to 0.3; of disks that attract from -0.3 to 0.3. Give it or `phi`.
         seed: of the random start.
         phi: nominal packing fraction, up to 2.
@@ -84,8 +84,8 @@ def pack(
         ranks: processors for FIRE; pays from about 10 000 disks.
         tolerance: largest force at the minimum, k d; default `force` of `sp.minimum.parameters`, 1e-12; from 1e-15 to
             1e-4 of the pressure.
-        ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
-        large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
+        size_ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
+        fraction_large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
         sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`. Any n from 2.
         settings: numbers of the solvers and of the search.
@@ -110,7 +110,7 @@ def pack(
     """
     check_choice("ensemble", ensemble, ENSEMBLES)
     search = numbers("pressure")
-    diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
+    diameters = disk_diameters(n, seed, ratio=size_ratio, large=fraction_large, sizes=sizes)
     entries = {"protocol": "pressure", "protocol_version": PRESSURE_PROTOCOL, "seed": seed}
     entries |= sizes_record(sizes, diameters)
 
@@ -259,10 +259,10 @@ def _decompressed(
 def _check_start(packing: Packing, pressure: float) -> float:
     """Give the pressure of a packing; refuse one that cannot come down to `pressure`."""
     state = evaluate(packing)
-    if contacts(packing).loose:
+    if contacts(packing).unjammed:
         what, remedy = "not jammed", "give one jammed at a higher pressure"
     elif state.max_force > LEAST_NOISE * load(packing, state):
-        what, remedy = f"not relaxed, with a force of {state.max_force:.2g}", "give `jamlab.relaxed` of it"
+        what, remedy = f"not relaxed, with a force of {state.max_force:.2g}", "give `jamlab.relax` of it"
     elif pressure >= state.pressure:
         what, remedy = f"at {state.pressure / pressure:.6g} times this pressure", "give one jammed at a higher pressure"
     else:

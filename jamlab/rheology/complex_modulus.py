@@ -16,7 +16,7 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.packing.deformation import Direction
 from jamlab.packing.law_parameters import NEGATIVE_G
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
@@ -43,7 +43,7 @@ _BETWEEN_CHECKS = 4.0  # by which a difference to the direct solver may grow fro
 
 
 @dataclass(frozen=True)
-class ComplexModulus:
+class ComplexModulus(Result):
     """Shear response over frequency, in the packing's unit of stress and with times in tau_1.
 
     Attributes:
@@ -82,7 +82,6 @@ class ComplexModulus:
     direction: Direction = "simple"
 
     error, eta_inf_error = Renamed("error_bound"), Renamed("eta_inf_bound")
-    __repr__ = short_repr
 
     @property
     def tau_star(self) -> float:

@@ -31,9 +31,9 @@ class Collapse:
 
     Attributes:
         mu: G_0 ~ p^mu.
-        lam: tau* ~ p^-lam.
-        exponent: Delta, G* ~ omega^Delta in the critical regime.
-        mu_ci95, lam_ci95, exponent_ci95: half-widths; 0 without resamples, nan where the packings do not give one:
+        lambda_: tau* ~ p^-lam.
+        delta: Delta, G* ~ omega^Delta in the critical regime.
+        mu_ci95, lambda_ci95, delta_ci95: half-widths; 0 without resamples, nan where the packings do not give one:
             a pressure needs two packings or more, and most resamples must have a fit.
             exponent and its interval are nan where no pressure has three frequencies from 30 p^lam to 0.1.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
@@ -46,17 +46,17 @@ class Collapse:
         >>> pressures = [1e-2, 1e-3, 1e-4]
         >>> packings = [jamlab.pack(n=32, pressure=p, seed=1) for p in pressures]
         >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-6, 1, 36), prestress=False)] for q in packings]
-        >>> c = jamlab.collapse(pressures, spectra, resamples=0)
+        >>> c = jamlab.scaling_collapse(pressures, spectra, resamples=0)
         >>> c.storage.shape == c.loss.shape == (3, len(c.omega))
         True
     """
 
     mu: float
-    lam: float
-    exponent: float
+    lambda_: float
+    delta: float
     mu_ci95: float
-    lam_ci95: float
-    exponent_ci95: float
+    lambda_ci95: float
+    delta_ci95: float
     spread: float
     pressures: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
     omega: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
@@ -64,21 +64,26 @@ class Collapse:
     loss: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False, compare=False)
     unit: str = field(default="", repr=False, compare=False)
 
-    mu_error, lam_error, exponent_error = map(Renamed, ("mu_ci95", "lam_ci95", "exponent_ci95"))
+    mu_error, lam_error, exponent_error = map(Renamed, ("mu_ci95", "lambda_ci95", "delta_ci95"))
 
     def __str__(self) -> str:
         text = f"{self.exponents}, spread {self.spread:.2g} in ln G*"
-        if np.isnan(self.exponent):
-            text += f"; {_no_exponent(self.lam)}"
-        if np.isnan([self.mu_ci95, self.lam_ci95]).any():
+        if np.isnan(self.delta):
+            text += f"; {_no_exponent(self.lambda_)}"
+        if np.isnan([self.mu_ci95, self.lambda_ci95]).any():
             text += "; no error: too few packings, give two or more of each pressure"
         return text
 
     @property
     def exponents(self) -> str:
         """The exponents with their errors, in words."""
-        mu, lam = _with_error(self.mu, self.mu_ci95), _with_error(self.lam, self.lam_ci95)
-        return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.exponent, self.exponent_ci95)}"
+        mu, lam = _with_error(self.mu, self.mu_ci95), _with_error(self.lambda_, self.lambda_ci95)
+        return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.delta, self.delta_ci95)}"
+
+    lam = Renamed("lambda_")
+    exponent = Renamed("delta")
+    lam_ci95 = Renamed("lambda_ci95")
+    exponent_ci95 = Renamed("delta_ci95")
 
     @drawn("Line2D, of all curves", raises="it was made by hand without curves, ")
     def plot(self, axes: Any, /, **style: Any) -> None:
@@ -89,10 +94,10 @@ class Collapse:
         >>> pressures = [1e-2, 1e-3, 1e-4]
         >>> packings = [jamlab.pack(n=64, pressure=p, seed=1) for p in pressures]
         >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-5, 1, 31), prestress=False)] for q in packings]
-        >>> ax = jamlab.collapse(pressures, spectra).plot()
+        >>> ax = jamlab.scaling_collapse(pressures, spectra).plot()
         """
         if not len(self.pressures):
-            raise InputError("this Collapse holds no curves to draw: use that of jamlab.collapse(pressures, spectra)")
+            raise InputError("this Collapse holds no curves to draw: use that of jamlab.scaling_collapse(pressures, spectra)")
         order = np.argsort(self.pressures)
         for colour, k in zip(ordered_colours(len(order)), order, strict=True):
             p = self.pressures[k]
@@ -101,7 +106,7 @@ class Collapse:
                 plain = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 0.8, "label": label}
                 look = merged_line(plain, style)
                 look.setdefault("markerfacecolor", fill)
-                axes.loglog(self.omega / p**self.lam, values / p**self.mu, **look)
+                axes.loglog(self.omega / p**self.lambda_, values / p**self.mu, **look)
         label_axes(axes, r"$\omega\,\tau_1/p^\lambda$", in_unit(r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)", self.unit))
         axes.legend(title=self.exponents, fontsize=LEGEND, title_fontsize=LEGEND, loc="lower right")  # below all curves
 
@@ -118,7 +123,7 @@ def _with_error(value: float, error: float) -> str:
 
 
 @checked
-def collapse(
+def scaling_collapse(
     pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
 ) -> Collapse:
     """Fit mu and lambda so that the mean spectra of several pressures fall on one curve; Delta from its slope.
@@ -139,7 +144,7 @@ def collapse(
         >>> pressures = [1e-2, 1e-3, 1e-4]
         >>> packings = [jamlab.pack(n=32, pressure=p, seed=1) for p in pressures]
         >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-6, 1, 36), prestress=False)] for q in packings]
-        >>> c = jamlab.collapse(pressures, spectra, resamples=0)
+        >>> c = jamlab.scaling_collapse(pressures, spectra, resamples=0)
         >>> len(c.pressures), 0 < c.mu < 1.5
         (3, True)
     """

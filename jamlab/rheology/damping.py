@@ -91,7 +91,7 @@ class ContactDamping(DragLaw):
         beta: damping of sliding over damping of approach; 1 is "balanced".
         tau: tau_1, the relaxation time of two disks.
         alpha: drag grows as this power of the relative velocity, from 0.4 to 1; 1 is linear.
-        arms: SP: "radius", as in the paper, or "contact". Droplets always have the latter.
+        lever_arms: SP: "radius", as in the paper, or "contact". Droplets always have the latter.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -104,7 +104,7 @@ class ContactDamping(DragLaw):
     beta: float = 1.0
     tau: float = 1.0
     alpha: float = 1.0
-    arms: str = "radius"
+    lever_arms: str = "radius"
 
     def __post_init__(self) -> None:
         if not (is_number(self.beta) and 0 <= self.beta <= LARGEST_BETA):
@@ -118,11 +118,11 @@ class ContactDamping(DragLaw):
                 f"alpha = {self.alpha!r}: must be a number from {LEAST_ALPHA:g} to 1 (linear drag); in films of mobile "
                 "and of immobile surfactants it is 1/2 and 2/3"
             )
-        check_choice("arms", self.arms, ARMS)
+        check_choice("lever_arms", self.lever_arms, ARMS)
 
     def __str__(self) -> str:
         power = "" if self.alpha == 1 else f", α = {self.alpha:g}"
-        arms = "" if self.arms == "radius" else ", arms to the middle of contacts"
+        arms = "" if self.lever_arms == "radius" else ", arms to the middle of contacts"
         return f"contact damping, β = {self.beta:g}{power}{arms}" + _name_time(self.tau)
 
     @property
@@ -142,14 +142,14 @@ class ContactDamping(DragLaw):
                 "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
             )
         generator = shear_direction(direction).generator
-        return _assemble_contacts(packing.kind.jacobian(packing, self.arms, generator), self)
+        return _assemble_contacts(packing.kind.jacobian(packing, self.lever_arms, generator), self)
 
     def gears(self, packing: Packing) -> list[int]:
         """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
 
         Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
         """
-        levers = packing.kind.jacobian(packing, self.arms, np.zeros((2, 2))).levers
+        levers = packing.kind.jacobian(packing, self.lever_arms, np.zeros((2, 2))).levers
         if levers is None:  # nothing turns
             return []
         touching, free, n = packing.kind.pairs(packing), list[int](), packing.n
@@ -177,7 +177,7 @@ class ContactDamping(DragLaw):
 
     def lammps_variables(self) -> dict[str, float | str]:
         """Variables of `lammps_inputs/parts/flow`."""
-        return asdict(self)
+        return {"arms" if name == "lever_arms" else name: value for name, value in asdict(self).items()}
 
     def outline_words(self) -> str:
         """Words of `fix overdamped` for drag between droplets."""

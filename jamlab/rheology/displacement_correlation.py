@@ -18,7 +18,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.rheology.damping import ContactDamping, Damping
@@ -30,7 +30,7 @@ CORRELATION_DEFINITION = 2  # version, see jamlab.campaign.tasks; 1 took lanes a
 
 
 @dataclass(frozen=True)
-class DisplacementCorrelation:
+class DisplacementCorrelation(Result):
     """C(delta) of one packing at one frequency.
 
     Attributes:
@@ -49,8 +49,6 @@ class DisplacementCorrelation:
     correlation: Array
     pairs: Array
     unit: str = field(default="", repr=False)
-
-    __repr__ = short_repr
 
     @property
     def length(self) -> float:
@@ -85,7 +83,7 @@ class DisplacementCorrelation:
 
 
 @checked
-def oscillating_displacements(
+def displacement_response(
     packing: Packing, omega: float, damping: Damping | None = None, *, prestress: bool = True
 ) -> tuple[Packing, Complex]:
     """The backbone and (sites, 2) complex non-affine displacements per shear stress that oscillates as cos(omega t).
@@ -104,7 +102,7 @@ def oscillating_displacements(
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> backbone, u = jamlab.oscillating_displacements(p, omega=1e-2)
+        >>> backbone, u = jamlab.displacement_response(p, omega=1e-2)
         >>> u.shape == (backbone.n, 2), bool(np.allclose(u.mean(axis=0), 0))
         (True, True)
     """
@@ -114,7 +112,7 @@ def oscillating_displacements(
 def _displacements(
     packing: Packing, frequencies: Iterable[float], damping: Damping | None, prestress: bool
 ) -> Iterator[tuple[Packing, Complex]]:
-    """Yield what `oscillating_displacements` returns, for several frequencies of one equation of motion."""
+    """Yield what `displacement_response` returns, for several frequencies of one equation of motion."""
     network = force_network(packing)
     network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)

@@ -21,7 +21,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, Renamed
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus, warn_of_negative
 from jamlab.rheology.damping import ContactDamping, Damping
 
@@ -29,7 +29,7 @@ _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the me
 
 
 @dataclass(frozen=True)
-class NonlinearModulus:
+class NonlinearModulus(Result):
     """Response to a shear stress of given amplitude.
 
     Attributes:
@@ -54,12 +54,11 @@ class NonlinearModulus:
 
     direction: ClassVar[str] = "simple"
     error = Renamed("error_bound")
-    __repr__ = short_repr
     plot = ComplexModulus.plot
 
 
 @checked
-def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:
+def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:
     """Solve for the time tau_alpha, (m,) in units of tau_1, of an oscillator driven by a force at each frequency.
 
     tau_alpha = tau_1 (tau_1 u_0 omega/rho_0)^(alpha - 1) (2/sqrt(pi)) Gamma(1 + alpha/2)/Gamma(3/2 + alpha/2) with
@@ -76,7 +75,7 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
         InputError: a value that is not positive, alpha outside its range.
 
     Example:
-        >>> jamlab.equivalent_time([1e-2, 1.0], force=1e-5, alpha=1.0)
+        >>> jamlab.effective_relaxation_time([1e-2, 1.0], force=1e-5, alpha=1.0)
         array([1., 1.])
     """
     w = np.atleast_1d(np.asarray(omega, dtype=np.float64))
@@ -187,7 +186,7 @@ class _Equivalent:
     def time(self, omega: ArrayLike, stress: float) -> Array:
         """(m,) equivalent time, in tau_1, at frequencies (m,) and a stress amplitude."""
         tau_1 = np.asarray(omega) * self.law.tau  # of the stress times the mean size, over the stiffness times it
-        return equivalent_time(tau_1, stress, self.alpha, stiffness=stiffness_scale(self.packing))
+        return effective_relaxation_time(tau_1, stress, self.alpha, stiffness=stiffness_scale(self.packing))
 
     def modulus(self, omega: ArrayLike) -> ComplexModulus:
         """G* of the linear law."""

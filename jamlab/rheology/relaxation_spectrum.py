@@ -16,7 +16,7 @@ from scipy import linalg
 from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
 from jamlab.mechanics.factors import SymmetricFactors
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
 from jamlab.rheology.equation_of_motion import EquationOfMotion
@@ -26,7 +26,7 @@ LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows
 
 
 @dataclass(frozen=True)
-class RelaxationSpectrum:
+class RelaxationSpectrum(Result):
     """Spring, dashpot and Maxwell elements in parallel.
 
     Attributes:
@@ -49,8 +49,6 @@ class RelaxationSpectrum:
     rates: Array
     strengths: Array
     unit: str = field(default="", repr=False)
-
-    __repr__ = short_repr
 
     @property
     def eta0(self) -> float:

@@ -53,7 +53,7 @@ def read(
     For files of other programs give what they lack: parameters found nowhere have the defaults of the decks, and
     their names stand in `provenance["assumed"]`; names in the file that jamlab does not understand stand in
     `provenance["unread"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`)
-    leave `converged` False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
+    leave `converged` False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relax`.
 
     Args:
         path: file; `.data`, `.dump`, `.gsd`, `.xyz`, `.csv`, `.npy` by their names, others by what they hold.

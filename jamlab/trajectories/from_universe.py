@@ -16,7 +16,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxed import relaxed as relaxed_packing
+from jamlab.protocols.relax import relax as relaxed_packing
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import damage_named
 from jamlab.trajectories.sites import Radii, Sites, check_flat, plane_box, rings_of_bonds
@@ -139,7 +139,7 @@ def from_universe(
         units: "eps" or "k", see `Packing`; default those of the Universe, or "eps".
         params: of the force law, any of them, see `Packing`; `a0` may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
-        relaxed: relax every frame, see `jamlab.relaxed`.
+        relaxed: relax every frame, see `jamlab.relax`.
         start, stop, step: frames, as in a slice.
 
     Raises:

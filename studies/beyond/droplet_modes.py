@@ -8,7 +8,7 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.plotting.palette import BLUE, ORANGE, PINK, SKY
-from jamlab.rheology.mode_motion import MOTIONS
+from jamlab.rheology.mode_character import MOTIONS
 from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import FRACTIONS, RATE_BINS, EnsembleTables, droplets_with, values_of
 from studies.ensembles import bootstrap, side_by_side

@@ -12,14 +12,14 @@ from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.measure import measure
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.held_motions import held_motions
-from jamlab.mechanics.slow_shear import slow_shear
+from jamlab.mechanics.maxwell_count import maxwell_count
+from jamlab.mechanics.nonaffine_response import nonaffine_response
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
 from jamlab.rheology.damping import ContactDamping
-from jamlab.rheology.displacement_correlation import correlation_along_x, oscillating_displacements
+from jamlab.rheology.displacement_correlation import correlation_along_x, displacement_response
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -95,16 +95,16 @@ def shared_fraction(packing: Packing) -> float:
 
 
 def count_motions(packing: Packing) -> dict[str, float]:
-    """`held_motions` as columns of the table "states"."""
+    """`maxwell_count` as columns of the table "states"."""
     names = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")
-    return dict(zip(names, map(float, astuple(held_motions(packing))), strict=True))
+    return dict(zip(names, map(float, astuple(maxwell_count(packing))), strict=True))
 
 
 def root_mean_squares(packing: Packing) -> dict[str, float]:
     """Root mean squares of approach and sliding in slow shear without pre-stress, and contacts per area, an observable.
     Without pre-stress G_0 is k times the sum of squared approaches over the area, [T] eq 19."""
     try:
-        motion = slow_shear(packing, prestress=False)
+        motion = nonaffine_response(packing, prestress=False)
     except ConvergenceError:  # not stable
         return dict.fromkeys(("rms_approach", "rms_sliding", "contact_density"), np.nan)
     normal, tangential = (float(np.sqrt(np.mean(part**2))) for part in (motion.normal, motion.tangential))
@@ -131,7 +131,7 @@ def lengths_otherwise(packing: Packing) -> dict[str, float]:
     """First zero of C at a critical frequency, in lanes of other heights and of the motion at zero stress; an
     observable, by contact damping."""
     try:
-        backbone, u = oscillating_displacements(packing, SLOW)
+        backbone, u = displacement_response(packing, SLOW)
     except ConvergenceError:  # not stable
         return dict.fromkeys(("length", "length_half_lane", "length_quarter_lane", "length_imaginary"), np.nan)
     ways = {

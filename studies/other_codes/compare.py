@@ -10,8 +10,8 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
-from jamlab.geometry.contact_network import contacts, without_rattlers
-from jamlab.geometry.orientational_order import orientational_order
+from jamlab.geometry.contact_network import contacts, remove_rattlers
+from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
@@ -49,14 +49,14 @@ HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the nam
     "pressure": lambda p: evaluate(p).pressure,
     "shear modulus": shear_modulus,
     "contacts": lambda p: len(contacts(p).pairs),
-    "|psi_6|": lambda p: np.abs(orientational_order(p).local),
+    "|psi_6|": lambda p: np.abs(hexatic_order(p).local),
 }
 
 
 def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[Row]:
     """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps": a row for each
     quantity of each library; one that is not installed is a row that says so."""
-    backbone = without_rattlers(minimum)
+    backbone = remove_rattlers(minimum)
     rows = []
     for analyst in analysts:
         version = installed(analyst.package)
@@ -130,7 +130,7 @@ def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[
     for trial in range(_TRIES):
         rng = np.random.default_rng([seed, trial])
         with Session(random_disks(n, seed + trial, phi=phi)) as session:
-            if not relax(session).converged or contacts(session.packing()).loose:
+            if not relax(session).converged or contacts(session.packing()).unjammed:
                 continue
             first = session.packing()
             start = first.with_state(positions=first.positions + jolt * rng.standard_normal((n, 2)))

@@ -23,7 +23,7 @@ RUNS = {"sp": {64: 10, 256: 10}, "dp": {64: 10, 256: 1}}  # model -> number of p
 def onsets(model: str, n: int, seeds: int) -> tuple[float, str]:
     """CPU seconds of an onset by `jamlab.jam`, the mean of several seeds, and the force that is left."""
     began = time.process_time()
-    found = [jamlab.jam(model, n, seed) for seed in range(1, seeds + 1)]
+    found = [jamlab.jam(n, model, seed) for seed in range(1, seeds + 1)]
     return (time.process_time() - began) / seeds, f"force {np.max([p.max_force for p in found]):.0e}"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.estimates.ways import bring_on, default_way
-from jamlab.flow.overdamped_session import OverdampedSession, background_drag, solver_residual
+from jamlab.flow.overdamped_session import OverdampedSession, default_background, solver_residual
 from jamlab.flow.shear import TOLERANCE
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
@@ -27,11 +27,11 @@ _TIGHTEST = (1e-12, 1e-13)  # the same of residuals
 
 def start_up(seed: int) -> Iterator[Trial]:
     """Measure droplets in Stokes drag and disks with contact drag."""
-    droplets = bring_on(default_way(DROPLETS), jam("sp", DROPLETS, seed), RHO)
+    droplets = bring_on(default_way(DROPLETS), jam(DROPLETS, "sp", seed), RHO)
     disks = pack(_DISKS, _PRESSURE, seed, ensemble="shear-stabilized")
     for name, packing, law in (("droplets", droplets, StokesDrag()), ("disks", disks, ContactDamping())):
         run = partial(_stress, packing, law)
-        usual = float(f"{solver_residual(law, TOLERANCE, background_drag(packing, law, None)):g}")
+        usual = float(f"{solver_residual(law, TOLERANCE, default_background(packing, law, None)):g}")
         for dial, values, default, references in (
             ("tolerance", _TOLERANCES, TOLERANCE, [(value, None) for value in _FINEST]),
             ("residual", sorted({*_RESIDUALS, usual}, reverse=True), usual, [(TOLERANCE, v) for v in _TIGHTEST]),
@@ -45,7 +45,7 @@ def start_up(seed: int) -> Iterator[Trial]:
 
 def _stress(packing: Packing, law: Damping, tolerance: float, residual: float | None = None) -> Array:
     """(m,) shear stress; by default the residual follows the tolerance."""
-    background = background_drag(packing, law, None)
+    background = default_background(packing, law, None)
     with OverdampedSession(packing, law, tolerance, background, residual=residual) as session:
         session.drive(f"rate {_RATE:.17g}", _STRAIN / _ROWS / _RATE)
         return np.array([session.advance().stress for _ in range(_ROWS)])

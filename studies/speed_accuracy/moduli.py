@@ -42,7 +42,7 @@ def measure_moduli(seed: int) -> Iterator[Trial]:
     for pressure in _PRESSURES:
         packing = pack(_N, pressure, seed, ensemble="shear-stabilized")
         yield from _measure_packing(f"{_N} disks, p = {pressure:g} k", packing, _MOVES * pressure, seed)
-    droplets = bring_on(default_way(DROPLETS), jam("sp", DROPLETS, seed), RHO)
+    droplets = bring_on(default_way(DROPLETS), jam(DROPLETS, "sp", seed), RHO)
     yield from _measure_packing(f"{DROPLETS} droplets, ρ = {RHO}", droplets, 1e-5, seed)
 
 
@@ -106,7 +106,7 @@ def measure_spectra(seed: int) -> Iterator[Trial]:
 
 def measure_droplets(seed: int) -> Iterator[Trial]:
     """Measure one packing with drag between vertices that touch and with drag of the fluid."""
-    droplets = bring_on(default_way(DROPLETS), jam("sp", DROPLETS, seed), RHO)
+    droplets = bring_on(default_way(DROPLETS), jam(DROPLETS, "sp", seed), RHO)
     yield from measure_spectrum("contact damping", droplets, ContactDamping())
     yield from measure_spectrum("Stokes drag", droplets, StokesDrag())
 

@@ -30,7 +30,7 @@ _DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the
 
 def minimise_droplets(seed: int) -> Iterator[Trial]:
     """Measure at both packing fractions, from the loosest tolerance until one is not met."""
-    onset = jam("sp", _DROPLETS, seed)
+    onset = jam(_DROPLETS, "sp", seed)
     for rho in _RHO:
         found = bring_on(default_way(_DROPLETS), onset, rho)
         kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
@@ -75,7 +75,7 @@ def search_onset(seed: int) -> Iterator[Trial]:
 
 
 def _find(seed: int, search: str, step: float) -> float:
-    return jam("sp", _N, seed, search=search, step=step).phi
+    return jam(_N, "sp", seed, search=search, step=step).phi
 
 
 # packing at a pressure

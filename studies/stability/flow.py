@@ -12,7 +12,7 @@ from jamlab.flow.quasistatic_shear import LIMIT
 from jamlab.flow.shear import TOLERANCE, shear
 from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
-from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
 from studies.stability.map import Map, Trial, worst_of
 from studies.stability.moduli import opening_strain
@@ -39,7 +39,7 @@ _packed = partial(packed, _N, _PRESSURE)  # function of a seed
 @lru_cache(maxsize=32)
 def droplets(seed: int) -> Packing:
     """A few droplets in the place of disks."""
-    return to_polygons(swept(4, 0.88, seed))
+    return droplets_from_disks(swept(4, 0.88, seed))
 
 
 def try_shear(
@@ -47,11 +47,11 @@ def try_shear(
 ) -> Trial:
     """Start-up at a constant rate: energy, elastic stress and, of linear drag on disks, viscous stress at the end."""
     run = _start_up(packing, rate, tolerance, background, alpha)
-    verdict = "converged" if run.imbalance <= LIMIT else "stalled"
+    verdict = "converged" if run.energy_error <= LIMIT else "stalled"
     checks = [energy_trial(run), elastic_trial(run)]
     if packing.model == "sp" and alpha == 1:
         checks.append(viscous_trial(run))
-    return _as(verdict, worst_of(*checks), f"energy balanced to {run.imbalance:.1g}")
+    return _as(verdict, worst_of(*checks), f"energy balanced to {run.energy_error:.1g}")
 
 
 def try_tolerance(packing: Packing, rate: float, tolerance: float) -> Trial:
@@ -71,7 +71,7 @@ def _as(verdict: str, trial: Trial, note: str) -> Trial:
 
 def _start_up(packing: Packing, rate: float, tolerance: float, background: float | None, alpha: float) -> ShearRun:
     law = ContactDamping(alpha=alpha)
-    return shear(packing, rate, _STRAIN, law, rows=5, tolerance=tolerance, background=background)
+    return shear(packing, rate, _STRAIN, law, n_rows=5, tolerance=tolerance, background_drag=background)
 
 
 def energy_trial(run: ShearRun) -> Trial:

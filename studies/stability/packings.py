@@ -1,7 +1,7 @@
 """Maps where making a packing fails: minimisers, pressures, two sizes, onset, quasi-static compression, droplets."""
 
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
-from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params, random_disks
@@ -34,7 +34,7 @@ _STEPS = 10_000  # after which FIRE counts as stalled
 _LOOSE = 1e-4  # kinks of their contacts keep FIRE on droplets above the tolerance of a minimum
 
 packed = lru_cache(maxsize=64)(pack)  # a row of a map asks for its packings again and again
-_onset = lru_cache(maxsize=64)(partial(jam, "sp"))
+_onset = lru_cache(maxsize=64)(jam)
 
 
 @lru_cache(maxsize=64)
@@ -74,7 +74,7 @@ def disks(n: int, seed: int) -> Jolted:
 @lru_cache(maxsize=64)
 def droplets(ka: float, seed: int) -> Jolted:
     """Four droplets of an area stiffness beside their minimum."""
-    return jolt(to_polygons(swept(4, 0.88, seed), ka=ka), seed)
+    return jolt(droplets_from_disks(swept(4, 0.88, seed), ka=ka), seed)
 
 
 def try_fire(timestep: float, ka: float, seed: int) -> Trial:
@@ -142,7 +142,7 @@ def modulus_trial(packing: Packing, modulus: float) -> Trial:
 
 def try_onset(tolerance: float, n: int, seed: int) -> Trial:
     """A packing at onset: forces, and the contact energy per disk within its window."""
-    packing = jam("sp", n, seed, tolerance=tolerance)
+    packing = jam(n, "sp", seed, tolerance=tolerance)
     if not packing.converged:
         return Trial("stalled", f"max force {packing.max_force:.1g}")
     window = defaults("onset")
@@ -171,7 +171,7 @@ def try_step(step: float, rho: float, seed: int) -> Trial:
 
 def try_hand_over(rho: float, gamma: float, seed: int, ka: float = KA) -> Trial:
     """Droplets with other parameters in the place of jammed disks: forces, and what they cover."""
-    packing = to_polygons(swept(4, rho, seed), gamma=gamma, ka=ka)
+    packing = droplets_from_disks(swept(4, rho, seed), gamma=gamma, ka=ka)
     if not packing.converged:
         return Trial("stalled", f"max force {packing.max_force:.1g}")
     handed = packing.provenance["handover"]

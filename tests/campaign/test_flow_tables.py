@@ -23,7 +23,7 @@ def test_means_over_packings(tmp_path):
     assert len(table) == 2 * 2 * 2 and set(table["law"]) == {"contact", "stokes"}  # seeds, laws, rates
     row = table.query("law == 'contact' and seed == 1 and rate == 0.5").iloc[0]
     packing = jamlab.pack(n=16, pressure=2e-2, seed=1)
-    curve = jamlab.flow_curve(packing, [0.5], strain=1.0, discard=0.1, background=1e-2)
+    curve = jamlab.flow_curve(packing, [0.5], strain=1.0, discard=0.1, background_drag=1e-2)
     assert row["stress"] == pytest.approx(curve.stress[0], rel=0.05)
     assert row["z_all"] == pytest.approx(curve.z_all[0], rel=0.05) and row["z_all_error"] > 0
     means = campaign.aggregate(["stress", "flow_pressure"], by=["law", "rate"], table="flow", converged=False)
@@ -72,7 +72,7 @@ def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
     """In every table of flow."""
     for name in ("shear", "oscillate", "creep"):
         drive = getattr(jamlab, name)
-        monkeypatch.setattr(flow_observables, name, lambda *a, drive=drive, **k: replace(drive(*a, **k), unsettled=7))
+        monkeypatch.setattr(flow_observables, name, lambda *a, drive=drive, **k: replace(drive(*a, **k), ambiguous_contacts=7))
     oscillation, creep = {"omega": [1.0], "amplitudes": [1e-3], "cycles": 2}, {"stresses": [1e-7], "duration": 1.0}
     changes = {"observables": ["flow", "oscillation", "creep"], "oscillation": oscillation, "creep": creep, "seeds": 1}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))

@@ -20,7 +20,7 @@ PRESSED = {"compress": None, "pressures": [1e-2], "n": 32}
 def test_ranks_do_not_enter_names_and_reach_the_protocols(tmp_path, monkeypatch):
     one, two = written(tmp_path / "one.toml", **PRESSED), written(tmp_path / "two.toml", **PRESSED, ranks=2)
     assert names(one) == names(two)
-    given, onset = [], jamlab.jam("sp", 8, 1)
+    given, onset = [], jamlab.jam(8, "sp", 1)
     for name, made in (("pack", onset), ("jam", onset), ("compress", [onset])):
         monkeypatch.setattr(states, name, lambda *_, made=made, **how: given.append(how["ranks"]) or made)
     for path in (two, written(tmp_path / "up.toml", ranks=3)):

@@ -60,7 +60,7 @@ def test_spectra_hold_what_jamlab_computes(full):
     assert (row.g0.item(), row.eta0.item(), row.eta_inf.item()) == (s.g0, s.eta0, s.eta_inf)
     assert (row.eta_f.item(), np.isnan(row.beta.item()), row.converged.item()) == (2.0, True, True)
     slow = full.table("quasistatic").query("prestress and target_pressure == 1e-3").iloc[0]
-    u = jamlab.slow_shear(p)
+    u = jamlab.nonaffine_response(p)
     assert slow.approach == pytest.approx(u.median_normal, rel=1e-9)
     assert slow.sliding == pytest.approx(u.median_tangential, rel=1e-9)
     means = [np.abs(u.normal).mean(), np.hypot(*u.nonaffine.T).mean(), np.median(np.abs(u.sliding))]
@@ -143,7 +143,7 @@ def test_rows_of_order_are_those_of_the_packings(tmp_path):
     assert len(table) == len(states) and table["rho"].tolist() == states["rho"].tolist()
     for task, part in table.groupby("task"):
         for row, packing in zip(part.to_dict("records"), campaign.packings(task), strict=True):
-            order = jamlab.orientational_order(packing)
+            order = jamlab.hexatic_order(packing)
             assert (row["psi_6"], row["psi_6_overall"]) == (order.mean_local, order.overall)
             assert row["share_6"] == (order.neighbors == 6).mean()
     axes = campaign.plot("psi_6", along="rho", table="order")

@@ -39,7 +39,7 @@ def test_command(folder, words):
     again = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--json")
     printed = json.loads(again.stdout)
     assert printed["stress"] == pytest.approx(found.stress.tolist()) and printed["conclusion"] == found.conclusion
-    assert np.max(printed["imbalance"]) == np.max(found.imbalance) < 0.02
+    assert np.max(printed["energy_error"]) == np.max(found.energy_error) < 0.02
     table = pd.read_csv(folder / f"{name}.csv")
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
 

@@ -9,7 +9,7 @@ from jamlab.engine.installation import start_lammps
 @pytest.fixture(scope="session")
 def dense():
     """A packing of disks in which every contact bears load: none opens or closes at small strain."""
-    *_, packing = jamlab.compress(jamlab.jam("sp", 32, 2), 0.93, 0.05, by="phi")
+    *_, packing = jamlab.compress(jamlab.jam(32, "sp", 2), 0.93, 0.05, by="phi")
     return packing
 
 

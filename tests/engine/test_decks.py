@@ -29,7 +29,7 @@ def stress_of(packing):
 @pytest.fixture
 def given(tmp_path, dense):
     """The folder of a test with the file of a packing of disks in it."""
-    jamlab.write_data(tmp_path / "packing.data", dense)
+    jamlab.jamlab(tmp_path / "packing.data", dense)
     jamlab.write_dump(tmp_path / "sp.dump", [dense])
     return tmp_path
 
@@ -149,7 +149,7 @@ def test_shear_gives_the_modulus_of_linear_response(given, dense):
 @pytest.mark.parametrize(("to", "nearest"), [(0.9, 1e-4), (0.96, None)])
 def test_compress_goes_through_the_states_of_python(given, dense, to, nearest):
     """Down by log-spaced steps, up by equal ones."""
-    states = list(jamlab.compress(dense, to, 0.01, by="phi", nearest=nearest))
+    states = list(jamlab.compress(dense, to, 0.01, by="phi", first_step=nearest))
     run("in.sp.compress", given, data="packing.data", to=to, nearest=nearest or 0, above=0.01)
     found, evaluated = table(given), [jamlab.evaluate(state) for state in states]
     assert found[:, 0] == pytest.approx([state.phi for state in states], abs=1e-9)
@@ -164,7 +164,7 @@ def test_compress_goes_through_the_states_of_python(given, dense, to, nearest):
 
 @pytest.mark.parametrize("deck", ["compress", "shear", "bulk", "stabilize", "minimize"])
 def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, deck):
-    jamlab.write_data(tmp_path / "packing.data", at_phi(dense, dense.phi + 0.01))
+    jamlab.jamlab(tmp_path / "packing.data", at_phi(dense, dense.phi + 0.01))
     text = run(f"in.sp.{deck}", tmp_path, code=2, data="packing.data", steps=3)
     assert "modulus" not in (tmp_path / "sp.txt").read_text() and "NOT CONVERGED" in text
     assert {path.name for path in tmp_path.glob("*.data")} == {"packing.data", "sp.failed.data"}
@@ -229,7 +229,7 @@ def test_contacts(tmp_path, random_disks, ranks):
     network = jamlab.contacts(packing)
     few = np.bincount(network.pairs.ravel(), minlength=packing.n) < 3
     assert 0 < few.sum() < network.rattlers.sum() < packing.n
-    jamlab.write_data(tmp_path / "packing.data", packing)
+    jamlab.jamlab(tmp_path / "packing.data", packing)
     text = run("in.sp.contacts", tmp_path, ranks=ranks, data="packing.data", nearby=3)
     found = [number(name, text) for name in ("N_c", "backbone", "rattlers", "isostatic")]
     assert found == [network.count, network.backbone, network.rattlers.sum(), network.isostatic]
@@ -252,7 +252,7 @@ def test_contacts(tmp_path, random_disks, ranks):
 def test_hessian(tmp_path, random_disks, units):
     """Finite differences of LAMMPS forces against the analytic Hessian, prestress included."""
     packing = random_disks(units=units)
-    jamlab.write_data(tmp_path / "packing.data", packing)
+    jamlab.jamlab(tmp_path / "packing.data", packing)
     run("in.sp.hessian", tmp_path, data="packing.data")
     n = packing.n
     found = np.loadtxt(tmp_path / "sp.hessian.txt").reshape(n, 3, n, 3)[:, :2, :, :2].reshape(2 * n, 2 * n)
@@ -261,7 +261,7 @@ def test_hessian(tmp_path, random_disks, units):
 
 def test_minimize_keeps_every_digit_of_the_law_of_any_number_of_sizes(tmp_path):
     p = jamlab.pack(n=40, pressure=1e-2, seed=3, sizes="lognormal:0.4")
-    jamlab.write_data(tmp_path / "packing.data", p)
+    jamlab.jamlab(tmp_path / "packing.data", p)
     energy = number("energy", run("in.sp.minimize", tmp_path, data="packing.data"))
     kept = jamlab.read(tmp_path / "sp.minimum.data")
     assert energy == pytest.approx(jamlab.evaluate(kept).energy, rel=1e-12) and kept.converged
@@ -272,8 +272,8 @@ def test_minimize_keeps_every_digit_of_the_law_of_any_number_of_sizes(tmp_path):
 
 
 def test_shear_of_droplets_follows_python(tmp_path):
-    *_, packing = jamlab.compress(jamlab.jam("dp", 8, 3), 0.9, 0.1)
-    jamlab.write_data(tmp_path / "packing.data", packing)
+    *_, packing = jamlab.compress(jamlab.jam(8, "dp", 3), 0.9, 0.1)
+    jamlab.jamlab(tmp_path / "packing.data", packing)
     run("in.dp.shear", tmp_path, code=2, data="packing.data", strain=1e-4, force=1e-8)
     text = run("in.dp.shear", tmp_path, data="packing.data", strain=1e-5)
     assert jamlab.read(tmp_path / "dp.sheared.data").converged
@@ -287,7 +287,7 @@ def test_droplets_of_another_law(tmp_path):
     nv, params = droplet_params(4, **law)
     side = droplet_cell(nv, params, 0.5)
     centres = side * np.array([[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]])
-    jamlab.write_data(tmp_path / "p.data", place_droplets(centres, np.diag([side, side]), nv, params, seed=1))
+    jamlab.jamlab(tmp_path / "p.data", place_droplets(centres, np.diag([side, side]), nv, params, seed=1))
     run("in.dp.shear", tmp_path, code=2, data="p.data", steps=1)
     entries = described((tmp_path / "dp.failed.data").read_text().splitlines())
     assert {name: entries[name] for name in law} == law
@@ -307,7 +307,7 @@ def packing():
 
 def flow(folder, packing, deck, **variables):
     """Columns of the table by name, and the output, of a deck that starts from a packing."""
-    jamlab.write_data(folder / "packing.data", packing)
+    jamlab.jamlab(folder / "packing.data", packing)
     text = run(deck, folder, data="packing.data", **variables)
     rows = table(folder, 11, "iterations", packing.model)
     return dict(zip(COLUMNS, rows.T, strict=True)), text

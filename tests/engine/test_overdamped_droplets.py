@@ -14,7 +14,7 @@ LAWS = {CONTACT: jamlab.ContactDamping(), STOKES: jamlab.StokesDrag(eta_f=0.0)}
 
 @pytest.fixture(scope="module")
 def packing():
-    """Eight droplets of the default law at rho = 0.92, stable under shear: `jam("dp", 8, 3)`, shear-stabilized."""
+    """Eight droplets of the default law at rho = 0.92, stable under shear: `jam(8, "dp", 3)`, shear-stabilized."""
     return jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
 
 

@@ -34,7 +34,7 @@ def test_elastic_forces_are_the_native_ones(tmp_path, random_disks, units, tilt,
 @pytest.mark.parametrize(("beta", "arms"), [(1.0, "radius"), (0.1, "contact"), (0.0, "radius")])
 def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, beta, arms, newton):
     """Viscous stress over rate at time 0 is eta_inf, and so is the dissipation; the pressure is still elastic."""
-    limit = jamlab.complex_modulus(packing, [1.0], jamlab.ContactDamping(beta=beta, arms=arms)).eta_inf
+    limit = jamlab.complex_modulus(packing, [1.0], jamlab.ContactDamping(beta=beta, lever_arms=arms)).eta_inf
     with Flow(tmp_path, packing, "rate 0.01 solver 1e-12", f"1 {beta} arms {arms}", newton) as flow:
         row = flow.run(0)
     assert row["viscous"] / 0.01 == pytest.approx(limit, rel=1e-9)

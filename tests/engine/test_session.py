@@ -194,7 +194,7 @@ def test_an_edge_of_half_the_box_is_refused(tilt):
 
 def test_disks_in_one_place_are_refused():
     p = jamlab.Packing("sp", [[3.0, 0], [0, 3.0]], [[1.0, 1.0], [1.0, 1.0]], {"k": 1.0}, "k", [1.0, 1.0])
-    for act in (jamlab.evaluate, jamlab.relaxed, lambda p: list(jamlab.compress(p, to=0.8, step=0.1))):
+    for act in (jamlab.evaluate, jamlab.relax, lambda p: list(jamlab.compress(p, to=0.8, step=0.1))):
         with pytest.raises(jamlab.EngineError, match="disks 0 and 1"):
             act(p)
 

@@ -163,7 +163,7 @@ def test_an_estimate_is_of_the_packings_that_it_names():
     assert shares[-1][1].startswith(mean)
     assert found.met and found.packings == len(found.values) == len(found.seeds) >= FEWEST
     assert found.value == pytest.approx(found.values.mean() + found.choice.correction["rho-J"])
-    assert jamlab.packing_fraction(jamlab.jam("sp", found.choice.way.n, int(found.seeds[0]))) == found.values[0]
+    assert jamlab.packing_fraction(jamlab.jam(found.choice.way.n, "sp", int(found.seeds[0]))) == found.values[0]
 
 
 def test_a_table_that_is_none_is_refused(tmp_path):

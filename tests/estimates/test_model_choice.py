@@ -154,7 +154,7 @@ def test_scene_with_disks():
 
 def test_scene_with_droplets_goes_beyond_the_handover():
     """At rho = 0.90 disks carry the droplets to 0.88; below onset it is refused."""
-    onset = jamlab.jam("sp", 10, 1)
+    onset = jamlab.jam(10, "sp", 1)
     dense = bring_on(EnsembleWay("carried", 10, (8, 11), "segment/smooth"), onset, 0.90)
     assert dense.params["contact"] == "segment/smooth" and set(np.diff(dense.offsets)) == {8, 11}
     assert jamlab.packing_fraction(dense) == pytest.approx(0.90, abs=1e-6)

@@ -49,12 +49,12 @@ def made_up_spectra(mu=0.5, lam=1.0):
     for p in pressures:
         g = p**mu * np.sqrt(1 + 1j * omega / p**lam)
         zero = np.zeros_like(omega)
-        found.append([jamlab.ComplexModulus(omega, g.real, g.imag, p**mu, 1.0, 0.0, "made up", zero, None, "k")])
+        found.append([jamlab.results.ComplexModulus(omega, g.real, g.imag, p**mu, 1.0, 0.0, "made up", zero, None, "k")])
     return pressures, found
 
 
 def collapse():
-    return jamlab.collapse(*made_up_spectra(), resamples=0)
+    return jamlab.scaling_collapse(*made_up_spectra(), resamples=0)
 
 
 def modulus():
@@ -85,12 +85,12 @@ CELLS = {  # made without LAMMPS, as what follows
     "packing": lambda: state("droplets"),
     "voids": lambda: jamlab.voids(state("disks")),
     "tessellation": lambda: jamlab.tessellation(state("disks")),
-    "order": lambda: jamlab.orientational_order(state("disks")),
+    "order": lambda: jamlab.hexatic_order(state("disks")),
 }
 CURVES = {
     "void statistics": lambda: jamlab.void_statistics(jamlab.voids(state("disks"))),
     "elastic tensor": lambda: jamlab.elastic_tensor(state("disks")),
-    "slow shear": lambda: jamlab.slow_shear(state("disks")),
+    "slow shear": lambda: jamlab.nonaffine_response(state("disks")),
     "modulus": modulus,
     "nonlinear": lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
     "elements": lambda: modulus().spectrum,
@@ -123,7 +123,7 @@ def start_up():
     strain = np.linspace(0, 2, 101)
     stress = 4e-3 * (1 - np.exp(-strain / 0.05)) * (1 + 0.5 * np.exp(-(((strain - 0.25) / 0.2) ** 2)))
     known = {"time": 100 * strain, "strain": strain, "stress": stress, "elastic_stress": 0.8 * stress - 5e-4}
-    return jamlab.ShearRun(**flow_rows(**known, work=np.cumsum(stress)), shear_rate=1e-2, strain_asked=2.0)
+    return jamlab.results.ShearRun(**flow_rows(**known, work=np.cumsum(stress)), shear_rate=1e-2, strain_asked=2.0)
 
 
 def flow_curve():
@@ -132,13 +132,13 @@ def flow_curve():
     means = dict.fromkeys(
         [
             *("elastic_stress", "elastic_stress_stderr", "pressure", "pressure_stderr", "normal_stress_difference"),
-            *("normal_stress_difference_stderr", "dissipation", "plastic_events", "seconds", "imbalance"),
+            *("normal_stress_difference_stderr", "dissipation", "plastic_events", "seconds", "energy_error"),
         ],
         np.ones(7),
     )
     drift = np.array([5.0, 0, 1, -1, 0.5, 0, 0])
     known = {"rates": rates, "stress": stress, "stress_stderr": 0.05 * stress, "drift": drift, **means}
-    return jamlab.FlowCurve(**known, discard=1.0, strain=4.0, **HOW)
+    return jamlab.results.FlowCurve(**known, discard=1.0, strain=4.0, **HOW)
 
 
 def oscillation(omega=0.1, amplitude=0.1, third=0.1):
@@ -147,14 +147,14 @@ def oscillation(omega=0.1, amplitude=0.1, third=0.1):
     stress = amplitude * (0.05 * np.sin(phase) + 0.03 * np.cos(phase) + third * 0.05 * np.sin(3 * phase))
     known = {"time": phase / omega, "strain": strain, "rate": amplitude * omega * np.cos(phase), "stress": stress}
     found = np.array([fit_harmonics(known["time"][1:33], stress[1:33], omega, amplitude)] * 2)
-    return jamlab.Oscillation(
+    return jamlab.results.Oscillation(
         **flow_rows(**known), omega=omega, amplitude=amplitude, points=32, cycle_harmonics=found, finished=True
     )
 
 
 def creep():
     time = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 61)])
-    return jamlab.CreepRun(
+    return jamlab.results.CreepRun(
         **flow_rows(time=time, strain=1e-4 * time / (1 + 0.1 * time)), applied=1e-4, residual=0.0, duration=1e3
     )
 
@@ -163,7 +163,7 @@ def relaxation():
     time = np.geomspace(5e-3, 1e3, 61)
     stress = 1e-5 * (0.1 + 0.3 / (1 + time))
     answer = {"step_strain": 1e-5, "step_time": 1e-2, "residual": 0.0, "duration": 1e3}
-    return jamlab.StressRelaxation(**flow_rows(time=time, stress=stress), **answer)
+    return jamlab.results.StressRelaxation(**flow_rows(time=time, stress=stress), **answer)
 
 
 def diagram():
@@ -207,7 +207,7 @@ def test_particles_and_order():
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     jamlab.Packing("sp", [[4.0, 0.0], [2.6, 4.0]], [[0.2, 0.3], [3.6, 1.1]], {"k": 1.0}, "k", [1.0, 1.6]).plot(left)
-    jamlab.orientational_order(state("droplets")).plot(right)
+    jamlab.hexatic_order(state("droplets")).plot(right)
     return bare(figure, columns=2)
 
 
@@ -262,7 +262,7 @@ def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([OMEGA, values]))
         assert line.get_color() == "black"
     assert texts(axes) == ["$G'_{xy}$  β = 1", "$G''_{xy}$  β = 1"] and axes.get_xscale() == "log"
-    lower = jamlab.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error_bound)
+    lower = jamlab.results.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error_bound)
     axes = lower.plot(Figure().subplots())
     assert texts(axes) == [
         "$G'_{xy}$, 11 value(s) not above 0 left out",

@@ -77,7 +77,7 @@ def test_small_strains_need_the_linear_spectrum_and_a_run_agrees(packing):
 def test_where_nothing_was_measured_the_answer_is_a_run(packing):
     """Strains beyond the table, films slower than it, particles, pressures, beta and droplets unlike its own."""
     small, loose = jamlab.pack(n=32, pressure=5e-3, seed=1), jamlab.pack(n=64, pressure=1e-3, seed=1)
-    droplets = jamlab.to_polygons(next(jamlab.compress(jamlab.jam("sp", 8, 1), 0.87, 0.1)))
+    droplets = jamlab.droplets_from_disks(next(jamlab.compress(jamlab.jam(8, "sp", 1), 0.87, 0.1)))
     cases = [(packing, None, 0.1, "")]
     cases += [(packing, FILM, 1e-3, "drag over elasticity = 0.0032")]
     cases += [(small, None, 1e-4, "particles = 32")]

@@ -18,7 +18,7 @@ def curve(disks, tmp_path_factory):
     """Two rates, and a third on top of the file; discarding no more than the averages need."""
     path = tmp_path_factory.mktemp("curve") / "curve.h5"
     shares = []
-    how = {"strain": 1.0, "discard": 0.5, "out": path}
+    how = {"strain": 1.0, "discard": 0.5, "path": path}
     two = jamlab.flow_curve(disks, [0.03, 0.3], progress=lambda share, _: shares.append(share), **how)
     three = jamlab.flow_curve(disks, [0.1, 0.3], **how)
     assert shares[-1] == pytest.approx(1.0) and shares == sorted(shares)
@@ -39,14 +39,14 @@ def test_flow_curve(curve, disks):
         read.z_all, read.z_all_stderr, read.packings, strict=True
     ):  # about that of the last state
         assert abs(z - jamlab.contacts(packing).z_all) < 0.5 and 0 < error < 0.2
-    older = {name: np.zeros(0) for name in ("z_all", "z_all_stderr", "unsettled")}
+    older = {name: np.zeros(0) for name in ("z_all", "z_all_stderr", "ambiguous_contacts")}
     assert np.isnan(replace(read, **older).z_all).all()
     assert (three.state == "steady") == bool(three.finished.all())
 
 
 def test_plastic_events_are_counted_per_strain_of_the_average(disks):
     """Three falls of the elastic stress, one of them in start-up: two in a strain of 0.1."""
-    run = jamlab.shear(disks, 1.0, 0.2, rows=40)
+    run = jamlab.shear(disks, 1.0, 0.2, n_rows=40)
     stress = np.arange(41) - 5.0 * np.sum(np.arange(41)[:, None] >= [11, 26, 36], axis=1)
     found = steady_point(replace(run, elastic_stress=stress), discard=0.1)
     assert found["plastic_events"] == pytest.approx(2 / 0.1)
@@ -94,7 +94,7 @@ def test_rates_that_finish_are_kept_where_another_fails(disks, monkeypatch, tmp_
             raise jamlab.ConvergenceError("steps lead nowhere")
         return whole(packing, rate, *rest, **how)
 
-    how = {"strain": 1.0, "discard": 0.2, "out": tmp_path / "c.h5"}
+    how = {"strain": 1.0, "discard": 0.2, "path": tmp_path / "c.h5"}
     with monkeypatch.context() as patch:
         patch.setattr(flow_curve, "shear", fails)
         part = jamlab.flow_curve(disks, [0.5, 1.0], **how)
@@ -131,16 +131,16 @@ def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
     monkeypatch.setattr(overdamped_session, "_CRAWL", (1e3, 1e3))
     for given, more in ((0.0, "background = 0.01 "), (None, "background = 0.01 "), (0.1, "background = 1 ")):
         with pytest.raises(jamlab.ConvergenceError) as refusal:
-            jamlab.shear(disks, 0.1, rows=1, background=given)
+            jamlab.shear(disks, 0.1, n_rows=1, background_drag=given)
         assert more in str(refusal.value)
 
 
 def test_steps_that_are_short_for_a_reason_are_no_crawl(disks, monkeypatch):
     """Those that rows or a fine tolerance make short; and power laws make few that are long."""
     monkeypatch.setattr(overdamped_session, "_LOOK", 100)
-    assert jamlab.shear(disks, 1.0, 1e-4, rows=300).steps == 300
-    assert jamlab.shear(disks, 0.01, 0.01, rows=2, tolerance=1e-9).steps > 1000
-    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), rows=2).balanced
+    assert jamlab.shear(disks, 1.0, 1e-4, n_rows=300).steps == 300
+    assert jamlab.shear(disks, 0.01, 0.01, n_rows=2, tolerance=1e-9).steps > 1000
+    assert jamlab.shear(disks, 1e-12, 1e-3, jamlab.ContactDamping(alpha=0.5), n_rows=2).balanced
 
 
 def test_a_solver_that_fails_says_where(disks):
@@ -164,4 +164,4 @@ def test_files_that_hold_no_flow_are_refused(disks, tmp_path):
     with pytest.raises(jamlab.StorageError):
         jamlab.read_flow(tmp_path / "p.h5")
     with pytest.raises(jamlab.StorageError):
-        jamlab.shear(disks, 0.1, out=tmp_path / "none" / "run.h5")
+        jamlab.shear(disks, 0.1, path=tmp_path / "none" / "run.h5")

@@ -100,8 +100,8 @@ def test_what_creep_does_is_told_from_the_last_half_of_the_time(backbone, expone
 
 def test_they_go_on_from_their_files(backbone, tmp_path):
     for name, call in {
-        "creep.h5": lambda time, out: jamlab.creep(backbone, 1e-5, time, out=out),
-        "relax.h5": lambda time, out: jamlab.relax_stress(backbone, 1e-4, time, out=out),
+        "creep.h5": lambda time, out: jamlab.creep(backbone, 1e-5, time, path=out),
+        "relax.h5": lambda time, out: jamlab.relax_stress(backbone, 1e-4, time, path=out),
     }.items():
         whole = call(20.0, None)
         half = call(7.0, tmp_path / name)
@@ -110,8 +110,8 @@ def test_they_go_on_from_their_files(backbone, tmp_path):
         assert np.array_equal(rest.stress[: len(half.time)], half.stress)
         assert rest.strain[-1] == pytest.approx(whole.strain[-1], rel=2e-3)
         assert rest.stress[-1] == pytest.approx(whole.stress[-1], rel=2e-3)
-    first = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=2, tolerance=1e-6, out=tmp_path / "o.h5")
-    more = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=3, tolerance=1e-6, out=tmp_path / "o.h5")
+    first = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=2, tolerance=1e-6, path=tmp_path / "o.h5")
+    more = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=3, tolerance=1e-6, path=tmp_path / "o.h5")
     assert (first.cycles, more.cycles) == (2, 3) and more.state == "not periodic"
     assert np.array_equal(more.cycle_harmonics[:2], first.cycle_harmonics)
     read = jamlab.read_flow(tmp_path / "o.h5")

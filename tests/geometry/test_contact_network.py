@@ -11,7 +11,7 @@ from jamlab.geometry.contact_network import (
     contacts,
     contacts_are_certain,
     find_rattlers,
-    without_rattlers,
+    remove_rattlers,
 )
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.rims import rims
@@ -32,7 +32,7 @@ def test_disks_that_touch_are_those_of_a_loop(random_disks, touching, tilt):
 
 
 def test_droplets_are_no_disks(dp_onset):
-    for function in (touching_disks, disk_cells, jamlab.slow_shear):
+    for function in (touching_disks, disk_cells, jamlab.nonaffine_response):
         with pytest.raises(jamlab.InputError):
             function(dp_onset)
 
@@ -105,7 +105,7 @@ def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain
 
 def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
     with pytest.raises(jamlab.InputError):
-        without_rattlers(random_disks(phi=0.01))
+        remove_rattlers(random_disks(phi=0.01))
 
 
 def test_the_onset_of_a_packing_is_not_that_of_its_backbone(random_disks):

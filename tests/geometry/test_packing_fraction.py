@@ -52,7 +52,7 @@ def test_pairs_are_used_as_long_as_they_are_exact(r, method):
 
 def test_compressed_packing_has_the_values_of_boromand_figure_1(sp_jammed):
     """Disks at phi = 1.0: rho = 0.95, and A = 1.025 of the one particle shown."""
-    packing = jamlab.relaxed(at_phi(sp_jammed, 1.0))
+    packing = jamlab.relax(at_phi(sp_jammed, 1.0))
     np.testing.assert_allclose(packing_fraction(packing), 0.95, atol=0.01)
     np.testing.assert_allclose(packing_fraction(packing, "pairs"), packing_fraction(packing), atol=1e-4)
     factors = shape_factors(packing)

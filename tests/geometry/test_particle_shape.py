@@ -5,7 +5,7 @@ import pytest
 from packings_by_hand import disks, droplets
 
 import jamlab
-from jamlab.geometry.particle_shape import area_ratios, particle_areas, shape_factors
+from jamlab.geometry.particle_shape import relative_areas, particle_areas, shape_factors
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.models.droplets import regular_polygon
 
@@ -24,7 +24,7 @@ def test_half_disk_by_hand():
     np.testing.assert_allclose(particle_areas(packing), area, rtol=1e-14)
     factor = (4 * np.pi / 3 + np.sqrt(3)) ** 2 / (4 * np.pi * area)
     np.testing.assert_allclose(shape_factors(packing), factor, rtol=1e-14)
-    np.testing.assert_allclose(area_ratios(packing), area / np.pi, rtol=1e-14)
+    np.testing.assert_allclose(relative_areas(packing), area / np.pi, rtol=1e-14)
 
 
 def test_confluent_crystal_has_the_shape_of_a_hexagon():
@@ -95,7 +95,7 @@ def test_edges_and_areas_by_hand():
     assert jamlab.edge_lengths(packing).min() == pytest.approx(0.25)
     assert jamlab.edge_lengths(packing).sum() == pytest.approx(9.0)
     packing = packing.with_state(params={**packing.params, "a0": np.array([1.25, 5.0])})
-    assert area_ratios(packing) == pytest.approx([2 / 1.25, 0.5 / 5.0])
+    assert relative_areas(packing) == pytest.approx([2 / 1.25, 0.5 / 5.0])
 
 
 def test_stress_from_centroids_is_that_of_all_terms(dp_dense):

@@ -10,7 +10,7 @@ from packings_by_hand import droplets as polygons
 
 import jamlab
 from jamlab.errors import BoundaryError
-from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.rims import rim_overlaps, rims, shared_areas
@@ -150,8 +150,8 @@ def test_compressed_droplets(dp_onset, dp_dense):
         assert (found.shape > 1).all()
     assert (voids(dp_dense).sides <= 6).all()
     # every void has a corner less of its own than faces of the contact network would need: Euler on the torus
-    network, found = jamlab.contacts(dp_dense), voids(without_rattlers(dp_dense))
-    assert len(found.area) == network.count - network.backbone
+    network, found = jamlab.contacts(dp_dense), voids(remove_rattlers(dp_dense))
+    assert len(found.area) == network.n_contacts - network.backbone
     assert found.sides.sum() == 2 * network.count
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from packings_by_hand import HEXAGONAL, disks, random_disks
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import contacts, without_rattlers
+from jamlab.geometry.contact_network import contacts, remove_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, void_statistics, voids
 
@@ -151,6 +151,6 @@ def test_probabilities_add_up_and_open_voids_are_counted_apart():
 
 def test_isostatic_network_has_its_faces(sp_jammed):
     """Without rattlers, Euler on the torus: N' - N_c + faces = 0, so that the mean number of sides is 2 N_c/faces."""
-    network, found = contacts(sp_jammed), voids(without_rattlers(sp_jammed))
-    assert len(found.area) == network.count - network.backbone
+    network, found = contacts(sp_jammed), voids(remove_rattlers(sp_jammed))
+    assert len(found.area) == network.n_contacts - network.backbone
     assert found.sides.sum() == 2 * network.count and not found.islands.any()

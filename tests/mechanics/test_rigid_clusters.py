@@ -44,8 +44,8 @@ def test_rigidity_percolates_where_the_modulus_sets_in():
     assert small.sizes[0] < 0.3 * 256 and abs(jamlab.shear_modulus(below)) < 1e-6
     assert large.sizes[0] > 0.9 * 256 and jamlab.shear_modulus(above) > 1e-2
     assert (np.diff(small.sizes) <= 0).all() and len(small.sizes) == small.bonds.max() + 1
-    counted = jamlab.held_motions(above)
-    assert large.redundant == pytest.approx(counted.self_stresses, abs=2)  # three motions of the whole for two
+    counted = jamlab.maxwell_count(above)
+    assert large.redundant == pytest.approx(counted.self_stress_states, abs=2)  # three motions of the whole for two
     with pytest.raises(jamlab.InputError) as caught:
-        jamlab.rigid_clusters(jamlab.jam("dp", 6, 1))
+        jamlab.rigid_clusters(jamlab.jam(6, "dp", 1))
     assert "dp" in str(caught.value)

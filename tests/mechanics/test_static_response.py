@@ -132,7 +132,7 @@ def test_modes_that_are_there_many_times_are_found_or_refused(count):
         assert found == pytest.approx(wanted, abs=1e-8)
 
 
-@pytest.mark.parametrize("measure", [jamlab.oscillating_displacements, jamlab.displacement_correlation])
+@pytest.mark.parametrize("measure", [jamlab.displacement_response, jamlab.displacement_correlation])
 def test_response_of_states_that_are_no_minimum_is_refused(measure):
     packing = jamlab.pack(32, 1e-2, 1)
     moved = packing.positions + 1.5e-3 * np.sin(np.arange(64).reshape(32, 2))
@@ -157,7 +157,7 @@ def test_one_particle_that_presses_on_its_images_has_moduli_but_no_motion():
     tensor = jamlab.elastic_tensor(packing)
     assert np.array_equal(tensor.affine, tensor.relaxed)
     assert jamlab.shear_modulus(packing) == jamlab.shear_modulus(packing, "affine") > 0
-    assert not jamlab.slow_shear(packing).nonaffine.any()
+    assert not jamlab.nonaffine_response(packing).nonaffine.any()
     with pytest.raises(jamlab.InputError):
         jamlab.complex_modulus(packing, [1.0])
 
@@ -171,7 +171,7 @@ def test_two_disks_in_one_place_are_named():
 def test_slow_shear_slides_as_the_displacements_say():
     """Two disks one above the other: shear to the right moves the upper one past the lower."""
     packing = jamlab.pack(32, 1e-2, 1)
-    found, network = jamlab.slow_shear(packing), jamlab.contacts(packing)
+    found, network = jamlab.nonaffine_response(packing), jamlab.contacts(packing)
     normal = network.r[network.bearing] / np.hypot(*network.r[network.bearing].T)[:, None]
     moved = np.zeros((packing.n, 2))
     moved[~network.rattlers] = found.nonaffine

@@ -51,7 +51,7 @@ def test_law_of_lammps_is_that_of_plain_loops(units, sizes, tmp_path):
     v, h = np.random.default_rng(0).standard_normal(force.shape), 1e-6
     ahead, behind = (forces(p.with_state(positions=p.positions + step * v)) for step in (h, -h))
     np.testing.assert_allclose(hessian(p) @ v.ravel(), (behind - ahead).ravel() / (2 * h), rtol=0, atol=1e-7)
-    for name, write in (("data", jamlab.write_data), ("h5", jamlab.write), ("dump", jamlab.write_dump)):
+    for name, write in (("data", jamlab.jamlab), ("h5", jamlab.write), ("dump", jamlab.write_dump)):
         write(tmp_path / f"p.{name}", p if name == "data" else [p])
         assert jamlab.read(tmp_path / f"p.{name}").params == p.params
 
@@ -68,7 +68,7 @@ def test_crystal_unjams_at_its_tensile_strength():
     """p = -sqrt(3) f/r, largest at a gap of the shell, 0.05; beyond, bonds soften and the crystal tears."""
     start = crystal(0.0)
     gaps = np.array([0.02, 0.0499, 0.06])
-    held = [jamlab.relaxed(crystal(gap)) for gap in gaps]
+    held = [jamlab.relax(crystal(gap)) for gap in gaps]
     for p, gap in zip(held[:2], gaps, strict=False):
         assert p.converged and jamlab.contacts(p).z == 6
         pressure = jamlab.evaluate(p).pressure
@@ -92,9 +92,9 @@ def test_packings_at_pressures_of_either_sign(pressure):
     assert (c.forces.gap > 0).any() and (np.bincount(c.pairs[c.bearing].ravel(), minlength=48)[~c.rattlers] >= 2).all()
     for modulus in (jamlab.shear_modulus, jamlab.bulk_modulus):
         np.testing.assert_allclose(modulus(p), modulus(p, "finite-strain"), rtol=1e-6)
-    count = jamlab.held_motions(p)
-    assert count.contacts == 2 * count.particles - 2 - count.free + count.self_stresses and not count.free
-    assert jamlab.zero_modes(p) <= 2 + 2 * int(c.rattlers.sum())  # a rattler may hang on one bond
+    count = jamlab.maxwell_count(p)
+    assert count.contacts == 2 * count.n_particles - 2 - count.free + count.self_stresses and not count.free
+    assert jamlab.count_zero_modes(p) <= 2 + 2 * int(c.rattlers.sum())  # a rattler may hang on one bond
     law = jamlab.ContactDamping(beta=1.0)
     flow = jamlab.oscillate(p, omega=0.1, amplitude=1e-6, damping=law)
     s = jamlab.complex_modulus(p, [0.1], damping=law)
@@ -104,18 +104,18 @@ def test_packings_at_pressures_of_either_sign(pressure):
 def test_network_of_slack_bonds_is_floppy():
     p = jamlab.pack(128, phi=0.5, seed=1, stickiness=0.1)
     assert p.converged and jamlab.contacts(p).z < 4 and abs(jamlab.evaluate(p).pressure) < 1e-10
-    assert abs(jamlab.shear_modulus(p)) < 1e-6 and jamlab.held_motions(p).free > 0
+    assert abs(jamlab.shear_modulus(p)) < 1e-6 and jamlab.maxwell_count(p).floppy_modes > 0
     jammed = jamlab.pack(128, phi=0.72, seed=1, stickiness=0.1)
     some = jammed.select(np.arange(128) % 2 == 0)
     assert some.law.range == pytest.approx(jammed.law.range, rel=1e-14)  # its own mean diameter is another one
     found = jamlab.complex_modulus(jammed, [1e-2, 1.0], method="direct")
     np.testing.assert_allclose(found.storage, jamlab.complex_modulus(jammed, [1e-2, 1.0]).storage, rtol=1e-8)
-    assert jamlab.jam("sp", 8, 1, stickiness=0.0).n == 8 == len(jamlab.pack(8, phi=0.7).positions)
+    assert jamlab.jam(8, "sp", 1, stickiness=0.0).n == 8 == len(jamlab.pack(8, phi=0.7).positions)
 
 
 REFUSED = {
-    "jam": lambda: jamlab.jam("sp", 16, 1, stickiness=0.02),
-    "droplets": lambda: jamlab.jam("dp", 8, 1, stickiness=0.02),
+    "jam": lambda: jamlab.jam(16, "sp", 1, stickiness=0.02),
+    "droplets": lambda: jamlab.jam(8, "dp", 1, stickiness=0.02),
     "decompress": lambda: decompress(jamlab.pack(16, 1e-3, 1, stickiness=0.02), 1e-4),
     "exponent": lambda: jamlab.pack(16, 1e-3, 1, stickiness=0.02, exponent=2.5),
     "negative": lambda: jamlab.pack(16, 1e-3, 1, stickiness=-0.02),
@@ -147,9 +147,9 @@ def test_tension_beyond_strength_is_no_packing():
 
 def test_decks_know_the_law(tmp_path):
     p = wide(stickiness=0.05)
-    jamlab.write_data(tmp_path / "wide.data", p)
+    jamlab.jamlab(tmp_path / "wide.data", p)
     run("in.sp.minimize", tmp_path, data="wide.data", force=1e-12)
-    reached, relaxed = jamlab.read(tmp_path / "sp.minimum.data"), jamlab.relaxed(p)
+    reached, relaxed = jamlab.read(tmp_path / "sp.minimum.data"), jamlab.relax(p)
     assert reached.params == p.params | {"exponent": 2.0} and jamlab.evaluate(reached).max_force < 2e-12
     assert jamlab.evaluate(reached).energy == pytest.approx(jamlab.evaluate(relaxed).energy, rel=1e-9)
     said = run("in.sp.contacts", tmp_path, data="sp.minimum.data", least=2)

@@ -89,7 +89,7 @@ def test_flowing_disks_repel_by_the_same_law(law):
 def test_small_oscillations_in_time_have_the_modulus_over_frequency():
     packing = jamlab.pack(32, 1e-2, 2, exponent=2.5, ensemble="shear-stabilized")
     linear = jamlab.complex_modulus(packing, [0.5])
-    run = jamlab.oscillate(packing, 0.5, 1e-6, cycles=3, background=0.0, tolerance=1e-5)
+    run = jamlab.oscillate(packing, 0.5, 1e-6, cycles=3, background_drag=0.0, tolerance=1e-5)
     assert run.storage == pytest.approx(linear.storage[0], rel=1e-3)
     assert run.loss == pytest.approx(linear.loss[0], rel=1e-3)
 
@@ -107,8 +107,8 @@ def test_pressure_is_met_and_strain_gives_the_moduli_of_linear_response(exponent
 def test_onset_is_isostatic_and_pressure_grows_as_the_power_3_2():
     onset = jamlab.jam(n=32, seed=1, exponent=2.5)
     found = jamlab.contacts(onset)
-    assert onset.converged and found.count == found.isostatic
-    states = list(jamlab.compress(onset, onset.phi + 0.01, 2e-3, by="phi", nearest=1e-3, per_decade=4))
+    assert onset.converged and found.n_contacts == found.isostatic
+    states = list(jamlab.compress(onset, onset.phi + 0.01, 2e-3, by="phi", first_step=1e-3, per_decade=4))
     above = np.array([p.phi for p in states]) - onset.phi
     pressure = np.array([jamlab.measure(p, ["pressure"])["pressure"] for p in states])
     assert all(p.converged for p in states)

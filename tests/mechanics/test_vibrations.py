@@ -27,7 +27,7 @@ def packing(request):
 @pytest.fixture(scope="module")
 def onset():
     """16 disks at onset with one rattler that touches nothing."""
-    return jamlab.jam("sp", 16, seed=1)
+    return jamlab.jam(16, "sp", seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_instability_is_a_negative_mode(random_disks):
         values = np.linalg.eigvalsh(jamlab.hessian(p).toarray())
         assert values[2] < -1e-3
         assert jamlab.lowest_modes(p, 5).eigenvalues == pytest.approx(values[:5], rel=1e-8)
-        assert n > 30 or jamlab.zero_modes(p) == np.sum(np.abs(values) < 1e-9 * values[-1])  # without negative ones
+        assert n > 30 or jamlab.count_zero_modes(p) == np.sum(np.abs(values) < 1e-9 * values[-1])  # without negative ones
 
 
 def test_modes_of_droplets(dp_dense):
@@ -91,9 +91,9 @@ def test_counting_at_onset(onset, mechanisms):
     """2 N' coordinates, N_c = 2 N' - 1 contacts, one state of self stress: two translations remain."""
     c = jamlab.contacts(onset)
     assert c.rattlers.sum() == 1
-    counted = 2 * c.backbone - c.count + 1 + 2 * c.rattlers.sum()
+    counted = 2 * c.n_backbone - c.count + 1 + 2 * c.rattlers.sum()
     assert counted == 2 + 2 * c.rattlers.sum()
-    assert jamlab.zero_modes(onset, prestress=False) == counted == mechanisms(onset)
+    assert jamlab.count_zero_modes(onset, prestress=False) == counted == mechanisms(onset)
 
 
 @pytest.mark.parametrize("removed", [1, 2, 3])
@@ -105,7 +105,7 @@ def test_mechanisms_of_a_broken_network(onset, removed, mechanisms):
     broken = onset.with_state(diameters=d)
     wanted = mechanisms(broken)
     assert wanted > mechanisms(onset)
-    assert jamlab.zero_modes(broken, prestress=False) == wanted
+    assert jamlab.count_zero_modes(broken, prestress=False) == wanted
 
 
 @pytest.mark.parametrize("count", [0, -1, 64, 1000, 2.0, True, "x", None])
@@ -126,7 +126,7 @@ def test_a_mode_that_the_iteration_missed_is_noticed(monkeypatch, missed):
 
     monkeypatch.setattr(vibrations, "eigsh", forgetful)
     with pytest.raises(jamlab.ConvergenceError):
-        vibrations._find_lowest(jamlab.hessian(packing), jamlab.zero_modes(packing) + missed + 1)
+        vibrations._find_lowest(jamlab.hessian(packing), jamlab.count_zero_modes(packing) + missed + 1)
 
 
 @pytest.mark.parametrize("n", [1, 5])
@@ -134,4 +134,4 @@ def test_disks_that_do_not_touch_move_at_no_cost(n):
     apart = jamlab.Packing(
         "sp", [[20.0, 0], [3.0, 20.0]], 3 * np.arange(2 * n).reshape(n, 2), {"k": 1.0}, "k", np.ones(n)
     )
-    assert jamlab.zero_modes(apart) == 2 * n
+    assert jamlab.count_zero_modes(apart) == 2 * n

@@ -30,7 +30,7 @@ def lattice():
 
 def test_affine_motion_has_its_strain_and_no_d2min(lattice):
     gradient = np.array([[0.01, 0.02], [0.0, -0.005]])
-    tracks = jamlab.follow(frames(lattice, lattice @ (np.eye(2) + gradient) + 3.0))
+    tracks = jamlab.track_droplets(frames(lattice, lattice @ (np.eye(2) + gradient) + 3.0))
     now = tracks.table[tracks.table["frame"] == 1].dropna()  # a corner has two neighbours and no strain
     assert len(now) >= 60
     np.testing.assert_allclose(now["strain_xx"], 0.01, atol=1e-10)
@@ -45,7 +45,7 @@ def test_d2min_of_one_that_moves_alone_is_its_displacement_squared():
     angle = np.arange(6) * np.pi / 3
     ring = np.vstack([[[0.0, 0.0]], np.column_stack([np.cos(angle), np.sin(angle)])])
     moved = ring + np.where(np.arange(7)[:, None] == 0, [0.06, 0.08], 0.0)
-    now = jamlab.follow(frames(ring, moved)).table.query("frame == 1 and particle == 0")
+    now = jamlab.track_droplets(frames(ring, moved)).table.query("frame == 1 and particle == 0")
     assert now["d2min"].item() == pytest.approx(0.01)
 
 
@@ -80,22 +80,22 @@ def test_matching_is_that_of_all_distances_and_takes_no_square_of_memory():
 def test_frames_keep_their_numbers_and_columns_of_others_are_not_lost(lattice):
     shifted = lattice[:, ::-1] * [1.0, 1.1]
     halves = frames(lattice, shifted).assign(frame=lambda t: 0.5 * t["frame"])
-    tracks = jamlab.follow(halves)
+    tracks = jamlab.track_droplets(halves)
     assert len(tracks.events) and set(tracks.events["frame"]) == {0.5}
-    again = jamlab.follow(tracks.table)
+    again = jamlab.track_droplets(tracks.table)
     pd.testing.assert_frame_equal(again.table, tracks.table)
     with pytest.raises(InputError):
-        jamlab.follow(halves.assign(strain_xx=7.0))
+        jamlab.track_droplets(halves.assign(strain_xx=7.0))
 
 
 def test_four_that_swap_neighbours_are_one_t1():
     around = 2.0 * np.column_stack([np.cos(np.arange(8) * np.pi / 4 + 0.2), np.sin(np.arange(8) * np.pi / 4 + 0.2)])
     wide = np.vstack([[[0.5, 0], [-0.5, 0], [0, 0.9], [0, -0.9]], around])
     tall = np.vstack([[[0.9, 0], [-0.9, 0], [0, 0.5], [0, -0.5]], around])
-    events = jamlab.follow(frames(wide, tall)).events
+    events = jamlab.track_droplets(frames(wide, tall)).events
     swaps = events[events["kind"] == "T1"]
     assert [tuple(row) for row in swaps[["a", "b", "c", "d"]].to_numpy()] == [(0, 1, 2, 3)]
-    back = jamlab.follow(frames(tall, wide)).events.query("kind == 'T1'")
+    back = jamlab.track_droplets(frames(tall, wide)).events.query("kind == 'T1'")
     assert [tuple(row) for row in back[["a", "b", "c", "d"]].to_numpy()] == [(2, 3, 0, 1)]
 
 
@@ -107,18 +107,18 @@ def test_pictures_are_linked_whatever_their_order_of_droplets(tmp_path):
         away = np.hypot((x - 2 * shift - (y // a) % 2 * 13) % a - a / 2, y % a - a / 2)
         pictures.append(1 / (1 + np.exp(away - 13)))
         Image.fromarray((255 * pictures[-1]).astype(np.uint8)).save(tmp_path / f"frame{shift}.png")
-    tracks = jamlab.follow(sorted(tmp_path.glob("*.png")), contrast="bright")
+    tracks = jamlab.track_droplets(sorted(tmp_path.glob("*.png")), contrast="bright")
     moved = tracks.table.sort_values("frame").groupby("particle")["x"].diff().dropna()
     assert tracks.count > 10 and len(tracks.events) == 0
     np.testing.assert_allclose(moved, 2.0, atol=0.6)
-    again = jamlab.follow(pictures, contrast="bright")
+    again = jamlab.track_droplets(pictures, contrast="bright")
     assert again.count == tracks.count
     assert tracks.plot().get_xlabel() == "x"
     pytest.importorskip("MDAnalysis")
     u = tracks.universe()
     assert (u.trajectory.n_frames, u.atoms.n_atoms) == (3, tracks.count)
     tracks.table.to_csv(tmp_path / "tracks.csv", index=False)
-    assert jamlab.follow(tmp_path / "tracks.csv").count == tracks.count
+    assert jamlab.track_droplets(tmp_path / "tracks.csv").count == tracks.count
 
 
 def test_bad_tables_and_sources_are_refused(lattice, tmp_path):
@@ -137,7 +137,7 @@ def test_bad_tables_and_sources_are_refused(lattice, tmp_path):
         1.5,
     ):
         with pytest.raises(InputError) as error:
-            jamlab.follow(source)
+            jamlab.track_droplets(source)
         assert "\n" not in str(error.value)
     with pytest.raises(InputError):
-        jamlab.follow(table, memory=-1)
+        jamlab.track_droplets(table, memory=-1)

@@ -156,7 +156,7 @@ def test_a_comment_that_is_no_list_of_numbers_is_refused():
 @pytest.mark.parametrize("name", ["p.h5", "p.csv", "p.dump.gz", "p.txt", "data.h5", "p.html"])
 def test_files_for_lammps_do_not_get_a_name_of_another_format(tmp_path, name):
     packing = disks(1, 0.0)
-    for save in (jamlab.write_data, lambda path, p: jamlab.write_dump(path, [p])):
+    for save in (jamlab.jamlab, lambda path, p: jamlab.write_dump(path, [p])):
         with pytest.raises(InputError, match=name):
             save(tmp_path / name, packing)
     assert not list(tmp_path.iterdir())

@@ -17,7 +17,7 @@ from scipy.stats import ks_2samp
 import jamlab
 
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "40"))
-SOLVERS = jamlab.SolverSettings()
+SOLVERS = jamlab.results.SolverSettings()
 # arguments that a word of JSON stands for
 WAYS = {"cg": {"settings": replace(SOLVERS, relaxation=replace(SOLVERS.relaxation, many_disks=10**9))}, "fire": {}}
 
@@ -26,7 +26,7 @@ def onset(model, n, seed, option, value):
     """rho_J and CPU seconds, or the error."""
     began = time.process_time()
     try:
-        packing = jamlab.jam(model, n, seed, **WAYS.get(value, {option: value}))
+        packing = jamlab.jam(n, model, seed, **WAYS.get(value, {option: value}))
         row = {"rho": packing.onset, "phi": packing.phi}
     except jamlab.ConvergenceError as error:
         row = {"error": str(error)}

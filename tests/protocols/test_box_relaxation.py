@@ -55,7 +55,7 @@ def test_step_solves_the_bordered_system(pushed):
     sites = model.sites.toarray()
     size = len(sites)
     known = PositiveSolver(), model, state.forces.ravel(), gradient
-    u, e, shift = border_newton._step(*known, 1e-2, jamlab.SolverSettings())
+    u, e, shift = border_newton._step(*known, 1e-2, jamlab.results.SolverSettings())
     held = 0.5 * shift * size * np.eye(3)
     whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])
     assert np.linalg.eigvalsh(whole)[0] > 0
@@ -71,7 +71,7 @@ def test_newton_steps_end_at_the_minimum(sp_jammed):
     with jamlab.Session(near) as session:
         taken = descend_with_box(session, border, 1e-13)
         state = session.evaluate()
-    assert 0 < taken < jamlab.SolverSettings().border.steps
+    assert 0 < taken < jamlab.results.SolverSettings().border.steps
     assert state.max_force <= 1e-13 and border.excess(state.stress) < 1e-14
 
 

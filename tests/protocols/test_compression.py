@@ -54,8 +54,8 @@ def test_compression_of_disks_hits_its_targets(by):
 
 def test_states_near_onset_are_log_spaced():
     """U ~ (phi - phi_J)^2 and p ~ phi - phi_J hold over the decades that the grid visits."""
-    onset = jamlab.jam("sp", 16, seed=3)
-    states = list(jamlab.compress(onset, to=onset.onset + 1e-3, step=1e-3, by="phi", nearest=1e-5))
+    onset = jamlab.jam(16, "sp", seed=3)
+    states = list(jamlab.compress(onset, to=onset.onset + 1e-3, step=1e-3, by="phi", first_step=1e-5))
     wanted = [*(1e-5 * 10 ** (0.2 * np.arange(10))), 1e-3]
     above = np.array([p.phi - onset.onset for p in states])
     assert above == pytest.approx(wanted, rel=0.02)
@@ -71,8 +71,8 @@ def test_states_near_onset_are_log_spaced():
 def test_small_excursion_comes_back(start, by):
     """Energies on the way down are those on the way up."""
     at = start.phi if by == "phi" else jamlab.packing_fraction(start)
-    up = list(jamlab.compress(start, at + 2e-3, 5e-4, by=by, error=1e-2))
-    *down, home = jamlab.compress(up[-1], at, 5e-4, by=by, error=1e-2)
+    up = list(jamlab.compress(start, at + 2e-3, 5e-4, by=by, pressure_tolerance=1e-2))
+    *down, home = jamlab.compress(up[-1], at, 5e-4, by=by, pressure_tolerance=1e-2)
     assert len(up) == 4 and len(down) == 3
     for one, two in zip([start, *up[:-1]], [home, *down[::-1]], strict=True):
         shift = two.phi - one.phi
@@ -86,7 +86,7 @@ def test_small_excursion_comes_back(start, by):
 
 def test_decompression_loses_the_last_contact(start):
     """Followed down through onset: the pressure falls to nothing, and nothing is foretold there."""
-    *_, last = jamlab.compress(start, start.phi - 0.01, 5e-3, by="phi", error=1e-1)
+    *_, last = jamlab.compress(start, start.phi - 0.01, 5e-3, by="phi", pressure_tolerance=1e-1)
     assert last.phi == pytest.approx(start.phi - 0.01, abs=1e-6)
     assert jamlab.evaluate(last).pressure < 1e-9
     assert jamlab.contacts(last).backbone == 0
@@ -94,7 +94,7 @@ def test_decompression_loses_the_last_contact(start):
 
 def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
     """In one step of 0.08 outlines cross, and the packing fraction would go to 1.15."""
-    onset = jamlab.jam("dp", 8, 1, delta=0.02)
+    onset = jamlab.jam(8, "dp", 1, delta=0.02)
     states = list(jamlab.compress(onset, to=0.98, step=0.08))
     assert all(p.converged and p.on_target for p in states)
     assert all(jamlab.evaluate(p).max_force <= 1.01e-10 for p in states) and states[-1].phi < 1.05
@@ -102,7 +102,7 @@ def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
 
 def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start):
     """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
-    few = jamlab.SolverSettings()
+    few = jamlab.results.SolverSettings()
     few = replace(few, newton=replace(few.newton, steps=0), sweep=replace(few.sweep, halvings=1))
     few = replace(few, relaxation=replace(few.relaxation, rounds=1, cg_steps=1, stages=1))
     sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", settings=few)
@@ -120,7 +120,7 @@ def test_ensemble_is_kept(start, error):
     stabilized = jamlab.pack(16, 1e-3, seed=1, ensemble="shear-stabilized")
     for p, name in ((start, "fixed-box"), (stabilized, "shear-stabilized")):
         for sign in (1, -1):
-            for q in jamlab.compress(p, p.phi + sign * 1e-3, 5e-4, by="phi", error=error):
+            for q in jamlab.compress(p, p.phi + sign * 1e-3, 5e-4, by="phi", pressure_tolerance=error):
                 e = jamlab.evaluate(q)
                 shear = np.hypot(0.5 * (e.stress[0, 0] - e.stress[1, 1]), e.stress[0, 1]) / e.pressure
                 assert q.ensemble == name
@@ -132,7 +132,7 @@ def test_ensemble_is_kept(start, error):
 @pytest.mark.parametrize(("seed", "to"), [(1, 0.88), (4, 0.9316)])
 def test_droplets_end_in_minima(seed, to):
     """Two states that ended on saddles: forces below 1e-10, and a mode of stiffness -4e-4 and -3e-3."""
-    *_, p = jamlab.compress(jamlab.jam("dp", n=8, seed=seed), to=to, step=0.02)
+    *_, p = jamlab.compress(jamlab.jam(n=8, "dp", seed=seed), to=to, step=0.02)
     assert p.converged and jamlab.shear_modulus(p) > 0
 
 

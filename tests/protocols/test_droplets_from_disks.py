@@ -12,13 +12,13 @@ from jamlab.protocols.packing_of_picture import packing_of_picture
 
 @pytest.fixture(scope="module")
 def disks():
-    *_, last = jamlab.compress(jamlab.jam("sp", 12, 1), 0.88, 0.02)
+    *_, last = jamlab.compress(jamlab.jam(12, "sp", 1), 0.88, 0.02)
     return last
 
 
 @pytest.fixture(scope="module")
 def droplets(disks):
-    return jamlab.to_polygons(disks)
+    return jamlab.droplets_from_disks(disks)
 
 
 def test_free_droplets_have_the_area_of_their_disks(disks):
@@ -56,7 +56,7 @@ def test_handover_is_continuous(disks, droplets):
 def test_loose_disks_are_no_continuous_handover():
     """Without contacts z has no value, and the note says so instead of passing it over."""
     p = jamlab.Packing("sp", 4 * np.eye(2), [[1.0, 1.0], [3.0, 3.0]], {"eps": 1.0}, diameters=[1.0, 1.4])
-    note = jamlab.to_polygons(p).provenance["handover"]
+    note = jamlab.droplets_from_disks(p).provenance["handover"]
     assert note["continuous"] is False and np.isnan(note["z"])
 
 

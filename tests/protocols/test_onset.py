@@ -96,7 +96,7 @@ def _assert_stable(packing):
 @pytest.mark.parametrize("seed", [2, 5])
 def test_onset_of_droplets_is_a_minimum_or_says_what_holds_it(ensemble, seed):
     """Between two opposite flats, a curvature of -4e-11 beside 307 hides below any tolerance on forces."""
-    packing = jamlab.jam("dp", n=12, seed=seed, ensemble=ensemble)
+    packing = jamlab.jam(n=12, "dp", seed=seed, ensemble=ensemble)
     assert_onset(packing, "dp", 12, seed, 1e-10)
     _assert_held(packing)
     if ensemble == "shear-stabilized":
@@ -109,7 +109,7 @@ def _assert_held(packing):
         _assert_stable(packing)
         return
     with jamlab.Session(packing) as session:
-        assert saddles.rests_on_rattlers(session, jamlab.SolverSettings())
+        assert saddles.rests_on_rattlers(session, jamlab.results.SolverSettings())
     assert "on_rattlers" not in packing.with_state(positions=packing.positions + 1e-3).provenance
     assert why_no_modulus(packing)
 
@@ -117,8 +117,8 @@ def _assert_held(packing):
 def test_the_search_ends_where_nothing_can_jam():
     """Three triangles whose edges are longer than half the box; and four droplets, which took 25 tries once."""
     with pytest.raises(jamlab.JamlabError):
-        jamlab.jam("dp", 3, 1, sizes="monodisperse", vertices=3)
-    assert_onset(jamlab.jam("dp", 4, 1), "dp", 4, 1, 1e-10)
+        jamlab.jam(3, "dp", 1, sizes="monodisperse", vertices=3)
+    assert_onset(jamlab.jam(4, "dp", 1), "dp", 4, 1, 1e-10)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_the_search_ends_where_nothing_can_jam():
 )
 def test_droplets_of_other_kinds_jam(how):
     """Many vertices, thin rims, sizes; and a form of contacts that is not searched over rigid bodies."""
-    packing = jamlab.jam("dp", 8, 2, **how)
+    packing = jamlab.jam(8, "dp", 2, **how)
     assert_onset(packing, "dp", 8, 2, 1e-10)
     assert packing.provenance["minimizer"] == ("lbfgs" if "contact" in how else "rigid")
 
@@ -140,15 +140,15 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
     for packing, held in ((on_rattler, True), (jamlab.read(SADDLE), False)):
         with jamlab.Session(packing) as session:
             assert elasticity.unstable_directions(packing)[1] < 0
-            assert saddles.rests_on_rattlers(session, jamlab.SolverSettings()) is held
+            assert saddles.rests_on_rattlers(session, jamlab.results.SolverSettings()) is held
             assert np.array_equal(session.packing().positions, packing.positions)
 
 
 def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     """The same mechanism for `relaxed` and for `compress` with an error, which would follow the saddle."""
     on_saddle = jamlab.read(SADDLE)
-    _assert_stable(jamlab.relaxed(on_saddle))
-    (state,) = jamlab.compress(on_saddle, on_saddle.phi + 1e-4, 1e-4, by="phi", error=0.3)
+    _assert_stable(jamlab.relax(on_saddle))
+    (state,) = jamlab.compress(on_saddle, on_saddle.phi + 1e-4, 1e-4, by="phi", pressure_tolerance=0.3)
     _assert_stable(state)
 
 
@@ -158,6 +158,6 @@ def test_disks_that_balance_on_a_saddle_leave_it():
     grid = np.stack(np.meshgrid(*2 * [np.arange(3) + 0.5]), -1).reshape(-1, 2) / 3
     square = jamlab.Packing("sp", side * np.eye(2), side * grid, {"k": 1.0}, "k", np.ones(9))
     assert jamlab.evaluate(square).max_force < 1e-14 and elasticity.unstable_directions(square)[1] < 0
-    found = jamlab.relaxed(square)
+    found = jamlab.relax(square)
     assert found.converged and elasticity.unstable_directions(found) is None
     assert jamlab.evaluate(found).energy < jamlab.evaluate(square).energy

@@ -11,11 +11,11 @@ from jamlab.protocols.target_pressure import decompress
 NAN = float("nan")
 CALLS = {  # function -> what is called with one argument replaced
     "jam": lambda p, **how: jamlab.jam(**{"n": 8} | how),
-    "droplets": lambda p, **how: jamlab.jam("dp", **{"n": 4} | how),
+    "droplets": lambda p, **how: jamlab.jam(**{"n": 4} | how, "dp"),
     "pack": lambda p, **how: jamlab.pack(**{"n": 8, "pressure": 1e-3} | how),
     "compress": lambda p, **how: jamlab.compress(p, **{"to": 0.9, "step": 0.01} | how),
     "decompress": lambda p, **how: decompress(p, **{"pressure": 1e-4} | how),
-    "to_polygons": lambda p, **how: jamlab.to_polygons(p, **how),
+    "droplets_from_disks": lambda p, **how: jamlab.droplets_from_disks(p, **how),
     "at_phi": lambda p, **how: at_phi(p, **how),
     "shear_modulus": lambda p, **how: jamlab.shear_modulus(p, **{"method": "finite-strain"} | how),
     "bulk_modulus": lambda p, **how: jamlab.bulk_modulus(p, **{"method": "finite-strain"} | how),
@@ -54,8 +54,8 @@ REFUSED = [
     ("compress", "by", ["pressure"]),
     ("decompress", "pressure", [1e-2, 1e-9, -1.0, NAN]),
     ("decompress", "ranks", [0]),
-    ("to_polygons", "weight", [1.0]),
-    ("to_polygons", "delta", [3.0]),
+    ("droplets_from_disks", "weight", [1.0]),
+    ("droplets_from_disks", "delta", [3.0]),
     ("at_phi", "phi", [2.1]),
     *((name, "strain", [0.0, -1e-6, 0.2, NAN, "x"]) for name in ("shear_modulus", "bulk_modulus")),
     *((name, "method", ["guess"]) for name in ("shear_modulus", "bulk_modulus", "complex_modulus")),
@@ -64,7 +64,7 @@ REFUSED = [
     ("contact drag", "beta", [-1]),
     ("Stokes drag", "eta_f", [-1]),
     *((name, "tau", [0]) for name in ("contact drag", "Stokes drag")),
-    *((name, "tolerance", TOLERANCES) for name in ("jam", "pack", "compress", "to_polygons")),
+    *((name, "tolerance", TOLERANCES) for name in ("jam", "pack", "compress", "droplets_from_disks")),
     *((name, "sizes", SIZES) for name in ("jam", "pack")),
     ("with_state", "converged", [1]),
     ("with_state", "max_force", [-1.0, "small"]),
@@ -89,17 +89,17 @@ RING = [[0, 0], [1, 0], [2, 0]]  # without area
     "call",
     [
         lambda p: jamlab.pack(n=8, pressure=1e-6, tolerance=1e-9),  # forces that drown those of contacts
-        lambda p: jamlab.jam(n=8, search="paper", step=1e-13),  # states without end
-        lambda p: jamlab.jam(n=8, search="paper", ensemble="shear-stabilized"),
-        lambda p: jamlab.pack(n=8, pressure=1e-3, ratio=1.4, sizes="monodisperse"),
+        lambda p: jamlab.jam(n=8, search="incremental", step=1e-13),  # states without end
+        lambda p: jamlab.jam(n=8, search="incremental", ensemble="shear-stabilized"),
+        lambda p: jamlab.pack(n=8, pressure=1e-3, size_ratio=1.4, sizes="monodisperse"),
         lambda p: jamlab.compress(p, to=2.5, step=0.1, by="phi"),
         lambda p: decompress(at_phi(p, 0.5), 1e-4),  # not jammed
         lambda p: decompress(p.with_state(positions=p.positions + np.sin(p.positions)), 1e-4),  # not at rest
         *(lambda p, sizes=s: jamlab.jam(n=2, sizes=sizes) for s in ([], [1.0], [1.0, -1.0], [1.0, NAN], [1.0, 1e6])),
-        *(lambda p, v=v: jamlab.jam("dp", 3, sizes="lognormal:0.3", vertices=v) for v in ([8, 9], 2, 8.5)),
-        lambda p: jamlab.jam("dp", 3, sizes=[1.0, 1.0]),
-        lambda p: jamlab.jam("dp", 2, sizes=[1.0, 40.0]),  # line tension shrinks the small one to a point
-        lambda p: jamlab.to_polygons(p, gamma=10.0, ka=1.0),
+        *(lambda p, v=v: jamlab.jam(3, "dp", sizes="lognormal:0.3", vertices=v) for v in ([8, 9], 2, 8.5)),
+        lambda p: jamlab.jam(3, "dp", sizes=[1.0, 1.0]),
+        lambda p: jamlab.jam(2, "dp", sizes=[1.0, 40.0]),  # line tension shrinks the small one to a point
+        lambda p: jamlab.droplets_from_disks(p, gamma=10.0, ka=1.0),
         lambda p: jamlab.from_outlines([], [4.0, 4.0]),
         lambda p: jamlab.from_outlines([RING[:2]], [4.0, 4.0]),
         lambda p: jamlab.from_outlines([[[0, 0], [1, NAN], [1, 1]]], [4.0, 4.0]),
@@ -120,7 +120,7 @@ def test_values_that_do_not_go_together_are_refused(sp_jammed, call):
 
 def test_droplets_are_refused_where_disks_are_meant(dp_onset):
     for call in (
-        lambda: jamlab.to_polygons(dp_onset),
+        lambda: jamlab.droplets_from_disks(dp_onset),
         lambda: decompress(dp_onset, 1e-4),
         lambda: jamlab.complex_modulus(dp_onset, [1.0], prestress=False),
     ):

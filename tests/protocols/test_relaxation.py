@@ -77,7 +77,7 @@ def test_outlines_that_cross_end_a_descent():
 def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change):
     """From an affine step, without a single Newton step; the force on the same positions in numpy agrees."""
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
-        usual = jamlab.SolverSettings()
+        usual = jamlab.results.SolverSettings()
         assert relax(session, settings=replace(usual, newton=replace(usual.newton, steps=0))).converged
         assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
 
@@ -144,7 +144,7 @@ def test_what_moves_particles_or_the_box_clears_the_mark(onset):
     assert p.with_state(onset=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
 
 
-USUAL = jamlab.SolverSettings()
+USUAL = jamlab.results.SolverSettings()
 
 
 def changed(solver, **numbers):
@@ -170,6 +170,6 @@ def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense):
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])
 def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method):
     onset = jamlab.jam(n=32, seed=3, settings=changed("relaxation", many_disks=many))
-    assert onset.converged and jamlab.contacts(onset).count == jamlab.contacts(onset).isostatic
+    assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
     (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi", settings=changed("relaxation", many_disks=many))
     assert onset.provenance["minimizer"] == state.provenance["minimizer"] == method

@@ -153,10 +153,10 @@ def test_sizes_of_the_decks_are_the_default():
 
 def test_disks_of_one_to_ten_are_handed_over():
     disks = jamlab.pack(n=10, pressure=1e-2, seed=1, sizes=TEN_SIZES)
-    made = jamlab.to_polygons(disks, delta=0.1)
+    made = jamlab.droplets_from_disks(disks, delta=0.1)
     assert made.converged and made.n == 10
     assert jamlab.packing_fraction(made) == pytest.approx(jamlab.packing_fraction(disks), abs=2e-6)
-    assert np.diff(jamlab.to_polygons(disks, delta=0.1, vertices=12).offsets).tolist() == [12] * 10
+    assert np.diff(jamlab.droplets_from_disks(disks, delta=0.1, vertices=12).offsets).tolist() == [12] * 10
 
 
 @pytest.mark.parametrize("text", ["power-law:-2.45,1,20", "power-law:-3,1,10", "power-law:-2,1,100", "uniform:0.5"])

@@ -21,7 +21,7 @@ def crystal(spacing, side=6):
 
 def idle():
     """Solvers that end before forces are balanced."""
-    default = jamlab.SolverSettings()
+    default = jamlab.results.SolverSettings()
     numbers = replace(default.box_relaxation, rounds=1, near=0, noise=1e-2)
     return replace(default, box_relaxation=numbers, border=replace(default.border, steps=0))
 
@@ -86,7 +86,7 @@ def test_a_pressure_that_random_disks_do_not_meet_is_reached_from_above(ensemble
     found = jamlab.pack(64, 1e-8, 1, ensemble=ensemble, exponent=exponent)
     state, c = jamlab.evaluate(found), jamlab.contacts(found)
     assert found.converged and state.pressure == pytest.approx(1e-8, rel=1e-6)
-    assert 0 <= c.count - c.isostatic <= 3 and found.ensemble == ensemble
+    assert 0 <= c.n_contacts - c.isostatic <= 3 and found.ensemble == ensemble
     said = found.provenance
     assert said["seed"] == 1
     assert (said["protocol"] == "decompress") == ("from_pressure" in said)

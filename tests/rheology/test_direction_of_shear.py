@@ -10,7 +10,7 @@ from jamlab.mechanics.stiffness import stress
 
 OMEGA = np.logspace(-4, 2, 7)
 ANGLES = np.array([0.0, 0.3, 1.0])
-LAWS = [jamlab.ContactDamping(arms="contact"), jamlab.StokesDrag(eta_f=0.5)]
+LAWS = [jamlab.ContactDamping(lever_arms="contact"), jamlab.StokesDrag(eta_f=0.5)]
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # by 90 degrees, counter-clockwise, for rows
 
 

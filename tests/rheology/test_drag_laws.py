@@ -11,7 +11,7 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.rheology.damping import damping_matrix, law_of_record
 
 LAWS = (
-    jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, arms="contact"),
+    jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, lever_arms="contact"),
     jamlab.ContactDamping(),
     jamlab.StokesDrag(eta_f=0.5, tau=3.0),
 )
@@ -23,7 +23,7 @@ def test_a_record_is_read_back_as_the_same_law(law):
 
 
 def test_linear_laws_keep_all_but_the_exponent():
-    assert LAWS[0].linear() == jamlab.ContactDamping(beta=0.3, tau=2.0, arms="contact")
+    assert LAWS[0].linear() == jamlab.ContactDamping(beta=0.3, tau=2.0, lever_arms="contact")
     assert LAWS[2].linear() is LAWS[2] and LAWS[2].alpha == 1.0
 
 
@@ -57,7 +57,7 @@ def test_time_of_a_film_is_measured_in_its_own_tau():
 @pytest.mark.parametrize("arms", ["radius", "contact"])
 def test_disks_whose_loops_are_all_even_turn_like_gears(arms):
     """No drag resists that, and none drives it: G* is that of the pseudo-inverse, whatever rounding does."""
-    omega, law = np.array([1e-3, 1.0, 1e3]), jamlab.ContactDamping(arms=arms)
+    omega, law = np.array([1e-3, 1.0, 1e3]), jamlab.ContactDamping(lever_arms=arms)
     for seed in (2, 5, 11):
         packing = jamlab.pack(2, 1e-2, seed)
         k, b = (m.toarray() for m in jamlab.dynamical_matrices(packing, law))
@@ -71,11 +71,11 @@ def test_disks_whose_loops_are_all_even_turn_like_gears(arms):
 
 
 def test_odd_loops_hold_gears():
-    bare = jamlab.without_rattlers(jamlab.pack(32, 1e-2, 1))
+    bare = jamlab.remove_rattlers(jamlab.pack(32, 1e-2, 1))
     assert jamlab.ContactDamping().gears(bare) == []
 
 
-LAW = ContactDamping(beta=50.0, arms="contact")
+LAW = ContactDamping(beta=50.0, lever_arms="contact")
 
 
 def pair_of_disks():
@@ -139,11 +139,11 @@ def last(states):
 
 
 WITH_RATTLERS = {
-    "bidisperse": lambda: jamlab.jam("sp", 64, 2),
+    "bidisperse": lambda: jamlab.jam(64, "sp", 2),
     "k": lambda: jamlab.pack(n=32, pressure=1e-3, seed=3),
-    "ratio 3": lambda: last(jamlab.compress(jamlab.jam("sp", 16, 1, ratio=3.0), to=0.9, step=0.03)),
+    "ratio 3": lambda: last(jamlab.compress(jamlab.jam(16, "sp", 1, size_ratio=3.0), to=0.9, step=0.03)),
     "uniform, Hertz": lambda: last(
-        jamlab.compress(jamlab.jam("sp", 16, 2, sizes="uniform:0.3", exponent=2.5), to=0.88, step=0.03, by="phi")
+        jamlab.compress(jamlab.jam(16, "sp", 2, sizes="uniform:0.3", exponent=2.5), to=0.88, step=0.03, by="phi")
     ),
     "droplets": lambda: jamlab.read(Path(__file__).parents[1] / "states" / "droplets_at_onset.h5"),
 }

@@ -6,13 +6,13 @@ from droplet_drag import drag_rates
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
-from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.packing.deformation import sheared
 
 LAWS = [
     ContactDamping(),
     ContactDamping(beta=0.0),
-    ContactDamping(beta=0.3, tau=2.0, arms="contact"),
+    ContactDamping(beta=0.3, tau=2.0, lever_arms="contact"),
     StokesDrag(eta_f=0.7),
 ]
 
@@ -20,16 +20,16 @@ LAWS = [
 @pytest.fixture(scope="module")
 def sp_deep():
     """Disks at pressure 1e-2 k, rattlers taken out."""
-    return without_rattlers(jamlab.pack(n=32, pressure=1e-2, seed=3))
+    return remove_rattlers(jamlab.pack(n=32, pressure=1e-2, seed=3))
 
 
 @pytest.fixture(scope="module", params=["sp", "sp-eps", "dp"])
 def network(request, sp_deep, dp_dense):
     """Disks whose springs have one stiffness, or one energy at full overlap; droplets."""
     if request.param == "sp-eps":
-        *_, packing = jamlab.compress(jamlab.jam("sp", 16, 2), 0.9, 0.05, by="phi")
-        return without_rattlers(packing)
-    return sp_deep if request.param == "sp" else without_rattlers(dp_dense)
+        *_, packing = jamlab.compress(jamlab.jam(16, "sp", 2), 0.9, 0.05, by="phi")
+        return remove_rattlers(packing)
+    return sp_deep if request.param == "sp" else remove_rattlers(dp_dense)
 
 
 def gradient(p, u, strain):

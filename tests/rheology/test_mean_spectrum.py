@@ -46,8 +46,8 @@ def test_packings_that_differ_are_never_averaged():
         jamlab.pack(16, 2e-2, 1),
         jamlab.pack(24, 1e-2, 1),
         jamlab.pack(16, 1e-2, 1, ensemble="shear-stabilized"),
-        jamlab.pack(16, 1e-2, 1, ratio=1.2),
-        jamlab.jam("sp", 16, 1, ensemble="shear-stabilized"),
+        jamlab.pack(16, 1e-2, 1, size_ratio=1.2),
+        jamlab.jam(16, "sp", 1, ensemble="shear-stabilized"),
     ]
     packings = [same[0], *others, same[1]]
     groups = group_packings(packings)

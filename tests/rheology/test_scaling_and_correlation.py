@@ -6,7 +6,7 @@ from scipy.integrate import quad
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
-from jamlab.geometry.contact_network import without_rattlers
+from jamlab.geometry.contact_network import remove_rattlers
 from jamlab.rheology.displacement_correlation import (
     correlation_along_x,
 )
@@ -21,16 +21,16 @@ def packing():
 
 def test_slow_shear_carries_the_modulus_and_the_viscosity(packing):
     """G_0 A = sum k du_par^2 without pre-stress; A eta_0 at beta = 0 the same (eqs 4 and 6)."""
-    slow = jamlab.slow_shear(packing, prestress=False)
+    slow = jamlab.nonaffine_response(packing, prestress=False)
     s = jamlab.complex_modulus(packing, [1.0], ContactDamping(beta=0.0), prestress=False)
-    assert len(slow.normal) == len(slow.tangential) == jamlab.contacts(packing).count
+    assert len(slow.normal) == len(slow.tangential) == jamlab.contacts(packing).n_contacts
     assert np.sum(slow.normal**2) / packing.area == pytest.approx(s.g0, rel=1e-9)
     assert np.sum(slow.normal**2) / packing.area == pytest.approx(s.eta0, rel=1e-9)
 
 
 def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
     """Rotations only lower dissipation: A eta_0 <= sum du_par^2 + du_perp^2 at beta = 1, pre-stress kept."""
-    slow = jamlab.slow_shear(packing)
+    slow = jamlab.nonaffine_response(packing)
     s = jamlab.complex_modulus(packing, [1.0], ContactDamping(beta=1.0))
     assert s.eta0 < np.sum(slow.normal**2 + slow.tangential**2) / packing.area
     stokes = jamlab.complex_modulus(packing, [1.0], StokesDrag(eta_f=0.0))
@@ -39,7 +39,7 @@ def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
 
 def test_sliding_grows_and_approach_fades_towards_onset():
     """Fig 5, no pre-stress: medians ~ p^(1/4), p^(-1/4), p^(-1/4); two decades of p make factors of about 3."""
-    near, far = (jamlab.slow_shear(jamlab.pack(n=256, pressure=p, seed=1), prestress=False) for p in (1e-4, 1e-2))
+    near, far = (jamlab.nonaffine_response(jamlab.pack(n=256, pressure=p, seed=1), prestress=False) for p in (1e-4, 1e-2))
     assert near.median_normal < 0.6 * far.median_normal
     assert near.median_tangential > 1.7 * far.median_tangential
     assert near.median_nonaffine > 1.7 * far.median_nonaffine
@@ -77,7 +77,7 @@ def test_correlation_of_a_wave():
 def test_displacements_solve_the_dense_equation_at_unit_stress(packing):
     """(K + i omega B) Q = A e_gamma, the real part at peak stress; rotations take no part under Stokes drag."""
     omega, law = 1e-2, StokesDrag(eta_f=0.3)
-    backbone, u = jamlab.oscillating_displacements(packing, omega, law)
+    backbone, u = jamlab.displacement_response(packing, omega, law)
     k, b = (matrix.toarray() for matrix in jamlab.dynamical_matrices(backbone, law))
     kept = np.r_[0 : 2 * backbone.n, 3 * backbone.n]
     load = np.zeros(len(kept))
@@ -93,7 +93,7 @@ def test_impossible_correlations_are_refused(packing):
         jamlab.displacement_correlation(packing, 1.0, lane=0)
     with pytest.raises(jamlab.InputError, match=r"omega = -1\.0"):
         jamlab.displacement_correlation(packing, -1.0)
-    network = without_rattlers(packing)
+    network = remove_rattlers(packing)
     flat = correlation_along_x(network.positions, np.ones(network.n), packing.box)
     with pytest.raises(jamlab.ConvergenceError):
         _ = flat.length
@@ -102,7 +102,7 @@ def test_impossible_correlations_are_refused(packing):
 @pytest.mark.parametrize("alpha", [0.5, 2 / 3, 1.0, 1.5])
 def test_equivalent_drag_dissipates_as_much_in_a_cycle(alpha):
     """Eq 25 from its definition: int |v|^(1 + alpha) dt = tau int v^2 dt over a cycle of amplitude u_0, eq 24."""
-    for w, tau in zip(OMEGA, jamlab.equivalent_time(OMEGA, 1e-3, alpha), strict=True):
+    for w, tau in zip(OMEGA, jamlab.effective_relaxation_time(OMEGA, 1e-3, alpha), strict=True):
         u0 = 1e-3 / np.hypot(1, w * tau)
         nonlinear = quad(lambda t, v=u0 * w: np.abs(v * np.cos(t)) ** (1 + alpha), 0, np.pi / 2)[0]
         assert tau * np.pi / 4 * (u0 * w) ** 2 == pytest.approx(nonlinear, rel=1e-8)
@@ -110,10 +110,10 @@ def test_equivalent_drag_dissipates_as_much_in_a_cycle(alpha):
 
 def test_equivalent_time_has_the_limits_of_eq_26():
     """tau ~ omega^(alpha - 1) F^(alpha - 1) when slow, ~ F^((alpha - 1)/alpha) when fast; 1 when linear."""
-    assert jamlab.equivalent_time(OMEGA, 1e-3, 1.0) == pytest.approx(1.0, rel=1e-12)
+    assert jamlab.effective_relaxation_time(OMEGA, 1e-3, 1.0) == pytest.approx(1.0, rel=1e-12)
     for alpha in (0.5, 2 / 3):
-        tau = jamlab.equivalent_time([1e-12, 1e-11, 1e9, 1e10], 1e-3, alpha)
-        other = jamlab.equivalent_time([1e-12, 1e10], 1e-4, alpha)
+        tau = jamlab.effective_relaxation_time([1e-12, 1e-11, 1e9, 1e10], 1e-3, alpha)
+        other = jamlab.effective_relaxation_time([1e-12, 1e10], 1e-4, alpha)
         assert np.log10(tau[1] / tau[0]) == pytest.approx(alpha - 1, abs=1e-3)
         assert tau[3] == pytest.approx(tau[2], rel=1e-3)
         assert np.log10(other[0] / tau[0]) == pytest.approx(1 - alpha, abs=1e-3)
@@ -135,7 +135,7 @@ def test_nonlinear_modulus(packing):
 def test_impossible_drag_is_refused(packing):
     for arguments, message in (((1.0, 1e-3, 0.0), "alpha = 0"), ((1.0, 0.0, 0.5), "force = 0"), ((-1, 1, 1), "omega")):
         with pytest.raises(jamlab.InputError, match=message):
-            jamlab.equivalent_time(*arguments)
+            jamlab.effective_relaxation_time(*arguments)
 
 
 def made_up(p, mu, lam, noise):
@@ -143,7 +143,7 @@ def made_up(p, mu, lam, noise):
     omega = np.logspace(-9, 0, 91)
     x = omega / p**lam
     g = p**mu * noise * np.sqrt(1 + 1j * x) if mu / lam == 0.5 else p**mu * noise * (1 + 1j * x) ** (mu / lam)
-    return jamlab.ComplexModulus(omega, g.real, g.imag, p**mu, p ** (mu - lam) / 2, 0.0, "made up", 0 * omega)
+    return jamlab.results.ComplexModulus(omega, g.real, g.imag, p**mu, p ** (mu - lam) / 2, 0.0, "made up", 0 * omega)
 
 
 @pytest.mark.parametrize(("mu", "lam"), [(0.5, 1.0), (0.6, 0.9)])
@@ -151,24 +151,24 @@ def test_collapse_finds_the_exponents_of_a_scaling_function(mu, lam):
     """Delta = mu/lambda follows; a scatter of 5 % makes intervals that hold the truth."""
     rng = np.random.default_rng(1)
     pressures = [1e-2, 1e-3, 1e-4, 1e-5]
-    clean = jamlab.collapse(pressures, [[made_up(p, mu, lam, 1.0)] for p in pressures], resamples=0)
-    assert (clean.mu, clean.lam) == pytest.approx((mu, lam), abs=1e-3)
+    clean = jamlab.scaling_collapse(pressures, [[made_up(p, mu, lam, 1.0)] for p in pressures], resamples=0)
+    assert (clean.mu, clean.lambda_) == pytest.approx((mu, lam), abs=1e-3)
     assert clean.exponent == pytest.approx(mu / lam, abs=0.02) and clean.spread < 1e-3
     noisy = [[made_up(p, mu, lam, 1 + 0.05 * rng.normal()) for _ in range(6)] for p in pressures]
-    fit = jamlab.collapse(pressures, noisy, resamples=20)
+    fit = jamlab.scaling_collapse(pressures, noisy, resamples=20)
     assert abs(fit.mu - mu) < 3 * fit.mu_ci95 < 0.1
 
 
 def test_impossible_collapses_are_refused(packing):
     s = jamlab.complex_modulus(packing, [1e-3, 1.0])
     with pytest.raises(jamlab.InputError):
-        jamlab.collapse([1e-3], [[s]])
+        jamlab.scaling_collapse([1e-3], [[s]])
     other = jamlab.complex_modulus(packing, [1e-4, 1.0])
     with pytest.raises(jamlab.InputError):
-        jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [other]])
-    negative = jamlab.ComplexModulus(s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error_bound)
+        jamlab.scaling_collapse([1e-3, 1e-4, 1e-5], [[s], [s], [other]])
+    negative = jamlab.results.ComplexModulus(s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error_bound)
     with pytest.raises(jamlab.InputError, match="1e-05"):
-        jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [negative]])
+        jamlab.scaling_collapse([1e-3, 1e-4, 1e-5], [[s], [s], [negative]])
 
 
 @pytest.mark.parametrize("resamples", [0, 20])
@@ -177,7 +177,7 @@ def test_a_collapse_without_critical_regime_keeps_the_other_exponents(resamples)
     rng, pressures = np.random.default_rng(1), [4e-2, 2e-2, 1e-2]
     noisy = [[made_up(p, 0.5, 1.0, 1 + 0.05 * rng.normal()) for _ in range(3)] for p in pressures]
     with pytest.warns(jamlab.JamlabWarning):
-        fit = jamlab.collapse(pressures, noisy, resamples=resamples)
-    assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lam - 1) < 0.2 and np.isnan([fit.exponent, fit.exponent_ci95]).all()
+        fit = jamlab.scaling_collapse(pressures, noisy, resamples=resamples)
+    assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lambda_ - 1) < 0.2 and np.isnan([fit.exponent, fit.exponent_ci95]).all()
     assert (fit.mu_ci95 > 0) == (fit.lam_ci95 > 0) == (resamples > 0)
     assert "nan" in str(fit) and fit.plot() is not None

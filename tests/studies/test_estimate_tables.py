@@ -18,7 +18,7 @@ def test_a_table_of_ways_is_measured_once(tmp_path, monkeypatch):
 
     few = made()
     assert few[CARRIED].seeds.tolist() == [1, 2] and (few[CARRIED].seconds > few[DISKS].seconds).all()
-    p = bring_on(replace(DISKS, n=8), jamlab.jam("sp", 8, 1), 0.87)
+    p = bring_on(replace(DISKS, n=8), jamlab.jam(8, "sp", 1), 0.87)
     assert few[DISKS].values["z"][0, 0] == pytest.approx(jamlab.contacts(p).z, rel=1e-5)
     monkeypatch.setattr("jamlab.estimates.ways.find_onset", None)  # nothing is made again
     assert made().keys() == few.keys()

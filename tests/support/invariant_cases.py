@@ -46,18 +46,18 @@ def packings():
     """
     files = {"dp": "stable_droplets.h5", "square": "droplets_at_onset.h5"}
     droplets = {name: jamlab.read(STATES / file) for name, file in files.items()}
-    droplets["dp"] = jamlab.relaxed(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
+    droplets["dp"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
     law = {"eps": 1.7, "exponent": 3.0}
     p = _disks(n=12, pressure=3e-3, seed=2, ratio=3.0)
     disks = {
         "sp": _disks(n=14, pressure=3e-3, seed=6),
-        "eps": jamlab.relaxed(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
+        "eps": jamlab.relax(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
         "hertz": _disks("lognormal:0.4", n=12, pressure=1e-2, seed=6, exponent=2.5),
         "dense": jamlab.pack(n=12, pressure=3e-2, seed=1),
         "sticky": _disks(n=14, pressure=-1e-3, seed=6, stickiness=0.04),
     }
     law, q = {"eps": 1.7, "stickiness": 0.03}, disks["sticky"]
-    disks["sticky eps"] = jamlab.relaxed(jamlab.Packing("sp", q.box, q.positions, law, "eps", q.diameters))
+    disks["sticky eps"] = jamlab.relax(jamlab.Packing("sp", q.box, q.positions, law, "eps", q.diameters))
     return disks | droplets
 
 
@@ -270,13 +270,13 @@ def _evaluated(view):
 
 
 def _order(view):
-    found = jamlab.orientational_order(view.packing)
+    found = jamlab.hexatic_order(view.packing)
     return {"local": (np.abs(found.local), (NUMBER, EACH)), "neighbors": (found.neighbors, (NUMBER, EACH))}
 
 
 def _motion(view):
     """Of modes that drag resists; those of high rates cost hardly any and hold the rounding of its matrix."""
-    found = jamlab.mode_motion(view.packing)
+    found = jamlab.mode_character(view.packing)
     kept = (found.rates < 1e3) & (found.strengths > 1e-9 * found.strengths.max())
     names = ("translation", "rotation", "along", "across", "sliding")
     return {name: (np.vdot(getattr(found, name)[kept], found.strengths[kept]), STRESS) for name in names} | {
@@ -286,7 +286,7 @@ def _motion(view):
 
 def _droplets(view):
     """In units of eps and l, whatever those of the disks are."""
-    found = _at_minimum(jamlab.to_polygons(view.packing, nv_small=8, nv_large=11))
+    found = _at_minimum(jamlab.droplets_from_disks(view.packing, nv_small=8, nv_large=11))
     return {name: (value, NUMBER) for name, (value, _) in found.items()}
 
 
@@ -297,7 +297,7 @@ def _fractions(view):
 
 def _slow(view):
     """A mirror turns the shear, and with it approach; what slides keeps its sense of turning."""
-    found = jamlab.slow_shear(view.packing)
+    found = jamlab.nonaffine_response(view.packing)
     lengths = {"normal": view.sign * found.normal, "tangential": np.abs(found.tangential)}
     return {name: (value, (LENGTH, SET)) for name, value in lengths.items()}
 
@@ -328,7 +328,7 @@ ONE_WAY = {"mirror": "it goes one way, along x"}
 CHAOS = {"supercell": "copies part in steady flow, where what rounding leaves grows"}
 
 CASES = {
-    "area_ratios": Case(_one(jamlab.area_ratios, (NUMBER, EACH))),
+    "relative_areas": Case(_one(jamlab.relative_areas, (NUMBER, EACH))),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM, LONG),
     "choose_flow": Case(_one(lambda p: _coded(jamlab.choose_flow(p, omega=1.0, amplitude=0.01).way)), models=("dp",)),
     "complex_modulus": Case(_spectrum, models=(*Case.models, "sticky", "sticky eps")),
@@ -355,8 +355,8 @@ CASES = {
         models=("eps",),
         but=ONE_WAY | CHAOS,
     ),
-    "held_motions": Case(
-        _fields(jamlab.held_motions, **dict.fromkeys(("particles", "pairs", "contacts"), (NUMBER, ALL)), free=NUMBER),
+    "maxwell_count": Case(
+        _fields(jamlab.maxwell_count, **dict.fromkeys(("particles", "pairs", "contacts"), (NUMBER, ALL)), free=NUMBER),
         but=PER_CELL,
     ),
     "rigid_clusters": Case(
@@ -366,14 +366,13 @@ CASES = {
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction, (NUMBER, EACH))),
     "lowest_modes": Case(_modes, but=PER_CELL),
     "measure": Case(_measured),
-    "measure_all": Case(_one(lambda p: jamlab.measure_all([p, p], ["pressure"])["pressure"], STRESS)),
-    "mode_motion": Case(_motion, models=("dp",)),
+    "mode_character": Case(_motion, models=("dp",)),
     "nonlinear_modulus": Case(
         lambda v: _fields(
             lambda p: jamlab.nonlinear_modulus(p, [1e-2, 1.0], 0.5, 1e-2 * v.k), storage=STRESS, loss=STRESS
         )(v)
     ),
-    "orientational_order": Case(_order),
+    "hexatic_order": Case(_order),
     "oscillate": Case(
         _fields(
             lambda p: jamlab.oscillate(p, 10.0, 1e-4, cycles=2, points=16, tolerance=1e-2), storage=STRESS, loss=STRESS
@@ -381,8 +380,8 @@ CASES = {
         FLOW,
         LONG,
     ),
-    "oscillating_displacements": Case(
-        _one(lambda p: np.abs(jamlab.oscillating_displacements(p, 1e-2)[1]).ravel(), ((-1, 3), SET))
+    "displacement_response": Case(
+        _one(lambda p: np.abs(jamlab.displacement_response(p, 1e-2)[1]).ravel(), ((-1, 3), SET))
     ),
     "packing_fraction": Case(_fractions),
     "particle_areas": Case(_one(jamlab.particle_areas, (AREA, EACH))),
@@ -397,20 +396,20 @@ CASES = {
     "relax_stress": Case(
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
-    "relaxed": Case(lambda v: _at_minimum(jamlab.relaxed(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
+    "relaxed": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
         _along(
-            lambda v: jamlab.shear(v.packing, v.sign * 0.1, strain=0.02, rows=4),
+            lambda v: jamlab.shear(v.packing, v.sign * 0.1, strain=0.02, n_rows=4),
             **{"stress": STRESS, "pressure": STRESS, "z_all": NUMBER},
         ),
         FLOW,
         LONG,
     ),
     "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM, (*LONG, "sticky")),
-    "slow_shear": Case(_slow, models=DISKS),
+    "nonaffine_response": Case(_slow, models=DISKS),
     "stop_flow": Case(
-        _along(lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background=1e-2), stress=STRESS, pressure=STRESS),
+        _along(lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background_drag=1e-2), stress=STRESS, pressure=STRESS),
         FLOW,
         ("eps",),
     ),
@@ -422,12 +421,12 @@ CASES = {
     "tessellation": Case(
         _fields(jamlab.tessellation, area=(AREA, EACH), wall_length=(LENGTH, SET), sides=(NUMBER, EACH))
     ),
-    "to_polygons": Case(_droplets, MINIMUM, models=("dense",), but=RANDOM),
+    "droplets_from_disks": Case(_droplets, MINIMUM, models=("dense",), but=RANDOM),
     "voids": Case(
         _fields(jamlab.voids, sides=(NUMBER, SET), area=(AREA, SET), perimeter=(LENGTH, SET), percolating=(NUMBER, SET))
     ),
-    "without_rattlers": Case(_one(lambda p: jamlab.without_rattlers(p).n, (NUMBER, ALL))),
-    "zero_modes": Case(_one(jamlab.zero_modes), but=PER_CELL),
+    "remove_rattlers": Case(_one(lambda p: jamlab.remove_rattlers(p).n, (NUMBER, ALL))),
+    "count_zero_modes": Case(_one(jamlab.count_zero_modes), but=PER_CELL),
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(

@@ -11,7 +11,7 @@ import jamlab
 
 def states():
     tilted = jamlab.pack(24, 5e-3, 2, stickiness=0.05, ensemble="shear-stabilized")
-    return {"sp": tilted, "dp": jamlab.jam("dp", 6, 1)}
+    return {"sp": tilted, "dp": jamlab.jam(6, "dp", 1)}
 
 
 @pytest.fixture(scope="module", params=["sp", "dp"])

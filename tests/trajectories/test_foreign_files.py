@@ -111,7 +111,7 @@ def test_arrays_of_numpy(tmp_path):
 def test_compressed_text_is_read_and_damage_to_it_is_named(tmp_path, opener):
     p, ending = jamlab.pack(n=8, pressure=1e-2, seed=1), {gzip: "gz", bz2: "bz2", lzma: "xz"}
     last = next(name for module, name in ending.items() if module.open is opener)
-    jamlab.write_dump(tmp_path / "p.dump", [p])
+    jamlab.jamlab(tmp_path / "p.dump", [p])
     jamlab.write_data(tmp_path / "p.data", p)
     for name in ("p.dump", "p.data"):
         whole = (tmp_path / name).read_bytes()
@@ -255,7 +255,7 @@ def test_tables_that_are_no_packing_are_refused(tmp_path, name, content, error):
 
 def test_other_columns_and_sections_of_lammps_files_are_named(tmp_path):
     p = jamlab.pack(n=8, pressure=1e-2, seed=1)
-    jamlab.write_dump(tmp_path / "p.dump", [p])
+    jamlab.jamlab(tmp_path / "p.dump", [p])
     *head, columns = (tmp_path / "p.dump").read_text().split("ITEM: ATOMS")
     names, *rows = columns.splitlines()
     wide = [f"{names} vx c_stress c_k", *(f"{row} 0 1 {row.split()[0]}" for row in rows)]

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import jamlab
 
 p = jamlab.pack(n=128, pressure=1e-3, seed=2)
-zero = jamlab.zero_modes(p)
+zero = jamlab.count_zero_modes(p)
 modes = jamlab.lowest_modes(p, 40)
 print(f"{zero} modes without stiffness, {jamlab.contacts(p).rattlers.sum()} rattlers")
 

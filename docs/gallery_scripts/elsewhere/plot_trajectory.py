@@ -12,7 +12,7 @@ import jamlab
 onset = jamlab.jam(n=64, seed=1)
 u = jamlab.universe([onset, *jamlab.compress(onset, to=0.95, step=0.01)])
 print(u, u.trajectory.n_frames, "frames")
-a = jamlab.measure_all(jamlab.from_universe(u), ["rho", "psi_6", "shape"])
+a = jamlab.measure(jamlab.from_universe(u), ["rho", "psi_6", "shape"])
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
 axes[0].plot(a["rho"], a["psi_6"], "o-", color="#0072B2")

@@ -15,7 +15,7 @@ spectra = []
 for pressure in pressures:
     packings = [jamlab.pack(n=128, pressure=pressure, seed=seed) for seed in (1, 2, 3)]
     spectra.append([jamlab.complex_modulus(p, omega, prestress=False) for p in packings])
-c = jamlab.collapse(pressures, spectra)
+c = jamlab.scaling_collapse(pressures, spectra)
 print(c.exponents)
 figure, ax = plt.subplots(figsize=(6, 4.6), layout="constrained")
 c.plot(ax)

@@ -12,7 +12,7 @@ import jamlab
 
 onset = jamlab.jam(n=32, seed=1)
 *_, disks = jamlab.compress(onset, to=0.88, step=0.02)
-droplets = jamlab.to_polygons(disks)
+droplets = jamlab.droplets_from_disks(disks)
 *_, dense = jamlab.compress(droplets, to=0.96, step=0.02)
 print(droplets.provenance["handover"])
 

@@ -17,7 +17,7 @@ distance, excess = [], []
 for seed in range(1, 7):
     onset = jamlab.jam(n=64, seed=seed)
     start = jamlab.contacts(onset).z
-    for p in jamlab.compress(onset, to=0.95, by="phi", step=0.02, nearest=1e-3):
+    for p in jamlab.compress(onset, to=0.95, by="phi", step=0.02, first_step=1e-3):
         distance.append(p.phi - onset.phi)
         excess.append(jamlab.contacts(p).z - start)
 distance, excess = np.array(distance), np.array(excess)

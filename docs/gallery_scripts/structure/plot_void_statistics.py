@@ -13,7 +13,7 @@ import jamlab
 
 onset = jamlab.jam(model="dp", n=32, seed=1)
 sweep = [onset, *jamlab.compress(onset, to=0.97, step=0.02)]
-found = [jamlab.voids(jamlab.without_rattlers(p)).sides for p in sweep]
+found = [jamlab.voids(jamlab.remove_rattlers(p)).sides for p in sweep]
 rho = [jamlab.packing_fraction(p) for p in sweep]
 
 figure, ax = plt.subplots(figsize=(5.6, 4), layout="constrained")

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import jamlab
 
 p = jamlab.jam(n=128, seed=1)
-backbone = jamlab.without_rattlers(p)
+backbone = jamlab.remove_rattlers(p)
 found = jamlab.voids(backbone)
 
 figure, axes = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained", width_ratios=(1.3, 1))

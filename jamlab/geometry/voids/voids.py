@@ -27,7 +27,7 @@ from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, LABEL, drawn, label_axes
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS, side_names
 
@@ -38,7 +38,7 @@ PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void betwe
 
 
 @dataclass(frozen=True)
-class Voids:
+class Voids(Result):
     """Voids of a packing, one entry each.
 
     Attributes:
@@ -71,8 +71,6 @@ class Voids:
     void: Indices
     image: Indices
     packing: Packing = field(repr=False, compare=False)
-
-    __repr__ = short_repr
 
     @property
     def shape(self) -> Array:
@@ -134,7 +132,7 @@ def voids(packing: Packing) -> Voids:
 
     A rattler that floats in a void is an island of it: its area and perimeter count, its side does not. A rattler that
     touches the particles around it adds to the sides of the void, or divides it, like any other particle. Take
-    rattlers out with `without_rattlers` for the voids of the force-bearing network, as for P_l.
+    rattlers out with `remove_rattlers` for the voids of the force-bearing network, as for P_l.
 
     Args:
         packing: SP or DP.
@@ -276,7 +274,7 @@ def void_paths(found: Voids) -> list[Any]:
 
 
 @dataclass(frozen=True)
-class VoidStatistics:
+class VoidStatistics(Result):
     """Voids of one or several packings by number of sides; voids that percolate are counted apart.
 
     Attributes:
@@ -301,8 +299,6 @@ class VoidStatistics:
     shape: Array
     shape_spread: Array
     percolating: int
-
-    __repr__ = short_repr
 
     @property
     def plateau(self) -> float:

@@ -66,7 +66,7 @@ SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
 # fig 5 ----------------------------------------------------------------------------------------------------------------
 
 
-def slow_shear(tables: EnsembleTables, prestress: bool = False, n: int = SIZE) -> pd.DataFrame:
+def nonaffine_response(tables: EnsembleTables, prestress: bool = False, n: int = SIZE) -> pd.DataFrame:
     """Select the packings of slow shear in boxes of fixed shape."""
     return select(tables.quasistatic, n=n, ensemble=FIXED, prestress=prestress)
 
@@ -81,7 +81,7 @@ def by_pressure(rows: pd.DataFrame, values: "pd.Series[float]") -> dict[float, A
 
 def of_motion(tables: EnsembleTables, column: str, over: str = "", n: int = SIZE, prestress: bool = False) -> Sample:
     """Take the mean of a column, or of its ratio to another, at each pressure."""
-    rows = slow_shear(tables, prestress, n)
+    rows = nonaffine_response(tables, prestress, n)
     ratio = rows[column] / (rows[over] if over else 1.0)
     if ratio.notna().sum() == 0:
         raise InputError(f"no packing of slow shear has {column}: run a campaign that measures it")
@@ -105,7 +105,7 @@ def root_mean_squares(tables: EnsembleTables) -> dict[str, dict[float, Array]]:
     """Give root mean squares of approach and sliding by pressure of the largest packings without pre-stress, from
     k times the sum of squares over the area, which is G_0, and eta_0 - G_0, [T] eqs 19 and 22. Contacts per area are
     those of N = 512, which go with a + b p^0.5 to 0.3 %."""
-    small = slow_shear(tables, n=FEWER)
+    small = nonaffine_response(tables, n=FEWER)
     if "contact_density" not in small or small["contact_density"].isna().all():
         raise InputError("no packing of slow shear has contacts per area: run a campaign that measures them")
     known = small.groupby("pressure")["contact_density"].mean()
@@ -137,7 +137,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     def draw(
         panel: Any, series: str, n: int, column: str, text: str | None = "", **look: Any
     ) -> tuple[Array, Interval]:
-        rows = slow_shear(tables, n=n).dropna(subset=[column])
+        rows = nonaffine_response(tables, n=n).dropna(subset=[column])
         p = np.sort(rows["pressure"].unique())
         mean = mean_over_packings(groups_by(rows, "pressure", column, p))
         out.curve(panel, series, p, mean, label=text, **look)

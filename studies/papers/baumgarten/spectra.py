@@ -17,8 +17,8 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
-from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, collapse
-from jamlab.rheology.displacement_correlation import oscillating_displacements
+from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, scaling_collapse
+from jamlab.rheology.displacement_correlation import displacement_response
 from jamlab.statistics.power_laws import power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, Sample, mean_over_packings, scaled, select, vary_bootstrap
@@ -70,7 +70,7 @@ class Group:
         return replace(self, omega=self.omega[kept], storage=self.storage[:, kept], loss=self.loss[:, kept])
 
     def members(self) -> list[ComplexModulus]:
-        """List the spectra of single packings, the form that `jamlab.collapse` takes."""
+        """List the spectra of single packings, the form that `jamlab.scaling_collapse` takes."""
         none = np.full(self.omega.shape, np.nan)
         return [
             ComplexModulus(self.omega, up, down, float(g0), float(eta0), float(eta_inf), "table", none)
@@ -210,13 +210,13 @@ statistic("T4-slow-time", sample=of_ends, law="undamped", of=slow_rate, variants
 @measures("T3-mu", "T3-lambda", law="contact")
 @measures("T6-mu", "T6-lambda", law="stokes")
 def collapsed(tables: EnsembleTables, law: str) -> list[Measured]:
-    """Fit mu and lambda by `jamlab.collapse` of omega < 0.1; other analyses: G_0 and G_0/eta_0 alone."""
+    """Fit mu and lambda by `jamlab.scaling_collapse` of omega < 0.1; other analyses: G_0 and G_0/eta_0 alone."""
     groups = sampled(spectra(tables, law))
     if len(groups) < 3:
         raise InputError(f"{len(groups)} pressures with {FEWEST} stable packings: a collapse takes three")
-    fit = collapse(list(groups), [g.members() for g in groups.values()], resamples=RESAMPLES)
+    fit = scaling_collapse(list(groups), [g.members() for g in groups.values()], resamples=RESAMPLES)
     found = []
-    for v, error, of in ((fit.mu, fit.mu_ci95, static_modulus), (fit.lam, fit.lam_ci95, slow_rate)):
+    for v, error, of in ((fit.mu, fit.mu_ci95, static_modulus), (fit.lambda_, fit.lambda_ci95, slow_rate)):
         sample = of_ends(tables, law, of)
         alone = vary_bootstrap(sample.groups, power, reduce=sample.reduce)[0]
         how = f"collapse of {len(groups)} pressures, N = {SIZE}"
@@ -332,7 +332,7 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
     moduli = complex_modulus(packing, list(REGIMES.values()))
     ratios = []
     for k, (regime, omega) in enumerate(REGIMES.items()):
-        backbone, motion = oscillating_displacements(packing, omega)
+        backbone, motion = displacement_response(packing, omega)
         strain = 1 / complex(moduli.storage[k], moduli.loss[k])  # per stress
         at = backbone.positions + moves_home(backbone.positions, packing.box)
         affine = np.column_stack([at[:, 1] - 0.5 * packing.box[1, 1], np.zeros(len(at))])

@@ -21,7 +21,7 @@ from jamlab.packing.packing_plot import draw_background
 from jamlab.plotting.palette import GREEN, MODEL_STYLE, ORANGE, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, line_everywhere
 from jamlab.protocols.compression import compress
-from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing, drawing
 from studies.papers.statements import caption
@@ -76,7 +76,7 @@ def figure_2(tables: EnsembleTables) -> Drawing:
     """Disks and the droplets that they become at the same rho, with contacts that one has and the other has not."""
     out, panels = drawing("boromand-2", 1, 2, 5.4, 5.9)
     disks = _nearest("sp", 64, COMPARED_AT)[1]
-    both = contacts(disks), contacts(to_polygons(disks))
+    both = contacts(disks), contacts(droplets_from_disks(disks))
     pairs = [{(i, j, *shift) for (i, j), shift in zip(c.pairs.tolist(), c.shift.tolist(), strict=True)} for c in both]
     for k, (axes, network) in enumerate(zip(panels, both, strict=True)):
         packing, name = network.packing, MODEL_STYLE[MODELS[k]]["label"]

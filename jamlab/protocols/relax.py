@@ -12,7 +12,7 @@ from jamlab.protocols.saddles import record, relax_off_saddles
 
 
 @checked
-def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
+def relax(packing: Packing, tolerance: float | None = None) -> Packing:
     """Relax a packing to an energy minimum, in its ensemble: with a fixed box, or until no shear stress is left.
 
     For packings whose coordinates came with few digits, such as float32 of MDAnalysis, or from dynamics: moduli and G*
@@ -35,7 +35,7 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
         >>> moved = p.with_state(positions=p.positions + 1e-3 * np.sin(p.positions))
         >>> moved.converged
         False
-        >>> back = jamlab.relaxed(moved)
+        >>> back = jamlab.relax(moved)
         >>> back.converged, back.max_force < 1e-11
         (True, True)
     """

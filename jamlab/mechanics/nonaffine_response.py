@@ -11,44 +11,45 @@ from typing import Any
 
 import numpy as np
 
+from jamlab.errors import Renamed
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE, GREEN, RED
 
-SLOW_SHEAR_DEFINITION = 1  # version, see jamlab.campaign.tasks
+NONAFFINE_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 @dataclass(frozen=True)
-class SlowShear:
+class NonaffineResponse(Result):
     """Relative and non-affine displacements per unit of strain gamma of x -> x + gamma y, in the unit of length.
 
     Attributes:
         normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
             included; positive where disks part.
         tangential: (m,) across it, counter-clockwise.
-        sliding: (m,) likewise, of the non-affine displacements alone.
+        nonaffine_tangential: (m,) likewise, of the non-affine displacements alone.
         nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
         unit: of length, for labels.
 
     Example:
-        >>> s = jamlab.slow_shear(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> s = jamlab.nonaffine_response(jamlab.pack(n=32, pressure=1e-2, seed=1))
         >>> bool(np.isclose(s.median_normal, np.median(np.abs(s.normal))))
         True
     """
 
     normal: Array
     tangential: Array
-    sliding: Array
+    nonaffine_tangential: Array
     nonaffine: Array
     unit: str = field(default="", repr=False)
 
-    __repr__ = short_repr
+    sliding = Renamed("nonaffine_tangential")
 
     @property
     def median_normal(self) -> float:
@@ -69,7 +70,7 @@ class SlowShear:
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the distributions of |approach|, |sliding| and non-affine displacement, medians in the legend.
 
-        >>> ax = jamlab.slow_shear(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
+        >>> ax = jamlab.nonaffine_response(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
         """
         parts = (
             ("approach", np.abs(self.normal), "-", BLUE),
@@ -88,7 +89,7 @@ class SlowShear:
 
 
 @checked
-def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
+def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
     """Quasi-static linear response to shear, contact by contact: approach, sliding and non-affine displacements.
 
     Args:
@@ -101,7 +102,7 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> s = jamlab.slow_shear(p)
+        >>> s = jamlab.nonaffine_response(p)
         >>> len(s.normal) == jamlab.contacts(p).count, bool(s.median_tangential > s.median_normal)
         (True, True)
     """
@@ -113,10 +114,10 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     normal = r / np.hypot(*r.T)[:, None]
     sliding = relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1]
     relative[:, 0] += r[:, 1]
-    return SlowShear(
+    return NonaffineResponse(
         normal=np.einsum("ij,ij->i", relative, normal),
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
-        sliding=sliding,
+        nonaffine_tangential=sliding,
         nonaffine=u - u.mean(axis=0) if packing.fixed is None else u,
         unit=packing.unit_names.length,
     )

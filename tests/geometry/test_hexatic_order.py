@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 import jamlab
-from jamlab import orientational_order
+from jamlab import hexatic_order
 
 TRIANGULAR = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
 
@@ -48,10 +48,10 @@ def own_order(p, k, copies=5):
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 2), (2, 3), (6, 5)])
 def test_triangular_lattice(rows, columns):
     """Six neighbours, exp(6 i angle) = 1 on all of them, from one particle in the cell on."""
-    order = orientational_order(lattice(rows, columns, TRIANGULAR))
+    order = hexatic_order(lattice(rows, columns, TRIANGULAR))
     assert order.neighbors.tolist() == [6] * (rows * columns)
     assert order.local == pytest.approx(np.ones(rows * columns), abs=1e-12)
-    assert order.mean_local == pytest.approx(1) and order.overall == pytest.approx(1)
+    assert order.mean_local == pytest.approx(1) and order.global_order == pytest.approx(1)
 
 
 @pytest.mark.parametrize("m", [3, 6, 8])
@@ -64,7 +64,7 @@ def test_square_lattice_has_diagonals(m):
     p = lattice(m, m, np.eye(2))
     noise = 1e-7 * np.random.default_rng(m).normal(size=(m * m, 2))
     for q in (p, p.with_state(positions=p.positions + noise)):
-        order = orientational_order(q, 4)
+        order = hexatic_order(q, 4)
         assert order.neighbors.min() >= 4 and order.neighbors.max() <= 8
         assert order.local == pytest.approx((8 - order.neighbors) / order.neighbors, abs=2e-6)
     assert order.neighbors.mean() == 6
@@ -76,7 +76,7 @@ def test_against_a_patch_of_twenty_five_cells(n, seed, tilt, k):
     """Neighbours and psi of the cell in the middle."""
     p = random_points(n, seed, tilt)
     psi, count = own_order(p, k)
-    order = orientational_order(p, k)
+    order = hexatic_order(p, k)
     assert np.array_equal(order.neighbors, count)
     assert order.local == pytest.approx(psi, abs=1e-12)
 
@@ -84,14 +84,14 @@ def test_against_a_patch_of_twenty_five_cells(n, seed, tilt, k):
 def test_droplets_count_by_their_centroids(dp_dense):
     """As disks in the same places."""
     disks = packed(dp_dense.centroids, dp_dense.box)
-    assert orientational_order(dp_dense).local == pytest.approx(orientational_order(disks).local, abs=1e-12)
-    assert len(orientational_order(dp_dense).local) == dp_dense.n
+    assert hexatic_order(dp_dense).local == pytest.approx(hexatic_order(disks).local, abs=1e-12)
+    assert len(hexatic_order(dp_dense).local) == dp_dense.n
 
 
 @pytest.mark.parametrize("k", [0, -6, 6.0, True, "6", None])
 def test_bad_symmetry_is_refused(k):
     with pytest.raises(jamlab.InputError, match=repr(k)):
-        orientational_order(random_points(), k)
+        hexatic_order(random_points(), k)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -100,10 +100,10 @@ def test_circles_around_a_void_hold_no_copy_however_far_it_lies(seed):
     rng = np.random.default_rng(seed)
     points, box = 0.15 * rng.random((30, 2)) @ np.diag([1.0, 4.0]), np.array([[1.0, 0.0], [0.3, 1.0]])
     p = packed(points, box)
-    assert np.array_equal(orientational_order(p).neighbors, own_order(p, 6, copies=9)[1])
+    assert np.array_equal(hexatic_order(p).neighbors, own_order(p, 6, copies=9)[1])
 
 
 def test_two_particles_in_one_place_are_refused():
     with pytest.raises(jamlab.InputError) as refused:
-        orientational_order(packed([[1.0, 1.0], [3.0, 2.0], [1.0, 1.0], [2.0, 3.0]], 5 * np.eye(2)))
+        hexatic_order(packed([[1.0, 1.0], [3.0, 2.0], [1.0, 1.0], [2.0, 3.0]], 5 * np.eye(2)))
     assert "particle 0 " in str(refused.value) or "particle 2 " in str(refused.value)

@@ -20,7 +20,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, Renamed
 from jamlab.geometry.contact_network import contacts, find_rattlers
 from jamlab.packing.packing import Packing
 
@@ -30,31 +30,35 @@ DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which 
 
 
 @dataclass(frozen=True)
-class HeldMotions:
+class MaxwellCount:
     """The Maxwell-Calladine count of the particles that bear load.
 
     Attributes:
-        particles: that bear load; a droplet between two opposite contacts does, on its flats.
+        n_particles: that bear load; a droplet between two opposite contacts does, on its flats.
         pairs: of particles in contact.
         contacts: of disks; of droplets, those of a vertex with an edge, two vertices that meet counting once.
-        self_stresses: independent ways in which forces of these contacts balance by themselves, pulling ones included.
-        free: motions that no contact holds, but for the two translations of the whole.
+        self_stress_states: independent ways in which forces of these contacts balance by themselves, pulling ones included.
+        floppy_modes: motions that no contact holds, but for the two translations of the whole.
 
     Example:
-        >>> m = jamlab.held_motions(jamlab.jam("sp", 16, 1))
-        >>> m.contacts == 2 * m.particles - 2 - m.free + m.self_stresses  # with 3 for 2: droplets
+        >>> m = jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
+        >>> m.contacts == 2 * m.n_particles - 2 - m.floppy_modes + m.self_stress_states  # with 3 for 2: droplets
         True
     """
 
-    particles: int
+    n_particles: int
     pairs: int
     contacts: int
-    self_stresses: int
-    free: int
+    self_stress_states: int
+    floppy_modes: int
+    particles = Renamed("n_particles")
+    free = Renamed("floppy_modes")
+    self_stresses = Renamed("self_stress_states")
+
 
 
 @checked
-def held_motions(packing: Packing) -> HeldMotions:
+def maxwell_count(packing: Packing) -> MaxwellCount:
     """Rigidity analysis: contacts, states of self-stress and zero modes of particles taken as rigid.
 
     Args:
@@ -64,18 +68,18 @@ def held_motions(packing: Packing) -> HeldMotions:
         InputError: more than 1000 particles; outlines of two polygons cross.
 
     Example:
-        >>> jamlab.held_motions(jamlab.jam("sp", 16, 1))
-        HeldMotions(particles=15, pairs=29, contacts=29, self_stresses=1, free=0)
+        >>> jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
+        MaxwellCount(particles=15, pairs=29, contacts=29, self_stresses=1, free=0)
     """
     if packing.n > MOST:
-        raise InputError(f"held_motions of {packing.n} particles: at most {MOST}, since time grows as the cube")
+        raise InputError(f"maxwell_count of {packing.n} particles: at most {MOST}, since time grows as the cube")
     rows, held, pairs = held_conditions(packing)
     if not held:
-        return HeldMotions(0, 0, 0, 0, 0)
+        return MaxwellCount(0, 0, 0, 0, 0)
     singular = np.linalg.svd(rows, compute_uv=False)
     rank = int((singular > DEPENDENT).sum())
     whole = 2 if packing.fixed is None else 0
-    return HeldMotions(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - whole - rank)
+    return MaxwellCount(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - whole - rank)
 
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:

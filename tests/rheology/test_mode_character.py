@@ -8,7 +8,7 @@ import pytest
 
 import jamlab
 from jamlab.errors import InputError
-from jamlab.rheology.mode_motion import MOTIONS, motion_shares
+from jamlab.rheology.mode_character import MOTIONS, motion_shares
 
 
 @cache
@@ -46,7 +46,7 @@ def test_rotation_weighs_as_much_as_the_displacements_that_it_makes():
 
 @pytest.mark.parametrize("law", [jamlab.ContactDamping(0.5), jamlab.StokesDrag(1.0)])
 def test_strengths_make_up_the_modulus_and_shares_one(law):
-    m, omega = jamlab.mode_motion(dense(), law), np.geomspace(1e-3, 1e2, 4)
+    m, omega = jamlab.mode_character(dense(), law), np.geomspace(1e-3, 1e2, 4)
     s = jamlab.complex_modulus(dense(), omega, law, method="dense")
     part = omega[:, None] ** 2 / (m.rates**2 + omega[:, None] ** 2)
     assert s.g0 + part @ m.strengths == pytest.approx(s.storage, rel=1e-9)
@@ -58,14 +58,14 @@ def test_strengths_make_up_the_modulus_and_shares_one(law):
 
 def test_what_dissipates_in_slow_and_in_fast_modes():
     """Without drag on sliding none dissipates so; with it, the slow relaxation does nothing else."""
-    free, rubbing = (jamlab.mode_motion(dense(), jamlab.ContactDamping(beta)) for beta in (0.0, 1.0))
+    free, rubbing = (jamlab.mode_character(dense(), jamlab.ContactDamping(beta)) for beta in (0.0, 1.0))
     assert free.sliding == pytest.approx(0.0, abs=1e-9)
     assert rubbing.share("sliding", fastest=1e-2) > 0.99 and rubbing.share("sliding", slowest=1.0) < 0.9
-    assert np.isnan(jamlab.mode_motion(dense(), jamlab.StokesDrag(1.0)).sliding).all()
+    assert np.isnan(jamlab.mode_character(dense(), jamlab.StokesDrag(1.0)).sliding).all()
 
 
 def test_refusals():
     with pytest.raises(InputError):
-        jamlab.mode_motion(jamlab.pack(16, 1e-2, 1))
+        jamlab.mode_character(jamlab.pack(16, 1e-2, 1))
     with pytest.raises(InputError, match="'shape'"):
-        jamlab.mode_motion(dense()).share("shape")
+        jamlab.mode_character(dense()).share("shape")

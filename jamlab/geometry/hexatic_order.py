@@ -10,30 +10,30 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Indices
 from jamlab.checks import checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, Renamed
 from jamlab.geometry.tessellation import find_power_walls
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import CELL, drawn
 
 ORDER_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 
 @dataclass(frozen=True)
-class OrientationalOrder:
+class HexaticOrder(Result):
     """psi_k of every particle over its Delaunay neighbours, psi_k = mean of exp(i k angle).
 
     Attributes:
         local: (n,) complex128, psi_k of each particle.
         neighbors: (n,) int64, number of Delaunay neighbours; the mean is 6 where the triangulation is unique.
         mean_local: mean of |psi_k|; 1 in a triangular lattice for k = 6.
-        overall: |mean of psi_k|; 1 in a single crystal, of order 1/sqrt(n) in a disordered packing.
+        global_order: |mean of psi_k|; 1 in a single crystal, of order 1/sqrt(n) in a disordered packing.
         k: symmetry.
         packing: the packing whose order it is; None if made by hand.
 
     Example:
-        >>> psi = jamlab.orientational_order(jamlab.pack(n=32, pressure=1e-2, seed=1))
-        >>> psi.local.shape, psi.overall < psi.mean_local < 1
+        >>> psi = jamlab.hexatic_order(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> psi.local.shape, psi.global_order < psi.mean_local < 1
         ((32,), True)
     """
 
@@ -42,15 +42,15 @@ class OrientationalOrder:
     k: int = 6
     packing: Packing | None = field(default=None, repr=False, compare=False)
 
-    __repr__ = short_repr
-
     @property
     def mean_local(self) -> float:
         """Mean of |psi_k| over particles."""
         return float(np.abs(self.local).mean())
 
+    overall = Renamed("global_order")
+
     @property
-    def overall(self) -> float:
+    def global_order(self) -> float:
         """|Mean of psi_k| over particles."""
         return float(np.abs(self.local.mean()))
 
@@ -58,7 +58,7 @@ class OrientationalOrder:
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the particles, coloured by |psi_k| from 0 to 1.
 
-        >>> ax = jamlab.orientational_order(jamlab.jam(n=64, seed=1)).plot()
+        >>> ax = jamlab.hexatic_order(jamlab.jam(n=64, seed=1)).plot()
         """
         from matplotlib.colors import Normalize
 
@@ -66,14 +66,14 @@ class OrientationalOrder:
         from jamlab.plotting.periodic_cell import frame_cell
 
         if self.packing is None:
-            raise InputError("this order has no packing to draw: use that of jamlab.orientational_order(packing)")
+            raise InputError("this order has no packing to draw: use that of jamlab.hexatic_order(packing)")
         label = rf"bond-orientational order $|\psi_{{{self.k}}}|$"
         draw_coloured(axes, self.packing, np.abs(self.local), Normalize(0, 1), label, **style)
         frame_cell(axes, self.packing.box)
 
 
 @checked
-def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
+def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 
     Where more than three centres lie on one empty circle, as in a square lattice, the triangulation is not unique: the
@@ -90,8 +90,8 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
         >>> lattice = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
         >>> centres = np.array([[i, j] for i in range(4) for j in range(4)]) @ lattice
         >>> crystal = jamlab.Packing("sp", 4 * lattice, centres, {"k": 1.0}, "k", np.full(16, 1.0))
-        >>> psi = jamlab.orientational_order(crystal)
-        >>> round(psi.mean_local, 6), round(psi.overall, 6)
+        >>> psi = jamlab.hexatic_order(crystal)
+        >>> round(psi.mean_local, 6), round(psi.global_order, 6)
         (1.0, 1.0)
     """
     if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
@@ -107,4 +107,4 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     waves = np.exp(1j * k * np.arctan2(y, x))
     local = np.zeros(packing.n, dtype=np.complex128)
     np.add.at(local, i, waves)
-    return OrientationalOrder(local / neighbors, neighbors, int(k), packing)
+    return HexaticOrder(local / neighbors, neighbors, int(k), packing)

@@ -17,7 +17,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
-from jamlab.packing.short_repr import short_repr
+from jamlab.packing.result import Result
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, build_strengths, find_all_modes
@@ -29,7 +29,7 @@ MOTIONS = ("translation", "rotation", "along", "across")
 
 
 @dataclass(frozen=True)
-class ModeMotion:
+class ModeCharacter(Result):
     """Relaxation modes of a packing of droplets, each with its part of G* and the way droplets move in it.
 
     Attributes:
@@ -44,8 +44,8 @@ class ModeMotion:
         unit: of stress, for labels.
 
     Example:
-        >>> p = list(jamlab.compress(jamlab.jam("dp", 8, 1), to=0.9, step=0.02))[-1]
-        >>> m = jamlab.mode_motion(p)
+        >>> p = list(jamlab.compress(jamlab.jam(8, "dp", 1), to=0.9, step=0.02))[-1]
+        >>> m = jamlab.mode_character(p)
         >>> bool(np.allclose(m.translation + m.rotation + m.along + m.across, 1))
         True
     """
@@ -58,8 +58,6 @@ class ModeMotion:
     across: Array
     sliding: Array
     unit: str = field(default="", repr=False)
-
-    __repr__ = short_repr
 
     def share(self, name: str, slowest: float = 0.0, fastest: float = np.inf) -> float:
         """Share of a motion, or of sliding, in modes of some rates, each weighted by its strength.
@@ -79,7 +77,7 @@ class ModeMotion:
 
 
 @checked
-def mode_motion(packing: Packing, damping: Damping | None = None) -> ModeMotion:
+def mode_character(packing: Packing, damping: Damping | None = None) -> ModeCharacter:
     """Find every relaxation mode of a packing of droplets, and how droplets move in it; rattlers are left out.
 
     Args:
@@ -91,8 +89,8 @@ def mode_motion(packing: Packing, damping: Damping | None = None) -> ModeMotion:
         ConvergenceError: the packing is not jammed, not at a minimum or not stable.
 
     Example:
-        >>> p = list(jamlab.compress(jamlab.jam("dp", 8, 1), to=0.9, step=0.02))[-1]
-        >>> m = jamlab.mode_motion(p, jamlab.StokesDrag(eta_f=1.0))
+        >>> p = list(jamlab.compress(jamlab.jam(8, "dp", 1), to=0.9, step=0.02))[-1]
+        >>> m = jamlab.mode_character(p, jamlab.StokesDrag(eta_f=1.0))
         >>> slow, fast = m.share("across", fastest=1), m.share("across", slowest=100)
         >>> slow < 0.2 < 0.6 < fast  # what relaxes fast are shapes
         True
@@ -105,7 +103,7 @@ def mode_motion(packing: Packing, damping: Damping | None = None) -> ModeMotion:
     found, basis = find_all_modes(motion, limits)
     strengths = build_strengths(found, motion.area)
     parts = motion_shares(network.packing, _displacements(network.packing, motion, basis @ found.vectors))
-    return ModeMotion(
+    return ModeCharacter(
         rates=found.rates,
         strengths=strengths,
         **dict(zip(MOTIONS, parts, strict=True)),
