@@ -1,10 +1,9 @@
 __version__: str
 
 from . import results as results
-
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
-from .engine.box_border import Border as Border
+from .engine.box_border import BoxStrains as BoxStrains
 from .engine.session import Session as Session
 from .engine.session import evaluate as evaluate
 from .errors import ArgumentError as ArgumentError
@@ -37,10 +36,10 @@ from .geometry.contact_network import contacts as contacts
 from .geometry.contact_network import remove_rattlers as remove_rattlers
 from .geometry.hexatic_order import hexatic_order as hexatic_order
 from .geometry.packing_fraction import packing_fraction as packing_fraction
-from .geometry.particle_shape import relative_areas as relative_areas
 from .geometry.particle_shape import contact_lengths as contact_lengths
 from .geometry.particle_shape import edge_lengths as edge_lengths
 from .geometry.particle_shape import particle_areas as particle_areas
+from .geometry.particle_shape import relative_areas as relative_areas
 from .geometry.particle_shape import shape_factors as shape_factors
 from .geometry.tessellation import local_packing_fraction as local_packing_fraction
 from .geometry.tessellation import tessellation as tessellation
@@ -49,20 +48,19 @@ from .geometry.voids.voids import voids as voids
 from .geometry.walls import slab as slab
 from .geometry.walls import with_walls as with_walls
 from .measure import measure as measure
-from .measure import measure as measure
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
 from .mechanics.maxwell_count import maxwell_count as maxwell_count
+from .mechanics.nonaffine_response import nonaffine_response as nonaffine_response
 from .mechanics.rigid_clusters import RigidClusters as RigidClusters
 from .mechanics.rigid_clusters import rigid_clusters as rigid_clusters
-from .mechanics.nonaffine_response import nonaffine_response as nonaffine_response
 from .mechanics.stiffness import hessian as hessian
-from .mechanics.vibrations import lowest_modes as lowest_modes
 from .mechanics.vibrations import count_zero_modes as count_zero_modes
+from .mechanics.vibrations import lowest_modes as lowest_modes
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .micrographs.tracks import track_droplets as track_droplets
-from .packing.write import write as write
 from .packing.packing import Packing as Packing
+from .packing.write import write as write
 from .protocols.compression import compress as compress
 from .protocols.droplets_from_disks import droplets_from_disks as droplets_from_disks
 from .protocols.moduli import bulk_modulus as bulk_modulus

@@ -234,10 +234,12 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
     """Refuse numbers that no packing of small and large particles can start from; large: number share of the large
     ones."""
     if not is_number(large) or not 0 < large < 1:
-        raise InputError(f"large = {large!r}: the share of large particles must lie between 0 and 1")
+        raise InputError(f"fraction_large = {large!r}: the share of large particles must lie between 0 and 1")
     check_count(n, large)
     if not 0 < round(large * n) < n:
-        raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
+        raise InputError(
+            f"fraction_large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5"
+        )
     check_seed(seed)
     check_number("phi", phi, 2.0)
 

@@ -15,7 +15,7 @@ from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabErr
 from jamlab.geometry.contact_network import contacts, contacts_are_certain
 from jamlab.geometry.hexatic_order import hexatic_order
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.particle_shape import relative_areas, contact_lengths, edge_lengths, shape_factors
+from jamlab.geometry.particle_shape import contact_lengths, edge_lengths, relative_areas, shape_factors
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.force_network import force_network

@@ -1,4 +1,4 @@
-"""Names of version 0.2, each of which works for one more release with a warning; names typed from habit, with a hint."""
+"""Names of version 0.2, which work for one more release with a warning; names typed from habit, with a hint."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ FUNCTIONS = {
     "measure_all": "measure",
     "write_data": "write",
     "write_dump": "write",
+    "Border": "BoxStrains",
 }
 # old class -> new one, in `jamlab.results`; the other classes there have kept their names
 CLASSES = {
@@ -166,8 +167,10 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
     found: dict[str, Any] = {}
     for name, value in given.items():
         new = old[name] if name in old and name not in names else name
-        if new in found or new != name and new in given:
-            raise InputError(f"{function} has {name} = {value!r} and {new} as well, which is the same: give one of them")
+        if new in found or (new != name and new in given):
+            raise InputError(
+                f"{function} has {name} = {value!r} and {new} as well, which is the same: give one of them"
+            )
         if new != name:
             _warn(f"{function}({name}=...)", f"{function}({new}=...)", 5)
         elif name not in names and not others:
@@ -178,7 +181,9 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
 
 def unknown_argument(function: str, name: str, known: Iterable[str]) -> ArgumentError:
     """The error of an argument that a function does not have."""
-    return ArgumentError(f"{function} has no argument {name!r}{hint(name, MEANT, known) or '; it takes ' + ', '.join(known)}")
+    return ArgumentError(
+        f"{function} has no argument {name!r}{hint(name, MEANT, known) or '; it takes ' + ', '.join(known)}"
+    )
 
 
 def n_first(function: Callable[P, R]) -> Callable[P, R]:

@@ -54,7 +54,9 @@ def test_old_arguments_and_values_reach_the_call():
         assert jamlab.jam(8, "sp", 2) == jamlab.jam(8, "sp", 2)
 
 
-@pytest.mark.parametrize(("where", "name"), [(jamlab, n) for n in old_names.HABITS] + [(None, n) for n in old_names.OF_PACKINGS])
+@pytest.mark.parametrize(
+    ("where", "name"), [(jamlab, n) for n in old_names.HABITS] + [(None, n) for n in old_names.OF_PACKINGS]
+)
 def test_a_name_from_habit_says_what_to_use(where, name, sp_jammed):
     """And what it names exists."""
     table = old_names.HABITS if where else old_names.OF_PACKINGS
@@ -78,7 +80,9 @@ def test_an_unknown_argument_is_refused_by_name():
     for typed, meant in (("N", "n"), ("random_state", "seed"), ("nn", "n")):
         with pytest.raises(jamlab.ArgumentError) as refused:
             halve(**{typed: 4})
-        assert isinstance(refused.value, TypeError) and repr(typed) in str(refused.value) and meant in str(refused.value)
+        assert (
+            isinstance(refused.value, TypeError) and repr(typed) in str(refused.value) and meant in str(refused.value)
+        )
     for typed in ("phi", "random_state", "verbose"):
         with pytest.raises(jamlab.ArgumentError) as refused:
             jamlab.jam(n=8, **{typed: 1})

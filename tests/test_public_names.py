@@ -88,7 +88,13 @@ def classes_in(hint):
 def arguments_of(function):
     for name, hint in function.__annotations__.items():
         if name != "return":
-            known = vars(jamlab) | vars(jamlab.results) | vars(typing) | {"Axes": object, "pd": object} | function.__globals__
+            known = (
+                vars(jamlab)
+                | vars(jamlab.results)
+                | vars(typing)
+                | {"Axes": object, "pd": object}
+                | function.__globals__
+            )
             yield name, eval(hint, known) if isinstance(hint, str) else hint
 
 

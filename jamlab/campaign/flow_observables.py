@@ -177,7 +177,9 @@ class SteadyFlow(_Run):
         if rate := row["rate"]:
             background = None if row["stokes"] else how.background  # Stokes drag is itself one
             rows = int(np.ceil(ROWS * strain))
-            run: ShearRun = shear(packing, rate, strain, law, n_rows=rows, tolerance=how.tolerance, background_drag=background)
+            run: ShearRun = shear(
+                packing, rate, strain, law, n_rows=rows, tolerance=how.tolerance, background_drag=background
+            )
         else:
             run = quasistatic_shear(packing, strain, how.step)
         mean, peak = steady_point(run, how.discard), run.peak
@@ -210,7 +212,11 @@ class Oscillation(_Run):
         how = self.oscillation
         run = oscillate(packing, row["omega"], row["amplitude"], law, cycles=how.cycles, **self.accuracy(row))
         stress = row["amplitude"] * abs(complex(run.storage, run.loss))
-        found: Row = {name: getattr(run, name) for name in self._OF_RUN[:-1]} | {"unsettled": run.ambiguous_contacts} | {"error": run.change}
+        found: Row = (
+            {name: getattr(run, name) for name in self._OF_RUN[:-1]}
+            | {"unsettled": run.ambiguous_contacts}
+            | {"error": run.change}
+        )
         return found | {"converged": run.finished} | self._equivalent(packing, row, stress)
 
     def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:

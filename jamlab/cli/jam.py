@@ -47,7 +47,13 @@ def jam(
     check_target(out, replace=force)
     expect_output(out)
     given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-    how: dict[str, Any] = {"size_ratio": ratio, "fraction_large": large, "sizes": sizes, "search": search, "ensemble": ensemble}
+    how: dict[str, Any] = {
+        "size_ratio": ratio,
+        "fraction_large": large,
+        "sizes": sizes,
+        "search": search,
+        "ensemble": ensemble,
+    }
     how |= {"ranks": ranks, "tolerance": tolerance, **options.law_values(law)}
     how |= {name: value for name, value in given.items() if value is not None}
     with progress_bar("to onset") as progress:
@@ -110,7 +116,10 @@ def compress(
     check_target(out, file)
     start = read(file, frame)
     begun = [] if force else _begun(out, start, to, by)
-    kept, how = KeptStates(out, begun), {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance}
+    kept, how = (
+        KeptStates(out, begun),
+        {"first_step": nearest, "pressure_tolerance": error, "ranks": ranks, "tolerance": tolerance},
+    )
     with kept, progress_bar("compress") as progress:
         if not begun:
             kept.add(start)

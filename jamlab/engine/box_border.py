@@ -17,7 +17,7 @@ PURE_SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  #
 
 
 @dataclass(frozen=True)
-class Border:
+class BoxStrains:
     """Freedom of the box.
 
     Attributes:

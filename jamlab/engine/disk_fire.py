@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.engine.box_border import Border
+from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
@@ -73,7 +73,7 @@ def fire_disks(
     force: float,
     steps: int,
     threads: int = 1,
-    border: Border | None = None,
+    border: BoxStrains | None = None,
     fire: FireSettings | None = None,
 ) -> tuple[Packing, int, float] | None:
     """Minimise the energy of disks, or their enthalpy where the box is free to strain.
@@ -127,7 +127,7 @@ def minimize_disks(
     steps: int,
     stretch: int,
     threads: int,
-    border: Border | None,
+    border: BoxStrains | None,
     fire: FireSettings | None,
 ) -> tuple[Packing, int] | None:
     """`fire_disks` that starts anew after a stretch of steps, until the largest force is below `force`. Returns the

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
-from jamlab.engine.box_border import Border
+from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import FireSettings, minimize_disks
 from jamlab.engine.installation import check_lammps, start_lammps
@@ -72,6 +72,7 @@ class Evaluation(Result):
     stress: Array
     pressure: float
     max_force: float
+
 
 @dataclass(frozen=True)
 class Descent:
@@ -160,6 +161,11 @@ class Session:
         return self._packing.law
 
     @property
+    def particles(self) -> int:
+        """Number of particles."""
+        return self._packing.n
+
+    @property
     def size(self) -> int:
         """Number of disks or vertices."""
         return len(self._packing.positions)
@@ -229,7 +235,7 @@ class Session:
         style: str,
         steps: int,
         stretch: int | None = None,
-        border: Border | None = None,
+        border: BoxStrains | None = None,
         fire: FireSettings | None = None,
     ) -> Evaluation:
         """LAMMPS `minimize` until the largest force is below `force`; FIRE over disks by the same steps in a kernel.

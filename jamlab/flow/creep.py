@@ -136,8 +136,8 @@ def creep(
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
         largest_strain: at which it ends early: under a stress above yield a packing flows for ever.
         tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
-            what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
+        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then
+            costs what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
         path: see `shear`.
         progress: called after each row with the share of the work that is done, and in words.
 

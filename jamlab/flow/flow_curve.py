@@ -16,7 +16,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError, Renamed
 from jamlab.flow.flow_run import better_balance, energy_gap, energy_imbalance
-from jamlab.flow.overdamped_session import OverdampedSession, default_background, check_flowing
+from jamlab.flow.overdamped_session import OverdampedSession, check_flowing, default_background
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear import TOLERANCE, check_rates, shear

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from jamlab.errors import Renamed
 from jamlab.arrays import Array
+from jamlab.errors import Renamed
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive

@@ -178,8 +178,8 @@ def oscillate(
         cycles: at most; two at least. It ends when the first harmonic changes by less than the tolerance.
         points: rows in a cycle, at least 16.
         tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then costs
-            what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
+        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then
+            costs what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
         path: see `shear`.
         progress: called after each cycle with the share of the work that is done, and in words.
 

@@ -233,7 +233,7 @@ class OverdampedSession:
         remedies = [self._end.shorter if self._end else "a lower rate"]
         if crawls and self._damping.at_contacts:
             more = max(HELPFUL_BACKGROUND, 10 * self._background)
-            remedies = [f"background = {more:g} (now {self._background:g}) for motion without drag", *remedies]
+            remedies = [f"background_drag = {more:g} (now {self._background:g}) for motion without drag", *remedies]
         raise ConvergenceError(
             f"at time {state.time:.4g}, strain {state.strain:.4g}, rate {state.rate:.3g} steps are {step:.2g} long: "
             f"{left:.1g} of them are left, and at most {MOST_STEPS:.0g} are taken. Give {', or '.join(remedies)}"
@@ -287,7 +287,7 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(
-            f"background = {background!r}: must be a drag over k tau_1 from 0 to {LARGEST_BACKGROUND:g}, such as 1e-2"
+            f"background_drag = {background!r}: must be a drag over k tau_1 from 0 to {LARGEST_BACKGROUND:g}, as 1e-2"
         )
     if damping.at_contacts and damping.contrast > LARGEST_BETA:
         raise InputError(
@@ -295,7 +295,9 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
             f"{LARGEST_BETA:g}; complex_modulus takes more"
         )
     if background and not damping.at_contacts:
-        raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
+        raise InputError(
+            f"background_drag = {background:g}: Stokes drag is itself a background; leave it out, or raise tau"
+        )
 
 
 def default_background(packing: Packing, damping: Damping, background: float | None) -> float:

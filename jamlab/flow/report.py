@@ -1,7 +1,7 @@
 """Say in words what a flow has reached, and how well its energy is balanced: the one place that writes sentences.
 
-Results hold numbers. `report` needs of a result its `state`, a word; its `summary`, names and numbers; and `energy_error`,
-`energy_tolerance` and `remedy`.
+Results hold numbers. `report` needs of a result its `state`, a word; its `summary`, names and numbers; and
+`energy_error`, `energy_tolerance` and `remedy`.
 """
 
 from __future__ import annotations

@@ -139,7 +139,9 @@ def read_result(path: FilePath, kind: type[R]) -> R:
         if group is None or group.attrs["kind"] != kind.__name__:
             raise StorageError(f"{path} holds no {kind.__name__}: give a file that its command wrote")
         known = {f.name for f in fields(kind)}  # type: ignore[arg-type]
-        names = {name: name if name in known else _OF_0_2.get(name, name.replace("_error", "_stderr")) for name in group}
+        names = {
+            name: name if name in known else _OF_0_2.get(name, name.replace("_error", "_stderr")) for name in group
+        }
         arrays = {names[name]: dataset(group, name, "biufc")[()] for name in group}
         if "contacts" in arrays and group.attrs.get("contacts") != CONTACTS_DEFINITION:
             arrays["contacts"] = np.full(len(arrays["contacts"]), np.nan)  # counted by another definition

@@ -64,7 +64,8 @@ def shear(
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
         step: of `quasistatic_shear`, which rate 0 stood for.
         n_rows: equal strains between the rows of the result; a few more where `snapshot_every` asks for it.
-        snapshot_every: strain between two packings that are kept; it must divide `strain`. By default first and last are.
+        snapshot_every: strain between two packings that are kept; it must divide `strain`. By default first and last
+            are.
         tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump
             where contacts open and close, and steps end there; stresses over the largest one err by less than the
             tolerance, but for the few rows that lie next to a jump. Where drag would push a contact open that closes
@@ -78,8 +79,8 @@ def shear(
             droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
         walls: True: between the walls of `jamlab.with_walls`, disks alone, the upper one of which moves by strain times
             height of the box; False: take the walls away. By default the walls of the packing stay.
-        path: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
-            run, go on from there; a run that went as far or farther comes back with the rows and frames it has.
+        path: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the
+            same run, go on from there; a run that went as far or farther comes back with the rows and frames it has.
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
@@ -98,7 +99,7 @@ def shear(
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
     if not 1 <= n_rows <= MOST_ROWS:
-        raise InputError(f"rows = {n_rows}: must lie between 1 and {MOST_ROWS}")
+        raise InputError(f"n_rows = {n_rows}: must lie between 1 and {MOST_ROWS}")
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, snapshot_every, n_rows * length / whole) for length in parts[:, 1]]
     several = len(parts) > 1
@@ -150,7 +151,9 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
         return count, 0
     check_number("frames", frames, strain)
     if abs(strain / frames - round(strain / frames)) > 1e-6:
-        raise InputError(f"frames = {frames:g} must divide strain = {strain:g}: give a strain between two packings")
+        raise InputError(
+            f"snapshot_every = {frames:g} must divide strain = {strain:g}: give a strain between two packings"
+        )
     every = int(np.ceil(count * frames / strain))
     return every * round(strain / frames), every
 

@@ -89,6 +89,7 @@ class Slab(Result):
     packing_fraction: float
     voids: Array
 
+
 @checked
 def slab(packing: Packing) -> Slab:
     """Measure the slab between two walls: its extent, packing fraction and voids. `packing`: of `with_walls`."""

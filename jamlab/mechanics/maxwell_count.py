@@ -37,7 +37,8 @@ class MaxwellCount:
         n_particles: that bear load; a droplet between two opposite contacts does, on its flats.
         pairs: of particles in contact.
         contacts: of disks; of droplets, those of a vertex with an edge, two vertices that meet counting once.
-        self_stress_states: independent ways in which forces of these contacts balance by themselves, pulling ones included.
+        self_stress_states: independent ways in which forces of these contacts balance by themselves, pulling ones
+            included.
         floppy_modes: motions that no contact holds, but for the two translations of the whole.
 
     Example:
@@ -54,7 +55,6 @@ class MaxwellCount:
     particles = Renamed("n_particles")
     free = Renamed("floppy_modes")
     self_stresses = Renamed("self_stress_states")
-
 
 
 @checked

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.errors import Renamed
 from jamlab.arrays import Array
 from jamlab.checks import checked
+from jamlab.errors import Renamed
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network

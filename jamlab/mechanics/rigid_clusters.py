@@ -41,6 +41,7 @@ class RigidClusters(Result):
     sizes: NDArray[np.int64]
     redundant: int
 
+
 @checked
 def rigid_clusters(packing: Packing) -> RigidClusters:
     """Decompose the contact network into rigid clusters.

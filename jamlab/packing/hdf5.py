@@ -59,7 +59,9 @@ _KNOWN = "_known"  # entry beside the provenance that holds `Packing.known`
 
 
 @checked
-def write_sweep(path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None) -> None:
+def write_sweep(
+    path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None
+) -> None:
     """Write the packings of one sweep as frames; the file appears whole or not at all.
 
     Args:

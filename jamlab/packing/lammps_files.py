@@ -95,7 +95,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> types = jamlab.write_data("packing.data", p)
+        >>> jamlab.write("packing.data", p)
         >>> q = jamlab.read("packing.data")
         >>> q.params == p.params, bool(np.allclose(q.diameters, p.diameters))
         (True, True)
@@ -128,7 +128,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)
-        >>> jamlab.write_dump("sweep.dump", jamlab.compress(onset, to=0.88, step=0.02))
+        >>> jamlab.write("sweep.dump", jamlab.compress(onset, to=0.88, step=0.02))
         >>> jamlab.read("sweep.dump", frame=0).n
         16
     """

@@ -1,4 +1,4 @@
-"""What results have in common: one short line at the prompt, a table in notebooks, and a pandas table of their arrays."""
+"""What results have in common: one short line at the prompt, a table in notebooks, a pandas table of their arrays."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ class Result:
 
     def __repr__(self) -> str:
         shown = [each for each in fields(self) if each.repr]  # type: ignore[arg-type]  # every result is a dataclass
-        return f"{type(self).__name__}({', '.join(f'{each.name}={_shorten(getattr(self, each.name))}' for each in shown)})"
+        return (
+            f"{type(self).__name__}({', '.join(f'{each.name}={_shorten(getattr(self, each.name))}' for each in shown)})"
+        )
 
     def _repr_html_(self) -> str:
         table = self.to_dataframe()

@@ -12,7 +12,7 @@ def no_progress(share: float, text: str) -> None:
 
 
 class ProgressLine:
-    """Writes one line on stderr, `43 % what is done now`, at most five times a second; `progress=True` stands for it."""
+    """Writes one line on stderr, at most five times a second; `progress=True` stands for it."""
 
     def __init__(self) -> None:
         self._last = 0.0

@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.engine.box_border import Border
+from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
@@ -39,7 +39,7 @@ class Model:
     strains: Array
 
     @classmethod
-    def of(cls, packing: Packing, border: Border, state: Evaluation) -> "Model":
+    def of(cls, packing: Packing, border: BoxStrains, state: Evaluation) -> "Model":
         """The model of the enthalpy at a packing."""
         k, m = stiffness(packing), border.strains
         coupling = np.einsum("nij,aij->na", k.ue, m)
@@ -54,7 +54,7 @@ class Model:
 
 def descend_with_box(
     session: Session,
-    border: Border,
+    border: BoxStrains,
     tolerance: float,
     *,
     steps: int | None = None,
@@ -129,7 +129,7 @@ class Step:
 
 def _search(
     session: Session,
-    border: Border,
+    border: BoxStrains,
     packing: Packing,
     step: Step,
     slope: float,

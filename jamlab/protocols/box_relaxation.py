@@ -7,7 +7,7 @@ disks cost only its cheap steps; Newton steps with the same strains in the borde
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, Border
+from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, BoxStrains
 from jamlab.engine.disk_fire import lively_fire
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
@@ -23,7 +23,7 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 def relax_disks_and_box(
     session: Session,
-    border: Border,
+    border: BoxStrains,
     tolerance: float,
     *,
     near: bool = False,
@@ -99,7 +99,7 @@ def relax_at_pressure(
     """
     numbers = settings.box_relaxation
     if session.law.kernel_arguments() is not None and session.packing().fixed is None:
-        relax_disks_and_box(session, Border(COMPRESSION, pressure), tolerance, near=True, settings=settings)
+        relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=True, settings=settings)
     found = relax(session, tolerance, near=True, settings=settings)
     before: tuple[float, float] | None = None
     for _ in range(numbers.areas):
@@ -135,7 +135,7 @@ def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:
     return True
 
 
-def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float, settings: SolverSettings) -> bool:
+def _ends(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float, settings: SolverSettings) -> bool:
     """Whether forces are balanced, and stress as well where anything is held."""
     excess = border.excess(state.stress)
     noise = stress_noise(packing, state, settings.border)
@@ -143,12 +143,14 @@ def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float,
     return state.max_force <= tolerance and (balanced or contacts(packing).unjammed)
 
 
-def _judge(packing: Packing, state: Evaluation, border: Border, tolerance: float, settings: SolverSettings) -> Relaxed:
+def _judge(
+    packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float, settings: SolverSettings
+) -> Relaxed:
     minimum = _ends(packing, state, border, tolerance, settings) and _is_minimum(packing, state, border)
     return Relaxed(state, tolerance, minimum)
 
 
-def _is_minimum(packing: Packing, state: Evaluation, border: Border) -> bool:
+def _is_minimum(packing: Packing, state: Evaluation, border: BoxStrains) -> bool:
     """Whether no shear of the box lowers the energy; few contacts that balance by symmetry alone are a saddle."""
     may_shear = any(not np.trace(m) for m in border.strains)
     if not may_shear or contacts(packing).unjammed:

@@ -10,7 +10,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
-from jamlab.engine.box_border import PURE_SHEARS, SHEARS, Border
+from jamlab.engine.box_border import PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
@@ -94,7 +94,7 @@ def relax_with_box_shear(
     if not session.kind.deforms:
         force = force_tolerance(session.kind.name) if tolerance is None else tolerance
         return relax_disks_and_box(
-            session, Border(SHEARS), force, near=near, least_pressure=least_pressure, settings=settings
+            session, BoxStrains(SHEARS), force, near=near, least_pressure=least_pressure, settings=settings
         )
     return _shear_droplets(session, tolerance, near, max(least_pressure, 0.0), settings)
 

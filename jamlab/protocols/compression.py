@@ -31,8 +31,8 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
 # versions, see jamlab.campaign.tasks; 2 leaves saddles, 3 lets what stops a sliding droplet press, 4 slides along
-# several modes at a time and ends droplets by other steps, 5 takes gaps that close for contacts
-COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 5}
+# several modes at a time and ends droplets by other steps
+COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 4}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
 
@@ -106,12 +106,12 @@ def compress(
         to: last packing fraction, reached to 1e-6.
         step: distance of two states; met to 1 % of a step.
         by: "rho", the true packing fraction (`packing_fraction(p)`), or "phi", the nominal one.
-        first_step: distance of the first state from the start; from there on `per_decade` states per decade of distance,
-            until they are `step` apart. By default all states are.
+        first_step: distance of the first state from the start; from there on `per_decade` states per decade of
+            distance, until they are `step` apart. By default all states are.
         per_decade: see `first_step`; default `per_decade` of `sweep.parameters`.
-        pressure_tolerance: follow the basin: go on by sub-steps so short that linear response predicts every pressure to this
-            relative error. By default each state is reached in one step, which may jump to another basin. A small
-            packing may unjam even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
+        pressure_tolerance: follow the basin: go on by sub-steps so short that linear response predicts every pressure
+            to this relative error. By default each state is reached in one step, which may jump to another basin. A
+            small packing may unjam even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
         tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
             `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
             droplets; from 1e-15 to 1e-3.
@@ -124,11 +124,12 @@ def compress(
     Yields:
         One Packing per state. Where a step ends in no minimum, the state is approached from the one before in up to 16
         steps. One that did not converge then has `converged` False, and the sweep ends there. One that misses its
-        packing fraction, because it jumps there, has `on_target` False. With `pressure_tolerance`, `provenance["step_error"]` is the
-        largest relative error of a pressure predicted since the state before.
+        packing fraction, because it jumps there, has `on_target` False. With `pressure_tolerance`,
+        `provenance["step_error"]` is the largest relative error of a pressure predicted since the state before.
 
     Raises:
-        InputError: `to`, `step`, `first_step`, `per_decade`, `pressure_tolerance` or `ranks` out of range; `after` is of another sweep.
+        InputError: `to`, `step`, `first_step`, `per_decade`, `pressure_tolerance` or `ranks` out of range; `after` is
+            of another sweep.
         ConvergenceError: after a state that did not converge, if it is not the last one.
 
     Example:

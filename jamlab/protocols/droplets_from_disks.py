@@ -40,7 +40,9 @@ _Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
 
 
 @checked
-def droplets_from_disks(packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any) -> Packing:
+def droplets_from_disks(
+    packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any
+) -> Packing:
     """Hand disks over to droplets at the same true packing fraction, relaxed.
 
     Args:

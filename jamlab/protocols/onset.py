@@ -37,10 +37,10 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "incremental")
 STARTS = ("from-disks", "direct")
-# versions, see jamlab.campaign.tasks; droplets: 6 sees gaps that close, 5 slides along several modes
-# at a time, 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
+# versions, see jamlab.campaign.tasks; droplets: 5 slides along several modes at a time,
+# 4 lets what stops a sliding droplet press and count, 3 searches over rigid bodies, 2 ends at a minimum, 1
 # ended at some saddles; stiffening disks, whose exponent is not 2: 1 left forces beside those of their contacts
-ONSET_PROTOCOL = {"disks": 1, "droplets": 6, "stiffening": 2}
+ONSET_PROTOCOL = {"disks": 1, "droplets": 5, "stiffening": 2}
 _ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
@@ -78,13 +78,14 @@ def jam(
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
             is sheared until no shear stress is left.
         start: DP: "from-disks": disks are compressed to `phi_carried` or until they jam, then droplets take their
-            places, which costs less and leads to the same distribution of onsets. "direct": the droplets are compressed from `phi_start` on.
+            places, which costs less and leads to the same distribution of onsets. "direct": the droplets are compressed
+            from `phi_start` on.
         tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets; less for disks that stiffen, whose forces
             at onset are less.
         ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
-        size_ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
-            their vertices, `nv_large` over `nv_small`.
+        size_ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the
+            ratio of their vertices, `nv_large` over `nv_small`.
         fraction_large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
         sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`. Any n from 2. DP: n numbers in proportion to the roots of the rest
@@ -191,8 +192,8 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
     if model == "dp" and ratio is not None:
         raise InputError(
-            f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large; or sizes, such "
-            f"as 'bidisperse:{ratio:g},0.5'"
+            f"size_ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large; or sizes, "
+            f"such as 'bidisperse:{ratio:g},0.5'"
         )
 
 

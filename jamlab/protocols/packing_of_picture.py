@@ -14,7 +14,7 @@ from jamlab.models.models import MODELS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
-from jamlab.protocols.droplets_from_disks import relax_at_rho, droplets_from_disks
+from jamlab.protocols.droplets_from_disks import droplets_from_disks, relax_at_rho
 from jamlab.protocols.relaxation import relax
 from jamlab.storage.verified_file import versions
 
@@ -31,8 +31,8 @@ def packing_of_picture(
 
     The patch is a rectangle as large as the cells of the droplets together, in the middle of them and of their aspect.
     What sticks out of it on one side comes in on the other, where as much room is; the seam is not as in the picture,
-    and relaxes. Disks keep the areas of the droplets. Polygons are inscribed in relaxed disks (`jamlab.droplets_from_disks`),
-    at a lower packing fraction if need be, and compressed.
+    and relaxes. Disks keep the areas of the droplets. Polygons are inscribed in relaxed disks
+    (`jamlab.droplets_from_disks`), at a lower packing fraction if need be, and compressed.
 
     Args:
         centres: (n, 2) of droplets that are whole, y up.

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number
-from jamlab.engine.box_border import Border
+from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
@@ -187,7 +187,7 @@ def quench(
     *,
     floor: float,
     steps: int = 100_000,
-    border: Border | None = None,
+    border: BoxStrains | None = None,
     fire: FireSettings | None = None,
     settings: RelaxationSettings = SOLVERS.relaxation,
 ) -> Evaluation:
@@ -253,6 +253,8 @@ def descend_droplets(
     start, first_shift = session.positions(), numbers.least_shift
     if session.last_descent is not None and numbers.shift:
         first_shift = session.last_descent.shift
+    if session.particles < settings.relaxation.many_droplets:
+        numbers = replace(numbers, closing=0.0)
     found = session.descend(
         [
             target,

@@ -203,9 +203,10 @@ def disk_diameters(
     if sizes is None:
         return _two_sizes(n, seed, ratio, large)
     if ratio is not None or large != 0.5:
-        given = f"ratio = {ratio!r}" if ratio is not None else f"large = {large!r}"
+        given = f"size_ratio = {ratio!r}" if ratio is not None else f"fraction_large = {large!r}"
         raise InputError(
-            f"{given} and sizes = {shown_sizes(sizes)}: give one of them; ratio and large are of two sizes"
+            f"{given} and sizes = {shown_sizes(sizes)}: give one of them; size_ratio and fraction_large are "
+            "of two sizes"
         )
     if not isinstance(sizes, str):
         diameters = finite_array("sizes", sizes, (None,))
@@ -235,7 +236,9 @@ def _two_sizes(n: int, seed: int, ratio: float | None, large: float) -> Array:
     if ratio is None:
         ratio = float(defaults("sp")["ratio"])
     elif not is_number(ratio) or not 1 <= ratio <= LARGEST_RATIO:
-        raise InputError(f"ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}")
+        raise InputError(
+            f"size_ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}"
+        )
     small, many = 2 / (1 + ratio), round(large * n)
     return np.repeat([small, ratio * small], [n - many, many])
 

@@ -45,7 +45,8 @@ class LbfgsSettings:
     # times the longest move of the step before that a step is tried with at most: full steps mostly miss while contacts
     # open and close, and every miss costs an evaluation
     longer: float = 2.0
-    closing: float = 0.3  # times the longest move of the last step: gaps that count as contacts in the Hessian
+    # times the longest move of the last step: gaps that count as contacts in the Hessian of `many_droplets` and more
+    closing: float = 0.3
     trials: int = 8  # force evaluations in one line search
     energy_digits: float = 1e-13  # relative change of the energy below which it is rounding
     # part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1
@@ -67,6 +68,9 @@ class RelaxationSettings:
     # of any other method short. An onset of 96 disks costs the same by either, of 256 and 512 two to three times less
     # by FIRE; states of a sweep cost 1.5 times more at 96, and 1.2 times less at 256.
     many_disks: int = 200
+    # from here on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a minimum without;
+    # with 256 a sweep takes .54 to .93 times the CPU, with 64 the same
+    many_droplets: int = 512
     newton_noise: float = 1e-7  # at which Newton steps take over there; started earlier they stall
     stages: int = 12  # of a quench at most: the pressure, and with it the target, falls on the way
     # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target

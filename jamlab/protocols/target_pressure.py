@@ -9,7 +9,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked, is_number
-from jamlab.engine.box_border import COMPRESSION, Border
+from jamlab.engine.box_border import COMPRESSION, BoxStrains
 from jamlab.engine.deck_defaults import check_ranks, numbers
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError, InputError
@@ -174,7 +174,7 @@ def _from_random(
             relax(session, _BEFORE_BOX, settings=settings)
         else:
             _walk(session, pressure, search, settings, progress)
-        found = relax_disks_and_box(session, Border(_strains(given.ensemble), pressure), force, settings=settings)
+        found = relax_disks_and_box(session, BoxStrains(_strains(given.ensemble), pressure), force, settings=settings)
         packing = session.packing()
     _check_met(packing, found, pressure, f"try another seed, or come down from a higher pressure: {_DECOMPRESS}")
     if progress is not None:
@@ -243,7 +243,7 @@ def _decompressed(
         for step, target in enumerate(np.geomspace(start, pressure, steps + 1)[1:], 1):
             noise = force if step == steps else max(force, LEAST_NOISE * target)
             how: dict[str, Any] = {"near": True, "least_pressure": search["loose"] * target, "settings": settings}
-            found = relax_disks_and_box(session, Border(_strains(packing.ensemble), target), noise, **how)
+            found = relax_disks_and_box(session, BoxStrains(_strains(packing.ensemble), target), noise, **how)
             reached = session.packing()
             if progress is not None:
                 progress(step / steps, f"packing fraction {reached.phi:.4f}")

@@ -97,7 +97,9 @@ class Collapse:
         >>> ax = jamlab.scaling_collapse(pressures, spectra).plot()
         """
         if not len(self.pressures):
-            raise InputError("this Collapse holds no curves to draw: use that of jamlab.scaling_collapse(pressures, spectra)")
+            raise InputError(
+                "this Collapse holds no curves to draw: use that of jamlab.scaling_collapse(pressures, spectra)"
+            )
         order = np.argsort(self.pressures)
         for colour, k in zip(ordered_colours(len(order)), order, strict=True):
             p = self.pressures[k]

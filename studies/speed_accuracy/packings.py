@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from jamlab.engine.box_border import COMPRESSION, Border
+from jamlab.engine.box_border import COMPRESSION, BoxStrains
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
@@ -106,7 +106,7 @@ def _fire_in_free_box(pressure: float, seed: int, force: float) -> float:
     phi = float(defaults("pressure")["phi_jammed"]) + 2 * pressure
     with Session(random_disks(_DISKS, seed, phi=phi, units="k")) as session:
         session.minimize(1e-2 * pressure, style="fire", steps=_FIRE_STEPS)  # the box would blow up at once
-        border = Border(COMPRESSION, pressure)
+        border = BoxStrains(COMPRESSION, pressure)
         found = session.minimize(force * pressure, style="fire", steps=_FIRE_STEPS, border=border)
     if found.max_force > force * pressure:
         raise ConvergenceError("force tolerance not met")

@@ -72,7 +72,9 @@ def test_contact_changes_that_did_not_settle_are_counted(tmp_path, monkeypatch):
     """In every table of flow."""
     for name in ("shear", "oscillate", "creep"):
         drive = getattr(jamlab, name)
-        monkeypatch.setattr(flow_observables, name, lambda *a, drive=drive, **k: replace(drive(*a, **k), ambiguous_contacts=7))
+        monkeypatch.setattr(
+            flow_observables, name, lambda *a, drive=drive, **k: replace(drive(*a, **k), ambiguous_contacts=7)
+        )
     oscillation, creep = {"omega": [1.0], "amplitudes": [1e-3], "cycles": 2}, {"stresses": [1e-7], "duration": 1.0}
     changes = {"observables": ["flow", "oscillation", "creep"], "oscillation": oscillation, "creep": creep, "seeds": 1}
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))

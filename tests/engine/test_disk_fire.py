@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
+from jamlab.engine.box_border import COMPRESSION, SHEARS, BoxStrains
 from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings, lively_fire
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
@@ -70,7 +70,7 @@ def test_steps_are_those_of_lammps(random_disks, units, tilt):
 def test_threads_do_not_change_a_digit(threads):
     """Three shares of disks, whose pairs across are computed twice: one thread, several threads and LAMMPS."""
     start = disks_of(12_500, 1, phi=0.9, units="k")
-    border = Border(ALL, 0.01)
+    border = BoxStrains(ALL, 0.01)
     alone, shared = (fire_disks(start, 1e-13, 300, k, border) for k in (1, threads))
     assert np.array_equal(alone[0].positions, shared[0].positions) and np.array_equal(alone[0].box, shared[0].box)
     assert alone[1:] == shared[1:]
@@ -94,7 +94,7 @@ def test_strains_of_the_box_are_coordinates(random_disks, strains, kind):
     if kind is None:
         kind, start = lively_fire, disks_of(150, 1, phi=1.0, units="k", sizes="power-law:-2,1,8")
         assert start.diameters.max() > 3
-    border = Border(strains, 0.05)
+    border = BoxStrains(strains, 0.05)
     powers = []
     for steps, (plain, power) in enumerate(plain_fire(start, 60, border, kind()), 1):
         powers.append(power)
@@ -108,7 +108,7 @@ def test_strains_of_the_box_are_coordinates(random_disks, strains, kind):
 
 def test_force_and_stress_are_met(random_disks):
     """As LAMMPS finds them: the largest force left is the one reported, the pressure the one asked for."""
-    border = Border(ALL, 1e-2)
+    border = BoxStrains(ALL, 1e-2)
     moved, taken, largest = fire_disks(random_disks(0.0, "k", n=100), 1e-10, 50_000, 1, border)
     state = jamlab.evaluate(moved)
     assert taken < 50_000 and largest < 1e-10
@@ -125,7 +125,7 @@ def test_shear_stress_alone_keeps_it_from_ending():
         box = turn @ (8 * 0.95 * np.array([[1.0, 0.5], [0.0, np.sqrt(0.75)]]))
         places = np.column_stack([j, i]) / 8 @ box.T
         crystal = jamlab.Packing("sp", box.T, places, {"k": 1.0}, diameters=np.ones(64), units="k")
-        border = Border(SHEARS)
+        border = BoxStrains(SHEARS)
         moved, _, largest = fire_disks(crystal, 1e-14, 1, 1, border)
         state = jamlab.evaluate(moved)
         assert state.max_force < 1e-12 and largest == pytest.approx(border.excess(state.stress), rel=1e-9)
@@ -134,7 +134,7 @@ def test_shear_stress_alone_keeps_it_from_ending():
 @pytest.mark.parametrize("style, model", [("cg", "sp"), ("fire", "dp"), ("cg", "dp")])
 def test_strains_that_no_style_takes_are_refused(sp_jammed, dp_onset, style, model):
     with jamlab.Session(sp_jammed if model == "sp" else dp_onset) as session:
-        for name, value in (("border", Border(SHEARS)), ("fire", fire_settings())):
+        for name, value in (("border", BoxStrains(SHEARS)), ("fire", fire_settings())):
             with pytest.raises(jamlab.InputError, match=name):
                 session.minimize(1e-9, style=style, steps=10, **{name: value})
 

@@ -49,7 +49,9 @@ def made_up_spectra(mu=0.5, lam=1.0):
     for p in pressures:
         g = p**mu * np.sqrt(1 + 1j * omega / p**lam)
         zero = np.zeros_like(omega)
-        found.append([jamlab.results.ComplexModulus(omega, g.real, g.imag, p**mu, 1.0, 0.0, "made up", zero, None, "k")])
+        found.append(
+            [jamlab.results.ComplexModulus(omega, g.real, g.imag, p**mu, 1.0, 0.0, "made up", zero, None, "k")]
+        )
     return pressures, found
 
 
@@ -262,7 +264,9 @@ def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([OMEGA, values]))
         assert line.get_color() == "black"
     assert texts(axes) == ["$G'_{xy}$  β = 1", "$G''_{xy}$  β = 1"] and axes.get_xscale() == "log"
-    lower = jamlab.results.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error_bound)
+    lower = jamlab.results.ComplexModulus(
+        OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error_bound
+    )
     axes = lower.plot(Figure().subplots())
     assert texts(axes) == [
         "$G'_{xy}$, 11 value(s) not above 0 left out",

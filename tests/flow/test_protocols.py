@@ -142,8 +142,8 @@ def test_what_ctrl_c_leaves_is_what_had_finished(run, rows, tmp_path):
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
-        run(packing, out=file, progress=stop)
-    kept, again, whole = jamlab.read_flow(file), run(packing, out=file), run(packing)
+        run(packing, path=file, progress=stop)
+    kept, again, whole = jamlab.read_flow(file), run(packing, path=file), run(packing)
     count = len(getattr(kept, rows))
     assert 0 < count < len(getattr(whole, rows))
     known = np.flatnonzero(np.isin(getattr(again, rows), getattr(kept, rows)))

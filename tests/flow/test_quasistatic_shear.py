@@ -170,11 +170,11 @@ def test_it_goes_on_from_its_file(packing, tmp_path, how):
 
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
-        drive(out=file, progress=stop)
+        drive(path=file, progress=stop)
     part = jamlab.read_flow(file)
     assert part.state == "interrupted" and part.strain[-1] == pytest.approx(0.016)
     seen = []
-    found, run = drive(out=file, progress=lambda share, words: seen.append(share)), drive()
+    found, run = drive(path=file, progress=lambda share, words: seen.append(share)), drive()
     assert min(seen) > 0.6 and found.finished and len(found.frames) == len(run.frames)
     assert found.stress == pytest.approx(run.stress, abs=1e-9)
     assert found.plastic_events == len(run.events) == len(jamlab.read_flow(file).events)

@@ -5,7 +5,7 @@ import pytest
 from packings_by_hand import disks, droplets
 
 import jamlab
-from jamlab.geometry.particle_shape import relative_areas, particle_areas, shape_factors
+from jamlab.geometry.particle_shape import particle_areas, relative_areas, shape_factors
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.models.droplets import regular_polygon
 

@@ -75,7 +75,9 @@ def test_instability_is_a_negative_mode(random_disks):
         values = np.linalg.eigvalsh(jamlab.hessian(p).toarray())
         assert values[2] < -1e-3
         assert jamlab.lowest_modes(p, 5).eigenvalues == pytest.approx(values[:5], rel=1e-8)
-        assert n > 30 or jamlab.count_zero_modes(p) == np.sum(np.abs(values) < 1e-9 * values[-1])  # without negative ones
+        assert n > 30 or jamlab.count_zero_modes(p) == np.sum(
+            np.abs(values) < 1e-9 * values[-1]
+        )  # without negative ones
 
 
 def test_modes_of_droplets(dp_dense):

@@ -16,8 +16,9 @@ import pytest
 from commands import call
 
 from jamlab.errors import StorageError
-from jamlab.packing.hdf5 import read, write
+from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
+from jamlab.packing.write import write
 from jamlab.storage import atomic_file
 
 

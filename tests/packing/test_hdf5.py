@@ -9,9 +9,10 @@ import pytest
 from edited_files import edited
 
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.hdf5 import read, read_all, read_observables, write
+from jamlab.packing.hdf5 import read, read_all, read_observables
 from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
+from jamlab.packing.write import write
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
 BOX = np.array([[3.3, 0.0], [0.37, 2.9]])

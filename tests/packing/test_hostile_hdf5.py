@@ -10,7 +10,8 @@ from edited_files import edited
 from wandering_packings import disks, polygons
 
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.packing.hdf5 import read, read_all, read_observables, write
+from jamlab.packing.hdf5 import read, read_all, read_observables
+from jamlab.packing.write import write
 from jamlab.storage.verified_file import USER_BLOCK, checksum
 
 POSITIONS = "particles/all/position/value"

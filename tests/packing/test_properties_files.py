@@ -7,7 +7,8 @@ import random_packings
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from jamlab.packing.hdf5 import read, read_all, read_observables, write
+from jamlab.packing.hdf5 import read, read_all, read_observables
+from jamlab.packing.write import write
 
 in_one_folder = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 numbers = st.floats(allow_nan=False, allow_infinity=False)

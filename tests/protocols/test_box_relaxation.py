@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 import jamlab
-from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
+from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrains
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.deformation import deformed, shear_gradient
@@ -22,7 +22,7 @@ def pushed(request, sp_jammed, dp_dense):
     """A packing away from its minimum, in a box that is no square; with the enthalpy's border, model and gradients."""
     packing = {"sp": sp_jammed, "dp": dp_dense}[request.param]
     rng = np.random.default_rng(0)
-    border = Border(ALL, 0.7 * jamlab.evaluate(packing).pressure)
+    border = BoxStrains(ALL, 0.7 * jamlab.evaluate(packing).pressure)
     push = 1e-3 * rng.standard_normal(packing.positions.shape)
     packing = border.move(packing, push, np.array([-2e-3, 4e-3, 3e-2]))
     return packing, border, jamlab.evaluate(packing)
@@ -65,7 +65,7 @@ def test_step_solves_the_bordered_system(pushed):
 
 def test_newton_steps_end_at_the_minimum(sp_jammed):
     """From the neighborhood of a packing: forces and stress to the last digits, area and shape of the box its own."""
-    border = Border(ALL, 1e-3)
+    border = BoxStrains(ALL, 1e-3)
     rng = np.random.default_rng(2)
     near = border.move(sp_jammed, 1e-5 * rng.standard_normal((32, 2)), np.zeros(3))
     with jamlab.Session(near) as session:
@@ -81,7 +81,7 @@ def test_deformation_is_the_matrix_exponential():
     assert np.array_equal(symmetric / [[[2]], [[1]]], PURE_SHEARS)
     for strain in ([0.2, 0.1, -0.3], [0.1, 0.0, 0.5], [0.0, 0.0, 0.0]):
         whole = np.einsum("a,aij->ij", strain, ALL)
-        assert np.allclose(Border(ALL).deformation(np.array(strain)), expm(whole), rtol=0, atol=1e-15)
+        assert np.allclose(BoxStrains(ALL).deformation(np.array(strain)), expm(whole), rtol=0, atol=1e-15)
 
 
 def test_shear_curvature_is_the_second_difference_of_relaxed_energies():

@@ -132,7 +132,7 @@ def test_ensemble_is_kept(start, error):
 @pytest.mark.parametrize(("seed", "to"), [(1, 0.88), (4, 0.9316)])
 def test_droplets_end_in_minima(seed, to):
     """Two states that ended on saddles: forces below 1e-10, and a mode of stiffness -4e-4 and -3e-3."""
-    *_, p = jamlab.compress(jamlab.jam(n=8, "dp", seed=seed), to=to, step=0.02)
+    *_, p = jamlab.compress(jamlab.jam(8, "dp", seed), to=to, step=0.02)
     assert p.converged and jamlab.shear_modulus(p) > 0
 
 

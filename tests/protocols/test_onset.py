@@ -96,7 +96,7 @@ def _assert_stable(packing):
 @pytest.mark.parametrize("seed", [2, 5])
 def test_onset_of_droplets_is_a_minimum_or_says_what_holds_it(ensemble, seed):
     """Between two opposite flats, a curvature of -4e-11 beside 307 hides below any tolerance on forces."""
-    packing = jamlab.jam(n=12, "dp", seed=seed, ensemble=ensemble)
+    packing = jamlab.jam(12, "dp", seed, ensemble=ensemble)
     assert_onset(packing, "dp", 12, seed, 1e-10)
     _assert_held(packing)
     if ensemble == "shear-stabilized":

@@ -11,7 +11,7 @@ from jamlab.protocols.target_pressure import decompress
 NAN = float("nan")
 CALLS = {  # function -> what is called with one argument replaced
     "jam": lambda p, **how: jamlab.jam(**{"n": 8} | how),
-    "droplets": lambda p, **how: jamlab.jam(**{"n": 4} | how, "dp"),
+    "droplets": lambda p, **how: jamlab.jam(**{"n": 4, "model": "dp"} | how),
     "pack": lambda p, **how: jamlab.pack(**{"n": 8, "pressure": 1e-3} | how),
     "compress": lambda p, **how: jamlab.compress(p, **{"to": 0.9, "step": 0.01} | how),
     "decompress": lambda p, **how: decompress(p, **{"pressure": 1e-4} | how),

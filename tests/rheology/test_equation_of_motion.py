@@ -62,7 +62,7 @@ def disk_dissipation(contacts, p, law, u, spin, flow):
         du = u[j] - u[i] + flow * np.array([r[1], 0.0])
         arms = p.diameters[[i, j]] / 2
         stiffness = p.params["k"] if p.units == "k" else p.params["eps"] / arms.sum() ** 2
-        if law.arms == "contact":
+        if law.lever_arms == "contact":
             arms = arms - (arms.sum() - np.hypot(*r)) / 2
         slide = du @ [-normal[1], normal[0]] - arms @ spin[[i, j]]
         total += stiffness * law.tau / 2 * ((du @ normal) ** 2 + law.beta * slide**2)

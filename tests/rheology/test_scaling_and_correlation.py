@@ -39,7 +39,9 @@ def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
 
 def test_sliding_grows_and_approach_fades_towards_onset():
     """Fig 5, no pre-stress: medians ~ p^(1/4), p^(-1/4), p^(-1/4); two decades of p make factors of about 3."""
-    near, far = (jamlab.nonaffine_response(jamlab.pack(n=256, pressure=p, seed=1), prestress=False) for p in (1e-4, 1e-2))
+    near, far = (
+        jamlab.nonaffine_response(jamlab.pack(n=256, pressure=p, seed=1), prestress=False) for p in (1e-4, 1e-2)
+    )
     assert near.median_normal < 0.6 * far.median_normal
     assert near.median_tangential > 1.7 * far.median_tangential
     assert near.median_nonaffine > 1.7 * far.median_nonaffine
@@ -166,7 +168,9 @@ def test_impossible_collapses_are_refused(packing):
     other = jamlab.complex_modulus(packing, [1e-4, 1.0])
     with pytest.raises(jamlab.InputError):
         jamlab.scaling_collapse([1e-3, 1e-4, 1e-5], [[s], [s], [other]])
-    negative = jamlab.results.ComplexModulus(s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error_bound)
+    negative = jamlab.results.ComplexModulus(
+        s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error_bound
+    )
     with pytest.raises(jamlab.InputError, match="1e-05"):
         jamlab.scaling_collapse([1e-3, 1e-4, 1e-5], [[s], [s], [negative]])
 

@@ -48,7 +48,7 @@ def packings():
     droplets = {name: jamlab.read(STATES / file) for name, file in files.items()}
     droplets["dp"] = jamlab.relax(droplets["dp"].with_state(params=droplets["dp"].params | {"eta": 0.01}))
     law = {"eps": 1.7, "exponent": 3.0}
-    p = _disks(n=12, pressure=3e-3, seed=2, ratio=3.0)
+    p = _disks(n=12, pressure=3e-3, seed=2, size_ratio=3.0)
     disks = {
         "sp": _disks(n=14, pressure=3e-3, seed=6),
         "eps": jamlab.relax(jamlab.Packing("sp", p.box, p.positions, law, "eps", p.diameters)),
@@ -409,7 +409,9 @@ CASES = {
     "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM, (*LONG, "sticky")),
     "nonaffine_response": Case(_slow, models=DISKS),
     "stop_flow": Case(
-        _along(lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background_drag=1e-2), stress=STRESS, pressure=STRESS),
+        _along(
+            lambda v: jamlab.stop_flow(_grown(v.packing), 0.3, background_drag=1e-2), stress=STRESS, pressure=STRESS
+        ),
         FLOW,
         ("eps",),
     ),
