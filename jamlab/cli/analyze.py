@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 ALLOWED = {  # options, by what is measured
     "a picture": ("--overlay", "--csv", "--packing", "--labels"),
-    "a file of packings": (),
+    "a file of packings": ("--csv",),
 }
 
 
@@ -55,7 +55,10 @@ OfDroplets = Annotated[
         help="Picture: HDF5 file of its droplets as a relaxed periodic packing.", callback=written_as("packings")
     ),
 ]
-Csv = Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.", callback=written_as("table"))]
+Csv = Annotated[
+    Path | None,
+    typer.Option(help="CSV, a row per packing or droplet.", callback=written_as("table")),
+]
 
 
 def analyze(
@@ -102,7 +105,7 @@ def analyze(
 
         packings = read_all(source)
         _say_what_is_missing(source, packings[0])
-        print_packings(packings, None, as_json)
+        print_packings(packings, None, as_json, csv)
 
 
 def _kind(source: Path) -> str:

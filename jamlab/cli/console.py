@@ -131,8 +131,8 @@ _MARKS = {True: "yes", False: "NO", None: "-"}
 _MODULI = ("g", "g_x", "b")
 
 
-def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
-    """Measure packings, write them to `out` if it is given, and print what was measured."""
+def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool, csv: Path | None = None) -> None:
+    """Measure packings, write them to `out` and what was measured to `csv` if these are given, and print it."""
     from jamlab.measure import measure, why_no_modulus
     from jamlab.packing.hdf5 import write_sweep
     from jamlab.packing.law_parameters import NEGATIVE_G
@@ -142,6 +142,12 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
         measured = measure(packings, progress=progress)
     if out is not None:
         write_sweep(out, packings, measured)
+    if csv is not None:
+        import pandas as pd
+
+        from jamlab.storage.atomic_file import write_table
+
+        write_table(pd.DataFrame(measured), csv)
     # None where no minimisation is known, as in a dump without that word
     marks = [None if p.max_force is None and not p.converged else p.converged and p.on_target for p in packings]
     if as_json:

@@ -13,6 +13,7 @@ from typer.exceptions import TyperException
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze, explore
 from jamlab.cli.console import err_console
+from jamlab.cli.convert import convert, relax
 from jamlab.cli.decks import deck, decks
 from jamlab.cli.doctor import doctor
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
@@ -28,8 +29,10 @@ class Commands(TyperGroup):
     debug = False
 
     def main(self, args: Sequence[str] | None = None, *rest: Any, **options: Any) -> Any:
-        """Take `--debug` out of the words, wherever it stands, and run the command."""
+        """Take `--debug` out of the words, wherever it stands, and run the command; `help X` is `X --help`."""
         words = list(sys.argv[1:] if args is None else args)
+        if words[:1] in (["help"], ["version"]):
+            words = [*words[1:], f"--{words[0]}"]
         self.debug = "--debug" in words
         return super().main([word for word in words if word != "--debug"], *rest, **options)
 
@@ -79,6 +82,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     help="Jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum.",
     epilog="Start with: jamlab demo",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -93,7 +97,8 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+        bool,
+        typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
     """Take the options that stand before a command."""
@@ -106,6 +111,7 @@ COMMANDS: dict[str, tuple[Command, ...]] = {
         (jam, "Make a packing at jamming onset.", "--model dp --n 16 --seed 3 --out onset.h5"),
         (pack, "Make disks at a target pressure.", "--n 256 --pressure 1e-4 --out packing.h5"),
         (compress, "Compress a packing in steps, each to a minimum.", "onset.h5 --to 0.95 --step 0.005 --out sweep.h5"),
+        (relax, "Relax a packing to the energy minimum next to it.", "disks.csv --out relaxed.h5"),
     ),
     "Measure and look": (
         (
@@ -115,6 +121,7 @@ COMMANDS: dict[str, tuple[Command, ...]] = {
         ),
         (gstar, "Compute the complex shear modulus G*(omega).", "--n 256 --pressure 1e-3 --out gstar.png"),
         (explore, "Write an interactive HTML viewer of a sweep.", "sweep.h5 --out page.html"),
+        (convert, "Convert packings to another format.", "sweep.h5 sweep.dump"),
     ),
     "Flow in time": (
         (shear, "Shear at a constant rate, or quasi-statically.", "packing.h5 --rate 1e-2 --strain 2 --plot shear.png"),

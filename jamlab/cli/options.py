@@ -58,7 +58,7 @@ def law_values(entries: list[str] | None) -> dict[str, float | str]:
 Law = Annotated[
     list[str] | None, typer.Option(help="NAME=VALUE: a parameter of the force law; may be given several times.")
 ]
-N = Annotated[int, typer.Option("--n", help="Number of particles; even unless --large or --sizes says otherwise.")]
+N = Annotated[int, typer.Option("--n", "-n", help="Number of particles; even without --large and --sizes.")]
 Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
 Large = Annotated[float, typer.Option(help="Number fraction of large particles.")]
 Sizes = Annotated[
@@ -69,7 +69,7 @@ Sizes = Annotated[
     ),
 ]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
-Out = Annotated[Path, typer.Option(help="HDF5 file to write, .h5.", callback=written_as("packings"))]
+Out = Annotated[Path, typer.Option("--out", "-o", help="HDF5 file to write, .h5.", callback=written_as("packings"))]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that are there already.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]

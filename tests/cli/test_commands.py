@@ -9,6 +9,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from commands import call
 
@@ -261,3 +262,20 @@ def test_nothing_loads_that_is_not_used(first: str, idle: str) -> None:
     asked = f"import sys; {first}; print(*(set({idle.split()}) & set(sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
     assert not loaded.stdout.split()
+
+
+def test_words_from_habit(packed, tmp_path):
+    path, printed = packed
+    assert call(tmp_path, "-h").stdout == call(tmp_path, "--help").stdout
+    assert call(tmp_path, "help", "jam").stdout == call(tmp_path, "jam", "--help").stdout
+    assert call(tmp_path, "version").stdout == call(tmp_path, "-V").stdout == f"jamlab {jamlab.__version__}\n"
+    assert call(tmp_path, "jam", "-n", "8", "-o", "small.h5").exit_code == 0
+    assert call(tmp_path, "analyze", str(path), "--csv", "p.csv").exit_code == 0
+    assert pd.read_csv(tmp_path / "p.csv")["rho"].tolist() == printed["rho"]
+    for name in ("p.dump", "p.xyz", "p.data", "p.h5"):
+        assert call(tmp_path, "convert", str(path), name).exit_code == 0
+        assert jamlab.read(tmp_path / name, **({"units": "k"} if name == "p.xyz" else {})).phi == pytest.approx(
+            jamlab.read(path).phi, rel=1e-12
+        )
+    done = call(tmp_path, "relax", "p.xyz", "--units", "k", "-o", "again.h5")
+    assert done.exit_code == 0 and jamlab.read(tmp_path / "again.h5").converged
