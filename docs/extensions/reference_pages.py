@@ -9,6 +9,7 @@ from sphinx.application import Sphinx
 import jamlab
 
 STUB = Path(jamlab.__file__).with_suffix(".pyi")
+RESULTS = Path(jamlab.__file__).with_name("results.py")
 
 
 class Group(NamedTuple):
@@ -44,7 +45,7 @@ GROUPS = (
         "files",
         "Files and other programs",
         "HDF5, LAMMPS data files and dumps, MDAnalysis.",
-        ("packing.hdf5", "packing.lammps_files", "trajectories", "statistics"),
+        ("packing.hdf5", "packing.write", "packing.lammps_files", "trajectories", "statistics"),
     ),
     Group("campaigns", "Campaigns", "Ensembles of packings from one file.", ("campaign",)),
     Group("pictures", "Pictures", "Pages to look through, and figures of several things.", ("figures",)),
@@ -54,19 +55,26 @@ GROUPS = (
 
 
 def public_names() -> dict[str, str]:
-    """Public name -> module within jamlab, as `__init__.pyi` re-exports them."""
+    """Public name -> module within jamlab, as `__init__.pyi` and `results.py` re-export them."""
     found = {}
-    for line in ast.parse(STUB.read_text(encoding="utf-8")).body:
-        if isinstance(line, ast.ImportFrom):
-            found |= {str(alias.asname): str(line.module) for alias in line.names}
+    for file, place in ((STUB, ""), (RESULTS, "results.")):
+        for line in ast.parse(file.read_text(encoding="utf-8")).body:
+            if isinstance(line, ast.ImportFrom) and line.module:
+                module = line.module.removeprefix("jamlab.")
+                found |= {f"{place}{alias.asname}": module for alias in line.names}
     return found
+
+
+def is_class(name: str) -> bool:
+    """Whether a public name is that of a class."""
+    return name.removeprefix("results.")[0].isupper()
 
 
 def grouped() -> dict[Group, list[str]]:
     """Names of every group that has some: the group whose beginning fits a module longest; functions first."""
     names = public_names()
     found: dict[Group, list[str]] = {group: [] for group in GROUPS}
-    for name, module in sorted(names.items(), key=lambda item: (item[0][0].isupper(), item[0].lower())):
+    for name, module in sorted(names.items(), key=lambda item: (is_class(item[0]), item[0].lower())):
         fits = [(len(start), group) for group in GROUPS for start in group.modules if module.startswith(start)]
         if fits:
             found[max(fits, key=lambda fit: fit[0])[1]].append(name)
@@ -84,7 +92,7 @@ def python_page(group: Group, names: list[str]) -> str:
     """One page of public names."""
     parts = [f"{group.title}\n{'=' * len(group.title)}\n\n{group.about}\n", summary(names)]
     for name in names:
-        kind = "autoclass" if name[0].isupper() else "autofunction"
+        kind = "autoclass" if is_class(name) else "autofunction"
         members = "   :members:\n" if kind == "autoclass" else ""
         parts.append(f".. {kind}:: jamlab.{name}\n{members}")
     return "\n".join(parts)

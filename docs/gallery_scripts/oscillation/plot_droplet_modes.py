@@ -11,7 +11,7 @@ import numpy as np
 
 import jamlab
 
-*_, p = jamlab.compress(jamlab.jam(n=8, "dp", seed=1), to=0.88, step=0.02)
+*_, p = jamlab.compress(jamlab.jam(8, "dp", seed=1), to=0.88, step=0.02)
 bins = np.geomspace(1e-5, 1e5, 31)
 figure, axes = plt.subplots(1, 2, figsize=(8.4, 3.6), layout="constrained")
 for ax, law in zip(axes, (jamlab.ContactDamping(), jamlab.StokesDrag()), strict=True):
