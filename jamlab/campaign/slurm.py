@@ -55,8 +55,13 @@ def job_script(
     address: str = "tls://DRIVER:PORT",
     security: "Security | None" = None,
 ) -> str:
-    """Script of the job of one worker. `options`: the table `slurm` of a campaign file; `name`: of the worker;
-    `address`: of the driver."""
+    """Script of the job of one worker.
+
+    Args:
+        options: the table `slurm` of a campaign file.
+        name: of the worker.
+        address: of the driver.
+    """
     try:
         from dask_jobqueue.slurm import SLURMJob
     except ImportError:

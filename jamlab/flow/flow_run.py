@@ -36,8 +36,13 @@ FINER = 0.1  # tolerance to try next, over the present one; steps go as its root
 
 def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
     """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps, and 0 where it is no
-    more than the sum of all energies rounds off. `work`: (m,) done since the start; `lost`: (m,) energy lost since the
-    start; `energy`: (m,) elastic."""
+    more than the sum of all energies rounds off.
+
+    Args:
+        work: (m,) done since the start.
+        lost: (m,) energy lost since the start.
+        energy: (m,) elastic.
+    """
     gap = work - lost - energy
     gap = gap - gap[0]
     return np.where(np.abs(gap) > ROUNDING * np.abs(energy).max(), gap, 0.0)

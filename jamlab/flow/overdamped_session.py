@@ -163,11 +163,18 @@ class OverdampedSession:
         self._session.close()
 
     def drive(self, drive: str, interval: float, *, longest: float = 0.0, before: FlowState | None = None) -> FlowState:
-        """Drive the packing from its present state; time and strain count from here. `drive`: "rate value", "oscillate
-        amplitude omega" or "stress value", as of `fix overdamped`; a stress as `stress_drive` says it; `interval`: of
-        time, after which `advance` returns; `longest`: step, by default no limit but that of the tolerance; `before`:
-        last state of an earlier flow, from which time, strain, work and iterations go on instead. Returns the state
-        before the first step."""
+        """Drive the packing from its present state; time and strain count from here.
+
+        Args:
+            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`; a stress as
+                `stress_drive` says it.
+            interval: of time, after which `advance` returns.
+            longest: step, by default no limit but that of the tolerance.
+            before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
+
+        Returns:
+            The state before the first step.
+        """
         if self._given.walls and not drive.startswith("rate"):
             raise InputError(
                 f"walls: the packing has them, and they move by a rate only, not to {drive.split()[0]}: use shear or "

@@ -111,8 +111,13 @@ _OF_0_2 = {"unsettled": "ambiguous_contacts", "imbalance": "energy_error"}  # na
 
 
 def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
-    """Write a result of this room to a file, all or nothing. `path`: to create or replace; `result`: dataclass with
-    `frames` and `damping`; `task`: see `RunFile`."""
+    """Write a result of this room to a file, all or nothing.
+
+    Args:
+        path: to create or replace.
+        result: dataclass with `frames` and `damping`.
+        task: see `RunFile`.
+    """
     entries = {f.name: getattr(result, f.name) for f in fields(result) if f.name not in _APART}
 
     def add_group(file: Any) -> None:

@@ -26,8 +26,13 @@ class StressDrops(NamedTuple):
 
 
 def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrops:
-    """Find the falls of a stress (m,) over strain (m,), each from a local maximum to the next minimum. `strain`: (m,),
-    growing; `stress`: (m,); `least`: smallest fall that counts."""
+    """Find the falls of a stress (m,) over strain (m,), each from a local maximum to the next minimum.
+
+    Args:
+        strain: (m,), growing.
+        stress: (m,).
+        least: smallest fall that counts.
+    """
     falling = np.concatenate([[False], np.diff(stress) < 0, [False]])
     edges = np.flatnonzero(np.diff(falling.astype(int)))  # of the steps, where falling begins and where it ends
     begin, end = edges[::2], edges[1::2]

@@ -52,8 +52,12 @@ def library() -> ctypes.CDLL:
 
 
 def kernel(name: str, *arguments: Any) -> Callable[..., int]:
-    """A function of the library, loaded at its first call. `name`: of the C function; `arguments`: types of its
-    arguments, of those above."""
+    """A function of the library, loaded at its first call.
+
+    Args:
+        name: of the C function.
+        arguments: types of its arguments, of those above.
+    """
 
     @cache
     def function() -> Any:

@@ -144,9 +144,13 @@ def follow(packing: Packing, phi: float) -> Packing:
 
 
 def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Packing:
-    """Predict the packing after a small shear at constant area by linear response. `packing`: at an energy minimum;
-    `strain`: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays; `tensor`:
-    `elastic_tensor(packing)`."""
+    """Predict the packing after a small shear at constant area by linear response.
+
+    Args:
+        packing: at an energy minimum.
+        strain: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays.
+        tensor: `elastic_tensor(packing)`.
+    """
     moved, rotation = deformed(packing, shear_gradient(strain))
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     return moved.with_state(positions=moved.positions + response @ rotation.T)

@@ -24,10 +24,17 @@ MOST_ELEMENTS = 2**31 - 1  # of a sparse matrix: its factorisations count with 3
 
 
 def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sparse.csc_array:
-    """Sum blocks over groups of terms. `sites`: for each group (k, m) int64, the m sites of each of its k terms;
-    `blocks`: for each group (k, m, 2, m, 2) float64, each symmetric; `size`: number of sites. Returns (2 size, 2 size)
-    CSC with sorted indices; every pair of sites that shares a term has its 2 x 2 elements, zeros as well, so that terms
-    between the same sites have one pattern."""
+    """Sum blocks over groups of terms.
+
+    Args:
+        sites: for each group (k, m) int64, the m sites of each of its k terms.
+        blocks: for each group (k, m, 2, m, 2) float64, each symmetric.
+        size: number of sites.
+
+    Returns:
+        (2 size, 2 size) CSC with sorted indices; every pair of sites that shares a term has its 2 x 2 elements, zeros
+        as well, so that terms between the same sites have one pattern.
+    """
     rows, columns = [], []
     for group in sites:
         place = (2 * group[:, :, None] + np.arange(2)).reshape(len(group), 2 * group.shape[1]).astype(np.int32)

@@ -65,8 +65,12 @@ def noise_level(grey: Array) -> float:
 
 
 def remove_background(bright: Array, noise: float) -> Darkness | None:
-    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise. `bright`: (h,
-    w) grey values, droplets brighter than the ground; `noise`: standard deviation of the noise."""
+    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise.
+
+    Args:
+        bright: (h, w) grey values, droplets brighter than the ground.
+        noise: standard deviation of the noise.
+    """
     first = width_of_filter(noise / max(bright.std(), 1e-12))
     quiet = _blur(bright, first)
     high, low = envelope(quiet, ENVELOPE), envelope(quiet, 1 - ENVELOPE)
@@ -170,8 +174,12 @@ def _droplet_level(grey: Array, kept: Mask, reach: float, thin: int) -> Array:
 
 
 def _near_mean(values: Array, kept: Mask, reach: float, thin: int, shape: tuple[int, ...]) -> Array:
-    """(h, w) mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them. `values`, `kept`: of every
-    `thin`th pixel; `shape`: h and w."""
+    """(h, w) mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them.
+
+    Args:
+        values, kept: of every `thin`th pixel.
+        shape: h and w.
+    """
     step = max(1, int(reach / 8 / thin))  # a field that smooth needs no more samples
     small = np.s_[::step, ::step]
     box = [ndimage.uniform_filter(part, step) for part in (kept.astype(np.float64), np.where(kept, values, 0.0))]

@@ -53,9 +53,13 @@ class Labelled:
 
 
 def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | None) -> Labelled:
-    """Read labels. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP of 8, 16 or 32 bit, or NPY. Black and
-    white, with two values, is a mask: its pieces, parted where several droplets touch, are droplets; `shape`: of the
-    picture; None if there is none."""
+    """Read labels.
+
+    Args:
+        source: (h, w) whole numbers, or a file: TIFF, PNG or BMP of 8, 16 or 32 bit, or NPY. Black and white, with two
+            values, is a mask: its pieces, parted where several droplets touch, are droplets.
+        shape: of the picture; None if there is none.
+    """
     values = _numbers(source)
     notes: list[Note] = []
     if shape is not None and values.shape != shape:

@@ -21,10 +21,16 @@ REMEDY = "install it with pip install 'jamlab[images]'"
 
 
 def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
-    """Read a picture as grey values between 0 and 1, its own darkest and brightest pixel. `picture`: image file of one
-    page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity, and what is transparent is laid
-    on white, as programs show it; `channel`: of a picture in colours, one of `CHANNELS`; "grey" is what the eye sees.
-    Returns (h, w) float64."""
+    """Read a picture as grey values between 0 and 1, its own darkest and brightest pixel.
+
+    Args:
+        picture: image file of one page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity,
+            and what is transparent is laid on white, as programs show it.
+        channel: of a picture in colours, one of `CHANNELS`; "grey" is what the eye sees.
+
+    Returns:
+        (h, w) float64.
+    """
     values = np.asarray(read_values(Path(picture)) if isinstance(picture, str | Path) else picture)
     if values.ndim not in (2, 3) or min(values.shape[:2]) < LEAST_SIDE or values.shape[2:] not in ((), (3,), (4,)):
         raise InputError(
@@ -57,8 +63,12 @@ def check_pixels(shape: tuple[int, ...]) -> None:
 
 
 def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
-    """Read an image file as it is. `path`: PNG, JPEG, BMP or TIFF of one page; `numbers`: of a picture with a palette
-    give the numbers of its colours, as label images have them."""
+    """Read an image file as it is.
+
+    Args:
+        path: PNG, JPEG, BMP or TIFF of one page.
+        numbers: of a picture with a palette give the numbers of its colours, as label images have them.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same

@@ -85,8 +85,13 @@ def mean_of(values: Array) -> Mean:
 
 
 def share_of(areas: Array, cells: Array, value: float) -> Mean:
-    """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio. `areas`: (n,) of
-    droplets; `cells`: (n,) of their cells; `value`: packing fraction of all that the picture shows."""
+    """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio.
+
+    Args:
+        areas: (n,) of droplets.
+        cells: (n,) of their cells.
+        value: packing fraction of all that the picture shows.
+    """
     n, whole = len(areas), float(cells.sum())
     rest = areas - areas.sum() / whole * cells
     return Mean(value, float(np.sqrt(n / (n - 1) * (rest**2).sum()) / whole) if n > 1 else float("nan"), n)
@@ -108,9 +113,15 @@ class PictureVoids(Result):
 
 
 def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, radius: float) -> PictureVoids:
-    """Measure voids, lengths in pixels. `void`: (h, w) void that a pixel belongs to, -1 in none; `cells`: (h, w)
-    droplet that a pixel is nearest to; `darkness`: (h, w), 0 in droplets and 1 on the ground; `outside`: (h, w) pixels
-    at and beyond the edge of what the picture shows: voids there are cut; `radius`: typical radius, pixels."""
+    """Measure voids, lengths in pixels.
+
+    Args:
+        void: (h, w) void that a pixel belongs to, -1 in none.
+        cells: (h, w) droplet that a pixel is nearest to.
+        darkness: (h, w), 0 in droplets and 1 on the ground.
+        outside: (h, w) pixels at and beyond the edge of what the picture shows: voids there are cut.
+        radius: typical radius, pixels.
+    """
     count = int(void.max()) + 1
     y, x = np.nonzero(void >= 0)
     label, weight = void[y, x], np.clip(darkness[y, x], 0, None)

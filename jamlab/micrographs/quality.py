@@ -77,8 +77,12 @@ def find_doubts(droplets: DropletSource, checks: Checks) -> list[Doubt]:
 
 
 def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
-    """Reasons why means over the droplets of a picture may not be those of more droplets. `count`: of whole droplets;
-    `means`: rho, z and shape_rim, as in `Micrograph.means`."""
+    """Reasons why means over the droplets of a picture may not be those of more droplets.
+
+    Args:
+        count: of whole droplets.
+        means: rho, z and shape_rim, as in `Micrograph.means`.
+    """
     words = {"rho": "rho", "z": "z", "shape_rim": "A"}
     if count < FEWEST:
         return [Doubt(f"{count} whole droplets only, needs {FEWEST}: means over more may differ", frozenset(words))]

@@ -102,8 +102,12 @@ class Segments:
 
 
 def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
-    """Divide denoised darkness into droplets; None if there are none. `smooth`: (h, w), 0 in droplets and 1 on the
-    ground; `noise`: standard deviation of the noise before denoising; where no film shows, it leads the watershed."""
+    """Divide denoised darkness into droplets; None if there are none.
+
+    Args:
+        smooth: (h, w), 0 in droplets and 1 on the ground.
+        noise: standard deviation of the noise before denoising; where no film shows, it leads the watershed.
+    """
     droplets = smooth < 0.5
     radius, smallest = granulometry(droplets)
     if radius <= 0 or droplets.all():
@@ -159,7 +163,12 @@ def borders(cells: Indices) -> Mask:
 
 
 def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:
-    """(n,) largest value in each cell, and (n, 2) row and column of it. `values`: (h, w); `cells`: (h, w) from 0."""
+    """(n,) largest value in each cell, and (n, 2) row and column of it.
+
+    Args:
+        values: (h, w).
+        cells: (h, w) from 0.
+    """
     most, place = np.full(int(cells.max()) + 1, -np.inf), np.zeros(int(cells.max()) + 1, dtype=np.int64)
     np.maximum.at(most, cells.ravel(), values.ravel())
     at = np.flatnonzero(values == most[cells])[::-1]
@@ -169,9 +178,17 @@ def highest(values: Array, cells: Indices) -> tuple[Array, Indices]:
 
 def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
     """Maxima of the distance from the ground that stand out: what rises above the reconstruction of the distance times
-    `neck` below the distance itself, and reaches its full height there. `droplets`: (h, w); `radius`: typical radius,
-    pixels; `smallest`: radius of small droplets, pixels; `neck`: see `NECK`. Returns (h, w) int64, a number from 1 in
-    each marker, 0 elsewhere; number of those that lie off the edge."""
+    `neck` below the distance itself, and reaches its full height there.
+
+    Args:
+        droplets: (h, w).
+        radius: typical radius, pixels.
+        smallest: radius of small droplets, pixels.
+        neck: see `NECK`.
+
+    Returns:
+        (h, w) int64, a number from 1 in each marker, 0 elsewhere; number of those that lie off the edge.
+    """
     step = _thinning(smallest)
     depth = step * distance_inside(droplets[::step, ::step])
     even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)

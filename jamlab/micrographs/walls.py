@@ -66,10 +66,16 @@ class Walls:
 def find_walls(
     cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, labelled: bool = False
 ) -> Walls:
-    """Measure the gaps along all walls. `cells`: (h, w), droplet that each pixel belongs to; `darkness`: the picture
-    without its background; `radius`: typical radius, pixels; `blur`: standard deviation of the blur, pixels; `film`:
-    widest gap of a contact, pixels; None takes it from the gaps themselves; `labelled`: darkness is that of labels,
-    between which walls may be left free that are wider than any film."""
+    """Measure the gaps along all walls.
+
+    Args:
+        cells: (h, w), droplet that each pixel belongs to.
+        darkness: the picture without its background.
+        radius: typical radius, pixels.
+        blur: standard deviation of the blur, pixels.
+        film: widest gap of a contact, pixels; None takes it from the gaps themselves.
+        labelled: darkness is that of labels, between which walls may be left free that are wider than any film.
+    """
     wall, pair = _wall_pixels(cells)
     if not wall.any():  # one cell
         return _no_walls(cells, darkness)
@@ -117,8 +123,13 @@ def find_walls(
 
 def _measure_strips(strips: Indices, wall: Mask, darkness: Darkness, half: float) -> tuple[Array, Array, Array]:
     """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
-    `strips`: (h, w) wall, from 1, of whose strip a pixel is, 0 in none; `wall`: (h, w) pixels of walls; `darkness`: the
-    picture without its background; `half`: half-width of a strip."""
+
+    Args:
+        strips: (h, w) wall, from 1, of whose strip a pixel is, 0 in none.
+        wall: (h, w) pixels of walls.
+        darkness: the picture without its background.
+        half: half-width of a strip.
+    """
     boxes, along = ndimage.find_objects(strips), ALONG + 8.0 * darkness.noise
     width, gaps, length = np.full(wall.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
     for number, box in enumerate(boxes):

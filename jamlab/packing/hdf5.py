@@ -93,9 +93,13 @@ def file_image(
     observables: Mapping[str, ArrayLike] | None = None,
     extend: Callable[[Any], None] | None = None,
 ) -> bytes:
-    """The bytes of such a file, without checksum; arguments and errors as in `write`. `packings`: see `write`;
-    `observables`: see `write`; `extend`: called with the open h5py.File before it is closed, to add groups of its
-    own."""
+    """The bytes of such a file, without checksum; arguments and errors as in `write`.
+
+    Args:
+        packings: see `write`.
+        observables: see `write`.
+        extend: called with the open h5py.File before it is closed, to add groups of its own.
+    """
     frames = list(packings)
     _check_one_sweep(frames)
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}

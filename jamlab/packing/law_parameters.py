@@ -21,8 +21,13 @@ DENSEST = 1e3  # sum of squared sizes over the area of the box: pairs that overl
 
 
 def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
-    """Refuse lengths that no computation in float64 can handle, before any begins. `box`: (2, 2), rows are the lattice
-    vectors; `positions`: (m, 2); `sizes`: (n,) lengths of the particles, positive."""
+    """Refuse lengths that no computation in float64 can handle, before any begins.
+
+    Args:
+        box: (2, 2), rows are the lattice vectors.
+        positions: (m, 2).
+        sizes: (n,) lengths of the particles, positive.
+    """
     width, height, tilt = float(box[0, 0]), float(box[1, 1]), abs(float(box[1, 0]))
     lengths = [width, height, float(sizes.min()), float(sizes.max())]
     if min(lengths) < 1 / LONGEST or max(lengths) > LONGEST:
@@ -100,8 +105,15 @@ class PairLaw(ABC):
 
     @abstractmethod
     def __call__(self, contact: Array, distance: Array) -> tuple[Array, Array, Array]:
-        """Energy U, force U' and stiffness U'' of pairs within the cutoff. `contact`: (m,) distance s at which two
-        surfaces meet; `distance`: (m,) r. Returns three (m,) arrays: U, dU/dr, d2U/dr2."""
+        """Energy U, force U' and stiffness U'' of pairs within the cutoff.
+
+        Args:
+            contact: (m,) distance s at which two surfaces meet.
+            distance: (m,) r.
+
+        Returns:
+            Three (m,) arrays: U, dU/dr, d2U/dr2.
+        """
 
     @property
     def range(self) -> float:

@@ -89,27 +89,47 @@ def _reduced(box: Array) -> tuple[Array, Indices]:
 
 
 def periodic_pairs(points: Array, box: Array, cutoff: float | Array) -> Pairs:
-    """Find every pair of points of one set nearer than the cutoff, once. `points`: (n, 2), anywhere (need not lie
-    inside the box); `box`: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0]; `cutoff`: distance,
-    in the unit of the points; or (n,) a reach of each point, the cutoff of two is the sum. Returns pairs with i <= j.
-    Several images of one pair each have their own row. i == j is a point and its own image; of the two opposite images
-    the one with positive shift is listed."""
+    """Find every pair of points of one set nearer than the cutoff, once.
+
+    Args:
+        points: (n, 2), anywhere (need not lie inside the box).
+        box: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0].
+        cutoff: distance, in the unit of the points; or (n,) a reach of each point, the cutoff of two is the sum.
+
+    Returns:
+        Pairs with i <= j. Several images of one pair each have their own row. i == j is a point and its own image; of
+        the two opposite images the one with positive shift is listed.
+    """
     return _search(points, points, box, cutoff, once=True)
 
 
 def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: float) -> Pairs:
     """Find every point of set b, in every periodic image, that is nearer than the cutoff to a point of set a.
-    `points_a`: (n_a, 2), anywhere; `points_b`: (n_b, 2), anywhere; `box`: (2, 2), rows are the lattice vectors, box[0,
-    1] = 0, any tilt box[1, 0]; `cutoff`: distance, in the unit of the points. Returns pairs with i from set a and j
-    from set b; points that coincide are neighbours at r = 0."""
+
+    Args:
+        points_a: (n_a, 2), anywhere.
+        points_b: (n_b, 2), anywhere.
+        box: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0].
+        cutoff: distance, in the unit of the points.
+
+    Returns:
+        Pairs with i from set a and j from set b; points that coincide are neighbours at r = 0.
+    """
     return _search(points_a, points_b, box, cutoff, once=False)
 
 
 def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, Indices]:
-    """Copy the points of the primitive cell to all places within reach of it. `points`: (n, 2), anywhere; `box`: (2,
-    2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0]; `reach`: distance, in the unit of the points.
-    Returns (m,) int64, point, and (m, 2) int64, shift of its copy in lattice vectors: points + shift @ box. The first n
-    rows are the points 0 .. n - 1 moved into one cell."""
+    """Copy the points of the primitive cell to all places within reach of it.
+
+    Args:
+        points: (n, 2), anywhere.
+        box: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0].
+        reach: distance, in the unit of the points.
+
+    Returns:
+        (m,) int64, point, and (m, 2) int64, shift of its copy in lattice vectors: points + shift @ box. The first n
+        rows are the points 0 .. n - 1 moved into one cell.
+    """
     cell, whole = _reduced(box)
     place = points @ np.linalg.inv(cell)
     wrap = np.floor(place)
@@ -126,9 +146,13 @@ def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, I
 
 
 def search_lattice(fill: Callable[[int, Array], tuple[int, tuple[Any, ...]]], room: int) -> tuple[Any, ...]:
-    """Call a kernel that searches a periodic lattice with as much room as it needs. `fill`: (room, search) -> what the
-    kernel returned, and its arrays with so many rows; search: (5,) out, reach and reduced cell of the search; `room`:
-    rows to try first."""
+    """Call a kernel that searches a periodic lattice with as much room as it needs.
+
+    Args:
+        fill: (room, search) -> what the kernel returned, and its arrays with so many rows; search: (5,) out, reach and
+            reduced cell of the search.
+        room: rows to try first.
+    """
     search = np.zeros(5)
     count, arrays = fill(room, search)
     if count > room:

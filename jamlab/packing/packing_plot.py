@@ -77,7 +77,12 @@ def _size_scale(sizes: Array) -> Normalize:
 
 def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any) -> None:
     """Fill every particle in all its images, droplets with their rims, and draw a line around each (DP: bare polygon).
-    `axes`: to draw into; `facecolor`: one colour, or (n,) of them; `style`: of matplotlib's PolyCollection."""
+
+    Args:
+        axes: to draw into.
+        facecolor: one colour, or (n,) of them.
+        style: of matplotlib's PolyCollection.
+    """
     fills, edges = (move_home(packing, shapes) for shapes in packing.kind.rings(packing))
     look = merged(
         PolyCollection, {"facecolor": facecolor, "edgecolor": "white", "linewidth": 0.8, "alpha": 0.55}, style

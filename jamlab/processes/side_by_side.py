@@ -32,11 +32,18 @@ def run_side_by_side(
     report: Callable[..., None] = lambda item, *step: None,
     done: Callable[[int], None] = lambda count: None,
 ) -> list[R]:
-    """Call `function(item, report)` for every item, the first ones first. `function`: can be pickled, as can items, and
-    what it returns and raises; not of the script that runs; `items`: one call for each; `processes`: at most so many at
-    once; each takes its next item when it is done with one; `report`: called in this process as `report(item, ...)`
-    with what `function` reports; `done`: called in this process after each call, with the number of items done. Returns
-    what `function` returned, in the order of the items."""
+    """Call `function(item, report)` for every item, the first ones first.
+
+    Args:
+        function: can be pickled, as can items, and what it returns and raises; not of the script that runs.
+        items: one call for each.
+        processes: at most so many at once; each takes its next item when it is done with one.
+        report: called in this process as `report(item, ...)` with what `function` reports.
+        done: called in this process after each call, with the number of items done.
+
+    Returns:
+        What `function` returned, in the order of the items.
+    """
     found: dict[int, R] = {}
     with Children(function, processes) as children:
         for index, item in enumerate(items):

@@ -163,7 +163,10 @@ def _is_minimum(packing: Packing, state: Evaluation, border: BoxStrains) -> bool
 
 
 def shear_curvature(relaxed: Array, pressure: float) -> Array:
-    """(2, 2) second derivatives of the energy per area in both pure shears of the box at constant area. `relaxed`: (2,
-    2, 2, 2) elastic tensor, `ElasticTensor.relaxed`; `pressure`: exp(E) has E E/2 beyond E, which takes back work of
-    the pressure."""
+    """(2, 2) second derivatives of the energy per area in both pure shears of the box at constant area.
+
+    Args:
+        relaxed: (2, 2, 2, 2) elastic tensor, `ElasticTensor.relaxed`.
+        pressure: exp(E) has E E/2 beyond E, which takes back work of the pressure.
+    """
     return np.asarray(np.einsum("aij,ijkl,bkl->ab", PURE_SHEARS, relaxed, PURE_SHEARS) - 2 * pressure * np.eye(2))

@@ -50,8 +50,13 @@ def bisect_confluence(
     """Halve the gap between a packing with z < 6 and one with z >= 6 until it is smaller than an error. Every state is
     reached from the densest one known to be below, in one step, so distances to the packing fraction rho* at which z =
     6 come out spaced evenly in their logarithm: what (6 - z) N against rho* - rho asks for, Boromand et al. fig 7.
-    `below`: from a sweep, with z < 6; `above`: a later state of it, with z >= 6; `error`: of rho*, or of phi* with
-    `by`; `by, tolerance, ranks, settings`: see `compress`. Yields one Packing per halving."""
+
+    Args:
+        below: from a sweep, with z < 6.
+        above: a later state of it, with z >= 6.
+        error: of rho*, or of phi* with `by`; `by, tolerance, ranks, settings`: see `compress`. Yields one Packing per
+            halving.
+    """
     check_number("error", error, 1.0)
     low, high = (_fraction(p, by) for p in (below, above))
     if not contacts(below).z < MOST_CONTACTS <= contacts(above).z or high <= low:

@@ -68,9 +68,17 @@ def descend_by_newton(
 
 
 def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver, definite: float) -> float:
-    """Factorise matrix + shift, the shift raised until all eigenvalues are positive. `matrix`: (n, n) symmetric;
-    `shift`: least one; `solver`: holds the factors afterwards; `definite`: factor of the shift until all are. Returns
-    the shift used."""
+    """Factorise matrix + shift, the shift raised until all eigenvalues are positive.
+
+    Args:
+        matrix: (n, n) symmetric.
+        shift: least one.
+        solver: holds the factors afterwards.
+        definite: factor of the shift until all are.
+
+    Returns:
+        The shift used.
+    """
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     highest = 1e6 * max(1.0, float(np.abs(matrix.diagonal()).max()))
     while shift < highest:

@@ -26,10 +26,20 @@ def descend_by_lbfgs(
     steps: int,
     settings: LbfgsSettings = SOLVERS.lbfgs,
 ) -> tuple[Array, bool]:
-    """Minimise an energy by its forces. `forces_at`: positions (n, 2) -> energy, forces (n, 2); `start`: (n, 2);
-    `preconditioner`: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of the
-    Hessian there, with at least that shift on its diagonal; `tolerance`: on the largest force; `steps`: at most;
-    `settings`: numbers of the method. Returns (n, 2) positions, and whether the tolerance was met."""
+    """Minimise an energy by its forces.
+
+    Args:
+        forces_at: positions (n, 2) -> energy, forces (n, 2).
+        start: (n, 2).
+        preconditioner: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of
+            the Hessian there, with at least that shift on its diagonal.
+        tolerance: on the largest force.
+        steps: at most.
+        settings: numbers of the method.
+
+    Returns:
+        (n, 2) positions, and whether the tolerance was met.
+    """
     shape = start.shape
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)

@@ -108,8 +108,13 @@ def random_disks(
 
 
 def disk_params(units: str, **changes: float) -> dict[str, Any]:
-    """Give force-law parameters of disks. `units`: "eps" or "k"; `changes`: optional parameters of the law, see
-    `optional_parameters`; its strength is that of `lammps_inputs/parts/sp`."""
+    """Give force-law parameters of disks.
+
+    Args:
+        units: "eps" or "k".
+        changes: optional parameters of the law, see `optional_parameters`; its strength is that of
+            `lammps_inputs/parts/sp`.
+    """
     optional = optional_parameters("sp")
     unknown = sorted(changes.keys() - optional.keys())
     if unknown:
@@ -192,8 +197,15 @@ def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
 
 
 def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:
-    """Place free droplets, regular polygons of random orientation, around given centres. `centres`: (n, 2); `box`: (2,
-    2); `nv`: (n,) vertices; `params`: as in `Packing.params`; `seed`: of the orientations."""
+    """Place free droplets, regular polygons of random orientation, around given centres.
+
+    Args:
+        centres: (n, 2).
+        box: (2, 2).
+        nv: (n,) vertices.
+        params: as in `Packing.params`.
+        seed: of the orientations.
+    """
     angles = np.random.default_rng([seed, 1]).random(len(nv))
     areas = free_polygon_area(nv, params)
     shapes = [

@@ -60,9 +60,14 @@ def check_tolerance(tolerance: float | None, highest: float) -> None:
 
 
 def settle(session: Session, tolerance: float, *, loose: float = 0.0, settings: SolverSettings = SOLVERS) -> Evaluation:
-    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most. `session`: is
-    left in the state reached; `tolerance`: on the largest force; `loose`: DP: give up a packing whose contact energy
-    per vertex is below this when forces are nearly gone; `settings`: numbers of the solvers."""
+    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most.
+
+    Args:
+        session: is left in the state reached.
+        tolerance: on the largest force.
+        loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
+        settings: numbers of the solvers.
+    """
     return descent_of(session).settle(session, tolerance, loose, settings)
 
 
@@ -73,10 +78,18 @@ def relax(
     near: bool = False,
     settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
-    """Minimise the energy of the packing in a session, at fixed box. `session`: is left in the minimum; `tolerance`: on
-    the largest force; default `force_tolerance` of the model; `near`: the state is a good guess of the minimum: try
-    steps that converge fast there before anything else, `settings.newton`, for droplets `settings.near`; `settings`:
-    numbers of the solvers. Returns the state reached; `converged` is False if no round met the tolerance."""
+    """Minimise the energy of the packing in a session, at fixed box.
+
+    Args:
+        session: is left in the minimum.
+        tolerance: on the largest force; default `force_tolerance` of the model.
+        near: the state is a good guess of the minimum: try steps that converge fast there before anything else,
+            `settings.newton`, for droplets `settings.near`.
+        settings: numbers of the solvers.
+
+    Returns:
+        The state reached; `converged` is False if no round met the tolerance.
+    """
     if tolerance is None:
         tolerance = force_tolerance(session.kind.name)
     descent = descent_of(session)
@@ -191,11 +204,17 @@ def quench(
     fire: FireSettings | None = None,
     settings: RelaxationSettings = SOLVERS.relaxation,
 ) -> Evaluation:
-    """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks. `session`: SP; is
-    left in the state reached; `noise`: largest force over pressure; `floor`: pressure below which a packing counts as
-    loose, and need not be relaxed any further; `steps`: at most, in each of a few stages; `border`: strains that the
-    box may take, down to the same noise in their stress; by default none; `fire`: numbers of the method, default those
-    of decks; `settings`: numbers of the stages."""
+    """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
+
+    Args:
+        session: SP; is left in the state reached.
+        noise: largest force over pressure.
+        floor: pressure below which a packing counts as loose, and need not be relaxed any further.
+        steps: at most, in each of a few stages.
+        border: strains that the box may take, down to the same noise in their stress; by default none.
+        fire: numbers of the method, default those of decks.
+        settings: numbers of the stages.
+    """
     state = session.evaluate()
     for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(load(session.packing(), state), floor)

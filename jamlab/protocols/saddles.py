@@ -61,8 +61,16 @@ def leave_saddles(
 
 def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     """Mark a packing as the minimum found, unless its Hessian has a negative eigenvalue: balanced forces alone may be
-    those of a saddle. `packing`: the state that the minimisation ended in; `found`: what it reached; `entries`: further
-    entries of the provenance. Returns the packing with `max_force`, `converged` and `tolerance` set."""
+    those of a saddle.
+
+    Args:
+        packing: the state that the minimisation ended in.
+        found: what it reached.
+        entries: further entries of the provenance.
+
+    Returns:
+        The packing with `max_force`, `converged` and `tolerance` set.
+    """
     converged = found.converged
     if converged and not found.off_saddles:
         unstable = unstable_directions(packing)

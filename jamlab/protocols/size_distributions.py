@@ -86,7 +86,12 @@ class SizeDistribution:
         return cls(name, numbers, random)
 
     def draw(self, n: int, seed: int) -> Array:
-        """(n,) diameters, ascending. `n`: number of disks; `seed`: of a random draw; strata do not depend on it."""
+        """(n,) diameters, ascending.
+
+        Args:
+            n: number of disks.
+            seed: of a random draw; strata do not depend on it.
+        """
         if self.random:
             diameters = np.sort(self.quantiles(np.random.default_rng([seed, 3]).random(n)))
         elif self.name == "bidisperse":

@@ -266,8 +266,13 @@ def damping_matrix(
     """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
-    affine flow acts on u alone. `damping`: viscous law; `whole`: the packing with its rattlers, if they were left out:
-    its mean size is the unit of drag; `direction`: of the shear whose rate comes last, see `complex_modulus`."""
+    affine flow acts on u alone.
+
+    Args:
+        damping: viscous law.
+        whole: the packing with its rattlers, if they were left out: its mean size is the unit of drag.
+        direction: of the shear whose rate comes last, see `complex_modulus`.
+    """
     return damping.matrix(packing, whole or packing, direction)
 
 

@@ -104,8 +104,13 @@ def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
     """RelaxationModes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite. The pencil (K, K +
     sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with sigma in the middle
     of the rates that carry x, slow and fast ones keep their digits. Rates are quotients v^T K v / v^T B v: 1 -
-    lambda/(lambda + sigma) would lose as many digits as lambda exceeds sigma. `k`: (m, m); `b`: (m, m); `x`: (m,)
-    vector whose amplitudes are wanted. RelaxationModes without dissipation and without energy are left out."""
+    lambda/(lambda + sigma) would lose as many digits as lambda exceeds sigma.
+
+    Args:
+        k: (m, m).
+        b: (m, m).
+        x: (m,) vector whose amplitudes are wanted. RelaxationModes without dissipation and without energy are left out.
+    """
     energy, dissipation = float(x @ k @ x), float(x @ b @ x)
     if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
         empty = np.zeros(0)

@@ -155,7 +155,12 @@ class Columns:
         return found.get(first), error
 
     def disks(self, box: Array | None, rounding: float = 0.0, *, deck: bool = False, **more: Any) -> Sites:
-        """Disks at x and y in a box. `rounding`: of what else the file says; `more`: fields of `Sites`."""
+        """Disks at x and y in a box.
+
+        Args:
+            rounding: of what else the file says.
+            more: fields of `Sites`.
+        """
         places = self.points("x", "y")
         if "z" in self:
             check_flat(self.numbers("z"), float(np.ptp(places) if box is None else box[0, 0]))

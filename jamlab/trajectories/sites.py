@@ -110,9 +110,13 @@ class Rings:
     offsets: Indices  # (n + 1,) ring m is order[offsets[m]:offsets[m + 1]]
 
     def polygons(self, positions: Array, box: Array, wrapped: bool | None, areas: Array | None = None) -> Array:
-        """(n_vertices, 2) vertices of the polygons of one frame, counter-clockwise. `wrapped`: whether the box cuts
-        them; None: each is whole that does not look as if it did, see `jamlab.from_outlines`. `areas`: (n,) of the
-        whole ones, roughly, if known."""
+        """(n_vertices, 2) vertices of the polygons of one frame, counter-clockwise.
+
+        Args:
+            wrapped: whether the box cuts them; None: each is whole that does not look as if it did, see
+                `jamlab.from_outlines`.
+            areas: (n,) of the whole ones, roughly, if known.
+        """
         vertices = positions[self.order]
         if wrapped is None or wrapped:
             vertices = self._whole(vertices, box, wrapped, areas)

@@ -56,8 +56,13 @@ class Boundary:
 
 
 def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
-    """Chain pieces into loops. `pieces`: k pieces; `following`: (k,) int64, a permutation: piece that comes next;
-    `shift`: (k, 2) int64, which periodic image of it."""
+    """Chain pieces into loops.
+
+    Args:
+        pieces: k pieces.
+        following: (k,) int64, a permutation: piece that comes next.
+        shift: (k, 2) int64, which periodic image of it.
+    """
     order: list[int] = []
     begin, seen, ahead = [], [False] * len(following), following.tolist()
     for first in range(len(ahead)):
@@ -81,9 +86,15 @@ def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary
 
 def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> None:
     """Fill in, in place, the pieces that come next where neighbours along the boundary are not known. Where three
-    boundaries meet in one point, rounding may end a piece at one particle and begin the next at another. `pieces`: k
-    pieces; `following`: (k,) int64, piece that comes next; -1 where it is not known; `shift`: (k, 2) int64, which
-    periodic image of it; `box`: (2, 2); `size`: radius that `JOINT` refers to."""
+    boundaries meet in one point, rounding may end a piece at one particle and begin the next at another.
+
+    Args:
+        pieces: k pieces.
+        following: (k,) int64, piece that comes next; -1 where it is not known.
+        shift: (k, 2) int64, which periodic image of it.
+        box: (2, 2).
+        size: radius that `JOINT` refers to.
+    """
     loose = np.flatnonzero(following < 0)
     if len(loose):
         free = np.setdiff1d(np.arange(len(following)), following)

@@ -18,10 +18,16 @@ from jamlab.packing.neighbors import periodic_neighbors
 
 
 def follow_rays(loops: int, casting: Indices, hit: Indices, shift: Indices) -> tuple[Indices, Indices]:
-    """Follow rays from loop to loop to their end. `loops`: number of loops; `casting`, `hit`, `shift`: of
-    `find_first_hits`. Returns (loops,) int64, loop at which the rays from each one end, and (loops, 2) int64, in which
-    image relative to it each one lies. Where rays go around the torus without end, one of the loops on their way stands
-    for all."""
+    """Follow rays from loop to loop to their end.
+
+    Args:
+        loops: number of loops.
+        casting, hit, shift: of `find_first_hits`.
+
+    Returns:
+        (loops,) int64, loop at which the rays from each one end, and (loops, 2) int64, in which image relative to it
+        each one lies. Where rays go around the torus without end, one of the loops on their way stands for all.
+    """
     ahead, image = np.arange(loops), np.zeros((loops, 2), dtype=np.int64)
     ahead[casting], image[casting] = hit, -shift
     lowest, far = np.arange(loops), ahead
@@ -45,9 +51,17 @@ LONGEST = 1e4  # ray, in lengths of the cell; one that hits nothing in so many c
 def find_first_hits(
     boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]
 ) -> tuple[Indices, Indices]:
-    """Find the loop that the ray of each loop hits first. `boundary`: loops; `box`: (2, 2); `casting`: (c,) int64,
-    loops that cast a ray; `ignored`: (loops,) bool, loops that stop no ray. Returns (c,) int64, loop that is hit, and
-    (c, 2) int64, in which image relative to the loop that cast the ray."""
+    """Find the loop that the ray of each loop hits first.
+
+    Args:
+        boundary: loops.
+        box: (2, 2).
+        casting: (c,) int64, loops that cast a ray.
+        ignored: (loops,) bool, loops that stop no ray.
+
+    Returns:
+        (c,) int64, loop that is hit, and (c, 2) int64, in which image relative to the loop that cast the ray.
+    """
     hit, shift = np.zeros(len(casting), dtype=np.int64), np.zeros((len(casting), 2), dtype=np.int64)
     if not len(casting):
         return hit, shift
