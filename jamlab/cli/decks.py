@@ -118,7 +118,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         packing = jamlab.read(settings["data"])
     with open(settings["data"], "rb") as file:
         if not any(line.rstrip().endswith(b" atoms") for line in islice(file, 100)):
-            raise InputError(f"data = {settings['data']}: LAMMPS reads a file of jamlab.write_data or of another deck")
+            raise InputError(f"data = {settings['data']}: LAMMPS reads a file of jamlab.write or of another deck")
     for note in notes:
         typer.echo(str(note.message))
     if packing.model != (taken := settings.get("model", "sp")):

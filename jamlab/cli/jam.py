@@ -30,7 +30,7 @@ def jam(
     ratio: options.Ratio = None,
     large: options.Large = 0.5,
     sizes: options.Sizes = None,
-    search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 throughout.")] = "bisection",
+    search: Annotated[str, typer.Option(help="bisection, or incremental: steps of 1e-4 throughout.")] = "bisection",
     ensemble: options.Ensemble = "fixed-box",
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,

@@ -298,7 +298,7 @@ def _heights(atoms: Columns, box: Array) -> tuple[Array, float]:
 
 
 def _entries(atoms: Columns) -> dict[str, Any]:
-    """Read the columns of `jamlab.write_dump` that are the same for all atoms."""
+    """Read the columns of `jamlab.write` that are the same for all atoms."""
     found: dict[str, Any] = {}
     for name in (name for name in (*LAW_NAMES, *STATE, "rounding") if name in atoms):
         words = list(dict.fromkeys(atoms.words(name)))
