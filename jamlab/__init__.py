@@ -1,7 +1,6 @@
 """jamlab: jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum, on LAMMPS.
 
-States       jam, pack, compress, relax, scene, droplets_from_disks, from_outlines -> Packing;
-             evaluate; Session: LAMMPS
+States       jam, pack, compress, relax, scene, droplets_from_disks, from_outlines; evaluate; Session: LAMMPS
 All at once  measure: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
              particle_areas, relative_areas, edge_lengths, contact_lengths, local_packing_fraction, remove_rattlers,

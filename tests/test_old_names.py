@@ -39,7 +39,7 @@ def test_an_old_argument_is_the_new_one_and_warns(function):
             with pytest.warns(FutureWarning) as caught:
                 assert old_names.today(function, {name: 1}, known) == {new: 1}
             assert name in str(caught[0].message) and new in str(caught[0].message)
-            with pytest.raises(jamlab.InputError) as refused, pytest.warns(FutureWarning):
+            with pytest.raises(jamlab.InputError) as refused:
                 old_names.today(function, {new: 2, name: 1}, known)
             assert name in str(refused.value) and "1" in str(refused.value)
         assert name not in known

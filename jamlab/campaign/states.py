@@ -86,7 +86,7 @@ def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]
     try:
-        steps: dict[str, Any] = {"by": by, "step": how.step, "nearest": how.nearest, "per_decade": how.per_decade}
+        steps: dict[str, Any] = {"by": by, "step": how.step, "first_step": how.nearest, "per_decade": how.per_decade}
         for packing in compress(onset, to, pressure_tolerance=parameters.tolerances.step_error, **steps, **effort):
             packings.append(packing)
         if how.confluence is not None:

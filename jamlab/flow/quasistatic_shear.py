@@ -85,7 +85,8 @@ class QuasistaticShear(ShearRun):
     @property
     def enthalpy(self) -> Array:
         """(m,) energy, and the work against the pressure that is held since the start."""
-        return np.asarray(self.energy + (self.held_pressure or 0.0) * self.dilation)
+        held = 0.0 if self.held_pressure is None else self.held_pressure * self.dilation
+        return np.asarray(self.energy + held)
 
     @property
     def dilation(self) -> Array:

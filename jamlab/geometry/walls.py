@@ -77,11 +77,6 @@ class Slab(Result):
         bottom, top: highest centre in the lower wall and lowest in the upper one.
         packing_fraction: area of the free particles, overlaps shared, over that of their cells.
         voids: (m,) bool, which of `jamlab.voids(packing)` have their centre between `bottom` and `top`.
-
-    Example:
-        >>> s = jamlab.slab(jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1)))
-        >>> s.bottom < s.top, round(s.packing_fraction, 3)
-        (True, 0.855)
     """
 
     bottom: float
@@ -92,7 +87,16 @@ class Slab(Result):
 
 @checked
 def slab(packing: Packing) -> Slab:
-    """Measure the slab between two walls: its extent, packing fraction and voids. `packing`: of `with_walls`."""
+    """Measure the slab between two walls: its extent, packing fraction and voids.
+
+    Args:
+        packing: of `with_walls`.
+
+    Example:
+        >>> s = jamlab.slab(jamlab.with_walls(jamlab.pack(n=64, pressure=1e-2, seed=1)))
+        >>> s.bottom < s.top, round(s.packing_fraction, 3)
+        (True, 0.855)
+    """
     walled(packing, walls=True)
     fixed, height = packing.fixed_particles, packing.box[1, 1]
     y = packing.centroids[fixed, 1] % height

@@ -69,7 +69,7 @@ def maxwell_count(packing: Packing) -> MaxwellCount:
 
     Example:
         >>> jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
-        MaxwellCount(particles=15, pairs=29, contacts=29, self_stresses=1, free=0)
+        MaxwellCount(n_particles=15, pairs=29, contacts=29, self_stress_states=1, floppy_modes=0)
     """
     if packing.n > MOST:
         raise InputError(f"maxwell_count of {packing.n} particles: at most {MOST}, since time grows as the cube")

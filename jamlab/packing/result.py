@@ -22,7 +22,7 @@ class Result:
     Example:
         >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), [1e-3, 1.0], prestress=False)
         >>> list(s.to_dataframe().columns)
-        ['omega', 'storage', 'loss']
+        ['omega', 'storage', 'loss', 'error_bound']
     """
 
     def __init_subclass__(cls) -> None:

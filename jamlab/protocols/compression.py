@@ -148,13 +148,13 @@ def compress(
     check_number("step", step, 1.0)
     check_number("to", to, 1.0 if by == "rho" else 2.0)
     if first_step is not None:
-        check_number("nearest", first_step, step)
+        check_number("first_step", first_step, step)
     if per_decade is not None:
         check_number("per_decade", per_decade, 1000)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     check_ranks(ranks, packing.kind.deforms)
     if pressure_tolerance is not None:
-        check_number("error", pressure_tolerance, 1.0)
+        check_number("pressure_tolerance", pressure_tolerance, 1.0)
     value = packing_fraction(packing) if by == "rho" else packing.phi
     targets = grid(value, to, step, first_step, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance

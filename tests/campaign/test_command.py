@@ -30,20 +30,16 @@ def test_command_line(full, tmp_path):
     assert said("merge", full.file, full.folder.path, "--out", tmp_path / "m").startswith("6 copied")
 
 
-def test_a_page_goes_to_out_and_tasks_are_in_folder(tmp_path):
+def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):
     """As every other command writes its result to --out; a folder there is named."""
     written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True)
     assert call(tmp_path, "campaign", "run", "c.toml", "--workers", "1", "--out", "elsewhere").exit_code == 0
-    done = call(tmp_path, "campaign", "page", "c.toml", "--out", "page.html", "--folder", "elsewhere")
-    assert done.exit_code == 0, done.stderr
-    assert "1 of 1" in (tmp_path / "page.html").read_text()
     tables = ("export", "c.toml", "--to", "tables", "--out", "elsewhere", "--table", "onset")
     assert call(tmp_path, "campaign", *tables).exit_code == 0
-    for words, name in ((tables, "onset.csv"), (("page", "c.toml", "--out", "page.html"), "page.html")):
-        (there := next(tmp_path.rglob(name))).write_text("work of a week")
-        again = call(tmp_path, "campaign", *words)
-        assert again.exit_code == 1 and f"{name} exists: choose another name, or give --force" in again.stderr
-        assert there.read_text() == "work of a week"
+    (there := next(tmp_path.rglob("onset.csv"))).write_text("work of a week")
+    again = call(tmp_path, "campaign", *tables)
+    assert again.exit_code == 1 and "onset.csv exists: choose another name, or give --force" in again.stderr
+    assert there.read_text() == "work of a week"
     frames = ("export", "c.toml", "--to", "tables", "--out", "elsewhere", "--format", "dump")
     assert [call(tmp_path, "campaign", *frames, *force).exit_code for force in ((), (), ("--force",))] == [0, 1, 0]
     assert call(tmp_path, "campaign", *tables, "--force").exit_code == 0

@@ -50,8 +50,8 @@ def test_pack_writes_what_it_prints(packed):
 def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
     path, _ = packed
     packing = jamlab.read(path)
-    jamlab.jamlab(tmp_path / "p.data", packing)
-    jamlab.write_dump(tmp_path / "p.dump", [packing])
+    jamlab.write(tmp_path / "p.data", packing)
+    jamlab.write(tmp_path / "p.dump", [packing])
     own = call(tmp_path, "analyze", str(path), "--json")
     for name in ("p.data", "p.dump"):
         done = call(tmp_path, "analyze", name, "--json")
@@ -63,7 +63,7 @@ def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
 
 
 def test_analyze_names_what_a_foreign_file_lacks(packed, tmp_path):
-    jamlab.jamlab(tmp_path / "p.data", jamlab.read(packed[0]))
+    jamlab.write(tmp_path / "p.data", jamlab.read(packed[0]))
     lines = (tmp_path / "p.data").read_text().splitlines()
     (tmp_path / "p.data").write_text("\n".join(["foreign", *lines[1:]]))
     done = call(tmp_path, "analyze", "p.data")

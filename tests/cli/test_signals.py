@@ -85,7 +85,7 @@ def test_no_process_of_any_command_is_left(tmp_path, name, number):
     check_end(tmp_path, name, number)
 
 
-CAMPAIGN_LOOKS = ("new", "plan", "status", "page", "merge", "export")
+CAMPAIGN_LOOKS = ("new", "plan", "status", "merge", "export")
 LONG = {  # commands that keep what is finished when they are interrupted
     "compress": "source.h5 --to 1.0 --step 2e-4",
     "shear": "source.h5 --rate 1e-3 --strain 10",
@@ -94,7 +94,7 @@ LONG = {  # commands that keep what is finished when they are interrupted
     "oscillate": "source.h5 --omega 1e-3 --amplitude 0.1",
     "relax-stress": "source.h5 --strain 0.05 --duration 1e8",
 }
-ALL_OR_NOTHING = {"demo", "deck", "jam", "pack", "analyze", "gstar", "explore"}  # one result
+ALL_OR_NOTHING = {"demo", "deck", "jam", "pack", "relax", "analyze", "gstar", "explore", "convert"}  # one result
 TASKS = {"campaign run", "campaign resume"}  # finished tasks are files in a folder
 SHORT = {"decks", "doctor", *(f"campaign {k}" for k in CAMPAIGN_LOOKS)}
 

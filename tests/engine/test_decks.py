@@ -29,8 +29,8 @@ def stress_of(packing):
 @pytest.fixture
 def given(tmp_path, dense):
     """The folder of a test with the file of a packing of disks in it."""
-    jamlab.jamlab(tmp_path / "packing.data", dense)
-    jamlab.write_dump(tmp_path / "sp.dump", [dense])
+    jamlab.write(tmp_path / "packing.data", dense)
+    jamlab.write(tmp_path / "sp.dump", [dense])
     return tmp_path
 
 
@@ -164,7 +164,7 @@ def test_compress_goes_through_the_states_of_python(given, dense, to, nearest):
 
 @pytest.mark.parametrize("deck", ["compress", "shear", "bulk", "stabilize", "minimize"])
 def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, deck):
-    jamlab.jamlab(tmp_path / "packing.data", at_phi(dense, dense.phi + 0.01))
+    jamlab.write(tmp_path / "packing.data", at_phi(dense, dense.phi + 0.01))
     text = run(f"in.sp.{deck}", tmp_path, code=2, data="packing.data", steps=3)
     assert "modulus" not in (tmp_path / "sp.txt").read_text() and "NOT CONVERGED" in text
     assert {path.name for path in tmp_path.glob("*.data")} == {"packing.data", "sp.failed.data"}
@@ -185,7 +185,7 @@ def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, dec
 )
 def test_what_cannot_be_reached_ends_with_code_2(given, deck, state, settings):
     if state:
-        jamlab.write_data(given / "packing.data", jamlab.pack(32, state, 1))
+        jamlab.write(given / "packing.data", jamlab.pack(32, state, 1))
     data = {} if deck == "pressure" else {"data": "packing.data"}
     assert "modulus" not in run(f"in.sp.{deck}", given, code=2, **data, **settings)
     assert {path.name for path in given.glob("*.data")} == {"packing.data", "sp.failed.data"}
@@ -229,7 +229,7 @@ def test_contacts(tmp_path, random_disks, ranks):
     network = jamlab.contacts(packing)
     few = np.bincount(network.pairs.ravel(), minlength=packing.n) < 3
     assert 0 < few.sum() < network.rattlers.sum() < packing.n
-    jamlab.jamlab(tmp_path / "packing.data", packing)
+    jamlab.write(tmp_path / "packing.data", packing)
     text = run("in.sp.contacts", tmp_path, ranks=ranks, data="packing.data", nearby=3)
     found = [number(name, text) for name in ("N_c", "backbone", "rattlers", "isostatic")]
     assert found == [network.count, network.backbone, network.rattlers.sum(), network.isostatic]
@@ -252,7 +252,7 @@ def test_contacts(tmp_path, random_disks, ranks):
 def test_hessian(tmp_path, random_disks, units):
     """Finite differences of LAMMPS forces against the analytic Hessian, prestress included."""
     packing = random_disks(units=units)
-    jamlab.jamlab(tmp_path / "packing.data", packing)
+    jamlab.write(tmp_path / "packing.data", packing)
     run("in.sp.hessian", tmp_path, data="packing.data")
     n = packing.n
     found = np.loadtxt(tmp_path / "sp.hessian.txt").reshape(n, 3, n, 3)[:, :2, :, :2].reshape(2 * n, 2 * n)
@@ -261,19 +261,19 @@ def test_hessian(tmp_path, random_disks, units):
 
 def test_minimize_keeps_every_digit_of_the_law_of_any_number_of_sizes(tmp_path):
     p = jamlab.pack(n=40, pressure=1e-2, seed=3, sizes="lognormal:0.4")
-    jamlab.jamlab(tmp_path / "packing.data", p)
+    jamlab.write(tmp_path / "packing.data", p)
     energy = number("energy", run("in.sp.minimize", tmp_path, data="packing.data"))
     kept = jamlab.read(tmp_path / "sp.minimum.data")
     assert energy == pytest.approx(jamlab.evaluate(kept).energy, rel=1e-12) and kept.converged
     assert np.array_equal(kept.diameters, p.diameters) and (kept.units, kept.phi) == (p.units, p.phi)
-    jamlab.write_data(tmp_path / "packing.data", random_disks(65, 1, phi=0.5, sizes="lognormal:0.3"))
+    jamlab.write(tmp_path / "packing.data", random_disks(65, 1, phi=0.5, sizes="lognormal:0.3"))
     with pytest.raises(jamlab.InputError):
         run("in.sp.minimize", tmp_path, data="packing.data")
 
 
 def test_shear_of_droplets_follows_python(tmp_path):
     *_, packing = jamlab.compress(jamlab.jam(8, "dp", 3), 0.9, 0.1)
-    jamlab.jamlab(tmp_path / "packing.data", packing)
+    jamlab.write(tmp_path / "packing.data", packing)
     run("in.dp.shear", tmp_path, code=2, data="packing.data", strain=1e-4, force=1e-8)
     text = run("in.dp.shear", tmp_path, data="packing.data", strain=1e-5)
     assert jamlab.read(tmp_path / "dp.sheared.data").converged
@@ -287,7 +287,7 @@ def test_droplets_of_another_law(tmp_path):
     nv, params = droplet_params(4, **law)
     side = droplet_cell(nv, params, 0.5)
     centres = side * np.array([[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]])
-    jamlab.jamlab(tmp_path / "p.data", place_droplets(centres, np.diag([side, side]), nv, params, seed=1))
+    jamlab.write(tmp_path / "p.data", place_droplets(centres, np.diag([side, side]), nv, params, seed=1))
     run("in.dp.shear", tmp_path, code=2, data="p.data", steps=1)
     entries = described((tmp_path / "dp.failed.data").read_text().splitlines())
     assert {name: entries[name] for name in law} == law
@@ -307,7 +307,7 @@ def packing():
 
 def flow(folder, packing, deck, **variables):
     """Columns of the table by name, and the output, of a deck that starts from a packing."""
-    jamlab.jamlab(folder / "packing.data", packing)
+    jamlab.write(folder / "packing.data", packing)
     text = run(deck, folder, data="packing.data", **variables)
     rows = table(folder, 11, "iterations", packing.model)
     return dict(zip(COLUMNS, rows.T, strict=True)), text

@@ -20,7 +20,7 @@ PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
 
 def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1", more="", drive="rate 1", tiles=()):
     """Numbers of the fix at the end of a run, by name."""
-    jamlab.jamlab(folder / "flow.data", packing)
+    jamlab.write(folder / "flow.data", packing)
     start = commands if packing.model == "sp" else droplet_commands
     lines = [
         *start(packing, "flow.data", newton=newton, grid=grid),

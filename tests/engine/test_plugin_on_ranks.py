@@ -95,7 +95,7 @@ def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
     if ranks == 4:  # slow where there are fewer cores
         states = {kind: states[kind] for kind in ("k", "jammed-smooth", "spanning-outline")}
     for kind, p in states.items():
-        jamlab.jamlab(tmp_path / f"{kind}.data", p)
+        jamlab.write(tmp_path / f"{kind}.data", p)
         more = SHAPES if p.model == "dp" else ""
         for newton in ("on", "off"):
             deck += deck_for(p, f"state-{kind}-{newton}", newton=newton, data=f"{kind}.data", more=more)
@@ -139,7 +139,7 @@ def test_an_edge_that_outgrows_the_cutoff_stops_all_ranks(random_polygons, tmp_p
     """One vertex is drawn out slowly, or thrown beyond all that its neighbour's rank can see."""
     p = random_polygons(0.0, "outline", 1)
     p = p.with_state(box=3 * p.box)
-    jamlab.jamlab(tmp_path / "grow.data", p)
+    jamlab.write(tmp_path / "grow.data", p)
     code, output = launch(tmp_path, deck_for(p, "state", data="grow.data") + GROW.format(speed=speed), ranks)
     assert code != 0
     found = re.search(r"edge between atoms \d and \d is (\S+) long, more than the 1.5 .*: raise its second arg", output)

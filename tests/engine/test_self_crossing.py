@@ -101,7 +101,7 @@ def test_the_decks_stop_at_a_polygon_that_crosses_itself(random_polygons, tmp_pa
     wide = p.with_state(box=2 * p.box)
     for place in (0.0, 0.5):  # centred on the corner of the box, or where ranks meet
         moved = p.positions - p.positions[ring].mean(axis=0) + place * wide.box.sum(axis=0)
-        jamlab.jamlab(tmp_path / "whole.data", wide.with_state(positions=moved))
+        jamlab.write(tmp_path / "whole.data", wide.with_state(positions=moved))
         values = {key: value for key, value in p.params.items() if key != "a0"} | {"skin": 0.1, "longest_edge": 3.0}
         variables = "\n".join(f"variable {key} index {value}" for key, value in values.items())
         fields = {"decks": installed("lammps_inputs"), "variables": variables, "vertex": vertex + 1, "polygon": 4}

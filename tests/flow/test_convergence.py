@@ -103,8 +103,8 @@ def test_motion_without_drag_is_forgotten():
     """Below jamming nothing takes it away, and a flow goes as one that starts from its positions."""
     start = jamlab.relax(random_disks(16, 4, phi=0.82, units="k"))
     flow = partial(jamlab.shear, rate=0.1, background_drag=0.0, tolerance=1e-4)
-    whole, half = flow(start, strain=0.2, rows=20), flow(start, strain=0.1, rows=10)
-    again = flow(half.packing, strain=0.1, rows=10)
+    whole, half = flow(start, strain=0.2, n_rows=20), flow(start, strain=0.1, n_rows=10)
+    again = flow(half.packing, strain=0.1, n_rows=10)
     assert again.packing.positions == pytest.approx(whole.packing.positions, abs=1e-5)
 
 

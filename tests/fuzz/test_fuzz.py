@@ -125,9 +125,9 @@ def damage_text(text, data):
 def test_lammps_text(tmp_path, make, suffix, examples):
     path = tmp_path / f"run.{suffix}"
     if suffix == "data":
-        jamlab.jamlab(path, make(1, 0.3))
+        jamlab.write(path, make(1, 0.3))
     else:
-        jamlab.jamlab(path, [make(1, 0.0), make(1, 0.3)])
+        jamlab.write(path, [make(1, 0.0), make(1, 0.3)])
     text = path.read_text()
 
     def run(data):
@@ -204,7 +204,7 @@ def test_command_lines(tmp_path, examples):
 
 def test_brackets_of_a_file_are_no_markup(tmp_path):
     """Found above: a closing tag in a message ended in a traceback."""
-    jamlab.jamlab(tmp_path / "run.data", polygons(1, 0.3))
+    jamlab.write(tmp_path / "run.data", polygons(1, 0.3))
     text = (tmp_path / "run.data").read_text()
     (tmp_path / "run.data").write_text(text.replace(" ", " [/] ", 1).replace("\n1 ", "\n[/] ", 1))
     assert_harmless(tmp_path, "analyze", "run.data")

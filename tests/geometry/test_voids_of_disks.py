@@ -152,5 +152,5 @@ def test_probabilities_add_up_and_open_voids_are_counted_apart():
 def test_isostatic_network_has_its_faces(sp_jammed):
     """Without rattlers, Euler on the torus: N' - N_c + faces = 0, so that the mean number of sides is 2 N_c/faces."""
     network, found = contacts(sp_jammed), voids(remove_rattlers(sp_jammed))
-    assert len(found.area) == network.n_contacts - network.backbone
+    assert len(found.area) == network.n_contacts - network.n_backbone
     assert found.sides.sum() == 2 * network.count and not found.islands.any()

@@ -31,7 +31,11 @@ def test_disks_at_onset_have_one_state_of_self_stress_and_no_free_motion(n, seed
     """Of (32, 8) rattlers touch others, which hold nothing."""
     packing = jamlab.jam(n, "sp", seed)
     found, network = jamlab.maxwell_count(packing), jamlab.contacts(packing)
-    assert (found.contacts, found.pairs, found.n_particles) == (network.count, network.count, network.backbone)
+    assert (found.contacts, found.pairs, found.n_particles) == (
+        network.n_contacts,
+        network.n_contacts,
+        network.backbone,
+    )
     assert (found.self_stresses, found.free) == (1, 0)
 
 
@@ -41,7 +45,7 @@ def test_squares_flat_on_flat_share_two_contacts():
     assert jamlab.maxwell_count(row) == jamlab.results.MaxwellCount(0, 0, 0, 0, 0)
     found = jamlab.maxwell_count(squares((5, 5, 0.0), (6.05, 5.3, 0.0), (6.05, 6.35, 0.0), (5, 6.05, 0.0)))
     assert (found.n_particles, found.pairs, found.contacts) == (4, 5, 10)
-    assert (found.self_stresses, found.free) == (2, 2)  # aligned, they slide along x and y; none of them can turn
+    assert (found.self_stress_states, found.free) == (2, 2)  # aligned, they slide along x and y; none of them can turn
 
 
 def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
@@ -60,7 +64,7 @@ def test_a_flat_that_leans_by_a_dent_holds_no_more_than_an_even_one():
     rest = (5, 5, 0.0), (6.05, 6.35, 0.0), (5, 6.05, 0.0)
     found = [jamlab.maxwell_count(squares(*rest, (6.05, 5.3, angle))) for angle in (0.0, 1e-3, 1e-2)]
     assert [each.floppy_modes for each in found] == [2, 2, 1]
-    assert all(each.contacts - each.self_stresses == 3 * 4 - 2 - each.free for each in found)
+    assert all(each.contacts - each.self_stress_states == 3 * 4 - 2 - each.free for each in found)
 
 
 def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_their_flats():
@@ -97,7 +101,7 @@ def test_contacts_below_min_force_hold_no_droplet_and_do_not_count():
     packing, held = rows_of_three(3.5e-5), np.repeat([True, True, False], 3)
     every, strong = (jamlab.contacts(packing, min_force=least) for least in (0.0, 3e-4))
     assert (every.n_contacts, every.z, every.z_all) == (18, 4, 4) and not every.rattlers.any()
-    assert np.array_equal(strong.rattlers, ~held) and (strong.count, strong.z, strong.z_all) == (9, 3, 4)
+    assert np.array_equal(strong.rattlers, ~held) and (strong.n_contacts, strong.z, strong.z_all) == (9, 3, 4)
     assert count_strong(packing) == {"z_strong": 3, "rattlers_strong": 3}
     assert jamlab.contacts(rows_of_three(4.5e-5), min_force=3e-4).count == 18
     chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5), min_force=3e-4)  # rows alone press, but it is jammed
@@ -120,7 +124,7 @@ def test_a_weak_contact_between_disks_that_others_hold_counts_by_default_alone()
 def test_a_droplet_between_two_opposite_contacts_is_held_though_it_rattles():
     packing = jamlab.read(STATES / "squeezed_droplet.h5")
     found = jamlab.maxwell_count(packing)
-    assert found.n_particles == jamlab.contacts(packing).backbone + 1
+    assert found.n_particles == jamlab.contacts(packing).n_backbone + 1
     assert (found.self_stresses, found.free) == (2, 1)
 
 

@@ -93,7 +93,7 @@ def test_counting_at_onset(onset, mechanisms):
     """2 N' coordinates, N_c = 2 N' - 1 contacts, one state of self stress: two translations remain."""
     c = jamlab.contacts(onset)
     assert c.rattlers.sum() == 1
-    counted = 2 * c.n_backbone - c.count + 1 + 2 * c.rattlers.sum()
+    counted = 2 * c.n_backbone - c.n_contacts + 1 + 2 * c.rattlers.sum()
     assert counted == 2 + 2 * c.rattlers.sum()
     assert jamlab.count_zero_modes(onset, prestress=False) == counted == mechanisms(onset)
 

@@ -37,8 +37,8 @@ def onset(model, n, seed, option, value):
 @pytest.mark.parametrize(
     ("model", "n", "option", "values"),
     [
-        ("sp", 32, "search", ("bisection", "paper")),
-        ("dp", 16, "start", ("carried", "scratch")),
+        ("sp", 32, "search", ("bisection", "incremental")),
+        ("dp", 16, "start", ("from-disks", "direct")),
         ("sp", 256, "minimiser", ("fire", "cg")),
     ],
     ids=[

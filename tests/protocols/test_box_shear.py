@@ -97,7 +97,7 @@ def test_two_shears_of_the_box_make_two_contacts_more(onsets):
     """2 N' - 1 balance 2 N' - 2 forces and the pressure; with S_xy = 0 and S_xx = S_yy besides, 2 N' + 1."""
     for p, extra in zip(onsets, (0, 2), strict=True):
         c = jamlab.contacts(p)
-        assert c.n_contacts == 2 * c.backbone - 1 + extra
+        assert c.n_contacts == 2 * c.n_backbone - 1 + extra
     fixed, stabilized = onsets
     assert residue(fixed) > 1e-2 and residue(stabilized) < 1e-8
     assert jamlab.shear_modulus(stabilized, angle=ANGLES).min() > 1e-4  # far above a pressure of 1e-7

@@ -89,7 +89,7 @@ def test_decompression_loses_the_last_contact(start):
     *_, last = jamlab.compress(start, start.phi - 0.01, 5e-3, by="phi", pressure_tolerance=1e-1)
     assert last.phi == pytest.approx(start.phi - 0.01, abs=1e-6)
     assert jamlab.evaluate(last).pressure < 1e-9
-    assert jamlab.contacts(last).backbone == 0
+    assert jamlab.contacts(last).n_backbone == 0
 
 
 def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():

@@ -155,7 +155,7 @@ def test_collapse_finds_the_exponents_of_a_scaling_function(mu, lam):
     pressures = [1e-2, 1e-3, 1e-4, 1e-5]
     clean = jamlab.scaling_collapse(pressures, [[made_up(p, mu, lam, 1.0)] for p in pressures], resamples=0)
     assert (clean.mu, clean.lambda_) == pytest.approx((mu, lam), abs=1e-3)
-    assert clean.exponent == pytest.approx(mu / lam, abs=0.02) and clean.spread < 1e-3
+    assert clean.delta == pytest.approx(mu / lam, abs=0.02) and clean.spread < 1e-3
     noisy = [[made_up(p, mu, lam, 1 + 0.05 * rng.normal()) for _ in range(6)] for p in pressures]
     fit = jamlab.scaling_collapse(pressures, noisy, resamples=20)
     assert abs(fit.mu - mu) < 3 * fit.mu_ci95 < 0.1
@@ -182,6 +182,6 @@ def test_a_collapse_without_critical_regime_keeps_the_other_exponents(resamples)
     noisy = [[made_up(p, 0.5, 1.0, 1 + 0.05 * rng.normal()) for _ in range(3)] for p in pressures]
     with pytest.warns(jamlab.JamlabWarning):
         fit = jamlab.scaling_collapse(pressures, noisy, resamples=resamples)
-    assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lambda_ - 1) < 0.2 and np.isnan([fit.exponent, fit.exponent_ci95]).all()
+    assert abs(fit.mu - 0.5) < 0.1 and abs(fit.lambda_ - 1) < 0.2 and np.isnan([fit.delta, fit.exponent_ci95]).all()
     assert (fit.mu_ci95 > 0) == (fit.lam_ci95 > 0) == (resamples > 0)
     assert "nan" in str(fit) and fit.plot() is not None

@@ -2,12 +2,17 @@
 
 import numpy as np
 import pytest
-from studies.stability.droplets import ring
 
 import jamlab
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
 from studies.stability import plain_physics as plain
+
+
+def ring(count, radius):
+    """Vertices of a regular polygon."""
+    turn = 2 * np.pi * np.arange(count) / count
+    return radius * np.column_stack([np.cos(turn), np.sin(turn)])
 
 
 @pytest.fixture(scope="module")

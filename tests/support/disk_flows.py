@@ -36,7 +36,7 @@ class Flow:
     def __init__(self, folder: Any, packing: jamlab.Packing, fix: str, drag: str = "1 1", newton: str = "on") -> None:
         self.packing = packing
         self.lmp = start_lammps()
-        jamlab.jamlab(folder / "flow.data", packing)
+        jamlab.write(folder / "flow.data", packing)
         for line in self.lines(str(folder / "flow.data"), drag, newton):
             self.lmp.command(line)
         self.lmp.command(f"fix flow all overdamped {self.fix(fix, drag)}")

@@ -248,7 +248,7 @@ def _contacts(view):
     sets = {
         "force": (forces.size, (FORCE, SET)),
         "gap": (forces.gap, (LENGTH, SET)),
-        "bearing": (found.count, (NUMBER, ALL)),
+        "bearing": (found.n_contacts, (NUMBER, ALL)),
     }
     return (
         each
@@ -356,7 +356,11 @@ CASES = {
         but=ONE_WAY | CHAOS,
     ),
     "maxwell_count": Case(
-        _fields(jamlab.maxwell_count, **dict.fromkeys(("particles", "pairs", "contacts"), (NUMBER, ALL)), free=NUMBER),
+        _fields(
+            jamlab.maxwell_count,
+            **dict.fromkeys(("n_particles", "pairs", "contacts"), (NUMBER, ALL)),
+            floppy_modes=NUMBER,
+        ),
         but=PER_CELL,
     ),
     "rigid_clusters": Case(
@@ -396,7 +400,7 @@ CASES = {
     "relax_stress": Case(
         _along(lambda v: jamlab.relax_stress(v.packing, v.sign * 1e-4, 0.3), modulus=STRESS), FLOW, LONG
     ),
-    "relaxed": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
+    "relax": Case(lambda v: _at_minimum(jamlab.relax(_grown(v.packing))), MINIMUM, (*LONG, "sticky")),
     "shape_factors": Case(_one(jamlab.shape_factors, (NUMBER, EACH))),
     "shear": Case(
         _along(
@@ -432,7 +436,7 @@ CASES = {
 }
 NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(
-        ("write", "write_data", "write_dump", "write_page", "write_contacts", "write_movie"),
+        ("write", "write_page", "write_contacts", "write_movie"),
         "files hold what the packing holds",
     ),
     "universe": "coordinates as they are",

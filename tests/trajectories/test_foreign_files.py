@@ -111,8 +111,8 @@ def test_arrays_of_numpy(tmp_path):
 def test_compressed_text_is_read_and_damage_to_it_is_named(tmp_path, opener):
     p, ending = jamlab.pack(n=8, pressure=1e-2, seed=1), {gzip: "gz", bz2: "bz2", lzma: "xz"}
     last = next(name for module, name in ending.items() if module.open is opener)
-    jamlab.jamlab(tmp_path / "p.dump", [p])
-    jamlab.write_data(tmp_path / "p.data", p)
+    jamlab.write(tmp_path / "p.dump", [p])
+    jamlab.write(tmp_path / "p.data", p)
     for name in ("p.dump", "p.data"):
         whole = (tmp_path / name).read_bytes()
         with opener(tmp_path / f"{name}.{last}", "wb") as file:
@@ -255,13 +255,13 @@ def test_tables_that_are_no_packing_are_refused(tmp_path, name, content, error):
 
 def test_other_columns_and_sections_of_lammps_files_are_named(tmp_path):
     p = jamlab.pack(n=8, pressure=1e-2, seed=1)
-    jamlab.jamlab(tmp_path / "p.dump", [p])
+    jamlab.write(tmp_path / "p.dump", [p])
     *head, columns = (tmp_path / "p.dump").read_text().split("ITEM: ATOMS")
     names, *rows = columns.splitlines()
     wide = [f"{names} vx c_stress c_k", *(f"{row} 0 1 {row.split()[0]}" for row in rows)]
     (tmp_path / "p.dump").write_text("ITEM: UNITS\nlj\n" + head[0] + "ITEM: ATOMS" + "\n".join(wide) + "\n")
     assert jamlab.read(tmp_path / "p.dump").provenance["unread"] == ["UNITS", "c_k", "c_stress"]
-    jamlab.write_data(tmp_path / "p.data", p)
+    jamlab.write(tmp_path / "p.data", p)
     text = (tmp_path / "p.data").read_text() + "\nPair Coeffs\n\n1 2.0\n\nVelocities\n\n1 0 0 0\n"
     (tmp_path / "p.data").write_text(text)
     assert jamlab.read(tmp_path / "p.data").provenance["unread"] == ["Pair Coeffs"]

@@ -43,7 +43,7 @@ read_data   law.data
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     start = disks(3, 1 / 3, n=30)
-    jamlab.jamlab(folder / "start.data", start)
+    jamlab.write(folder / "start.data", start)
     (folder / "in.run").write_text(RUN)
     lmp = Path(sys.executable).with_name("lmp")
     subprocess.run([lmp, "-in", "in.run"], cwd=folder, check=True, capture_output=True, timeout=120)

@@ -28,9 +28,9 @@ def test_nothing_is_lost_on_the_way_through_a_file(folder, make, suffix, seed, t
     packing = make(seed, tilt)
     path = folder / f"p.{suffix}"
     if suffix == "data":
-        jamlab.jamlab(path, packing)
+        jamlab.write(path, packing)
     else:
-        jamlab.jamlab(path, [make(seed, 0.0), packing])
+        jamlab.write(path, [make(seed, 0.0), packing])
     read = jamlab.read(path)
     assert_same(read, packing, 15)
     assert (read.max_force, read.converged, read.rounding) == (packing.max_force, packing.converged, 0.0)
@@ -42,13 +42,13 @@ def test_nothing_is_lost_on_the_way_through_a_file(folder, make, suffix, seed, t
 @pytest.mark.parametrize("make", [disks, polygons])
 def test_a_minimum_stays_one_but_a_rounded_packing_never_becomes_one(tmp_path, make):
     packing = replace(make(1, 0.3), converged=True, max_force=1e-12)
-    jamlab.jamlab(tmp_path / "p.data", packing)
-    jamlab.write_dump(tmp_path / "p.dump", [packing])
+    jamlab.write(tmp_path / "p.data", packing)
+    jamlab.write(tmp_path / "p.dump", [packing])
     for name in ("p.data", "p.dump"):
         assert jamlab.read(tmp_path / name).converged
     rounded = jamlab.from_universe(jamlab.universe(packing))[0]
-    jamlab.write_data(tmp_path / "p.data", rounded)
-    jamlab.write_dump(tmp_path / "p.dump", [rounded])
+    jamlab.write(tmp_path / "p.data", rounded)
+    jamlab.write(tmp_path / "p.dump", [rounded])
     for name in ("p.data", "p.dump"):
         read = jamlab.read(tmp_path / name)
         assert read.rounding == rounded.rounding > 0
@@ -122,8 +122,8 @@ def test_what_a_file_does_not_say_comes_from_the_decks_or_the_user(tmp_path):
 @pytest.mark.parametrize("make", [disks, polygons])
 def test_values_that_differ_from_those_of_the_file_are_refused(tmp_path, make):
     packing = make(1, 0.0)
-    jamlab.jamlab(tmp_path / "p.data", packing)
-    jamlab.write_dump(tmp_path / "p.dump", [packing])
+    jamlab.write(tmp_path / "p.data", packing)
+    jamlab.write(tmp_path / "p.dump", [packing])
     for path in (tmp_path / "p.data", tmp_path / "p.dump"):
         for other in ({"params": {"eps": 7.0}}, {"units": "k"}, {"radii": 9.0} if make is disks else {"radii": 1.0}):
             with pytest.raises(InputError):
@@ -203,7 +203,7 @@ def test_wrapped_droplets_become_whole(tmp_path, tilt):
 def test_missing_files_and_frames_are_named(tmp_path):
     with pytest.raises(StorageError):
         jamlab.read(tmp_path / "absent.dump")
-    jamlab.jamlab(tmp_path / "p.dump", [disks(0, 0.0)])
+    jamlab.write(tmp_path / "p.dump", [disks(0, 0.0)])
     for frame in (1, -2):
         with pytest.raises(StorageError):
             jamlab.read(tmp_path / "p.dump", frame)

@@ -71,8 +71,8 @@ def test_droplets_that_files_hold_come_back_from_a_universe_and_as_outlines(tmp_
     p = jamlab.from_outlines(rings, box, rest_areas=areas)
     unit = np.sqrt(areas).mean()
     assert p.polygon_areas == pytest.approx(areas / unit**2) and p.perimeters * unit == pytest.approx([1.9, 0.8])
-    jamlab.jamlab(tmp_path / "p.dump", [p])
-    jamlab.write_data(tmp_path / "p.data", p)
+    jamlab.write(tmp_path / "p.dump", [p])
+    jamlab.write(tmp_path / "p.data", p)
     p.write(tmp_path / "p.h5")
     for name in ("p.dump", "p.data", "p.h5"):
         assert jamlab.read(tmp_path / name).positions == pytest.approx(p.positions, abs=1e-15)
