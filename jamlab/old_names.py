@@ -89,8 +89,6 @@ HABITS = {
 }
 OF_PACKINGS = {
     "contacts": "jamlab.contacts(packing)",
-    "z": "jamlab.contacts(packing).z",
-    "rattlers": "jamlab.contacts(packing).rattlers",
     "forces": "jamlab.evaluate(packing).forces",
     "stress": "jamlab.evaluate(packing).stress",
     "energy": "jamlab.evaluate(packing).energy",

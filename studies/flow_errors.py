@@ -32,7 +32,7 @@ COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude"
 KINDS = ("oscillation", "flow")
 _CONDITION = ["alpha", "drag", "amplitude"]
 TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
-STEADY: dict[str, Any] = {"strain": 3.0, "background": BACKGROUND}  # of the averages of steady flow
+STEADY: dict[str, Any] = {"strain": 3.0, "background_drag": BACKGROUND}  # of the averages of steady flow
 _FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
 
 
@@ -57,7 +57,7 @@ def measure_runs(out: Path, runs: pd.DataFrame | None = None, **how: Any) -> pd.
     stopped. `how`: of `studies.tables.measure`."""
     packings = (read_runs() if runs is None else runs).groupby(["part", "seed"], sort=False)
     tasks = {f"{part}, seed {seed}": partial(_rows_of_packing, rows) for (part, seed), rows in packings}
-    facts = {**STEADY, "tolerance": TOLERANCE, "cycles": CYCLES}
+    facts = {"strain": STEADY["strain"], "background": BACKGROUND, "tolerance": TOLERANCE, "cycles": CYCLES}
     measure_packed(out, tasks, facts, **how)
     return read_runs(out)
 

@@ -51,7 +51,7 @@ def test_old_arguments_and_values_reach_the_call():
     assert p == jamlab.jam(n=10, seed=1, fraction_large=0.3) and hash(p) == hash(p.with_state(onset=None))
     assert p != p.with_state(positions=np.nextafter(p.positions, 9)) and p != 1
     with pytest.warns(FutureWarning):
-        assert jamlab.jam(8, "sp", 2) == jamlab.jam(8, "sp", 2)
+        assert jamlab.jam(*("sp", 8, 2)) == jamlab.jam(8, "sp", 2)
 
 
 @pytest.mark.parametrize(

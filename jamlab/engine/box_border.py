@@ -23,6 +23,11 @@ class BoxStrains:
     Attributes:
         strains: (m, 2, 2) M_a, upper triangles: COMPRESSION, SHEARS or both in one array.
         pressure: outside; without meaning where no strain changes the area.
+
+    Example:
+        >>> stretch = jamlab.BoxStrains(np.array([[[1.0, 0.0], [0.0, -1.0]]]))
+        >>> stretch.pressure
+        0.0
     """
 
     strains: Array

@@ -57,7 +57,7 @@ def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
 def better_balance(packing: Packing, damping: Damping | None, background: float, tolerance: float) -> dict[str, float]:
     """What balances the energy of a flow in time better: shorter steps, but for droplets that no drag holds back."""
     if packing.model == "dp" and damping is not None and damping.at_contacts and background < HELPFUL_BACKGROUND:
-        return {"background": HELPFUL_BACKGROUND}
+        return {"background_drag": HELPFUL_BACKGROUND}
     return {"tolerance": FINER * tolerance}
 
 

@@ -173,7 +173,8 @@ def relax_stress(
     """
     if is_number(strain) and strain == 0:
         warnings.warn("relax_stress(strain=0) is now stop_flow(packing, duration)", FutureWarning, stacklevel=3)
-        how: dict[str, Any] = {"tolerance": tolerance, "background": background_drag, "out": path, "progress": progress}
+        how: dict[str, Any] = {"tolerance": tolerance, "background_drag": background_drag}
+        how |= {"path": path, "progress": progress}
         return cast(StressRelaxation, stop_flow(packing, duration, damping, **how))
     if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
         raise InputError(f"strain = {strain!r}: must be a number from {LEAST_STRAIN:g} to 1 or its negative")

@@ -103,7 +103,7 @@ def nonaffine_response(packing: Packing, *, prestress: bool = True) -> Nonaffine
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> s = jamlab.nonaffine_response(p)
-        >>> len(s.normal) == jamlab.contacts(p).count, bool(s.median_tangential > s.median_normal)
+        >>> len(s.normal) == jamlab.contacts(p).n_contacts, bool(s.median_tangential > s.median_normal)
         (True, True)
     """
     network = force_network(packing)

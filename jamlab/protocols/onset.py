@@ -109,7 +109,7 @@ def jam(
         >>> onset.n, onset.converged, onset.phi == onset.onset
         (16, True, True)
         >>> c = jamlab.contacts(onset)
-        >>> c.count - c.isostatic  # contacts beyond what statics asks for
+        >>> c.n_contacts - c.isostatic  # contacts beyond what statics asks for
         0
         >>> droplets = jamlab.jam(model="dp", n=8, seed=1)
         >>> droplets.params["gamma"], droplets.params["contact"]

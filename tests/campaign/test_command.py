@@ -44,8 +44,6 @@ def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):
     assert [call(tmp_path, "campaign", *frames, *force).exit_code for force in ((), (), ("--force",))] == [0, 1, 0]
     assert call(tmp_path, "campaign", *tables, "--force").exit_code == 0
     assert (tmp_path / "tables" / "onset.csv").read_text() != "work of a week"
-    wrong = call(tmp_path, "campaign", "page", "c.toml", "--out", "elsewhere")
-    assert wrong.exit_code == 1 and "name the HTML file to write, and the tasks with --folder elsewhere" in wrong.stderr
 
 
 def test_a_task_that_sweeps_share_is_planned_once(tmp_path):

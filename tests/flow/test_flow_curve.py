@@ -129,7 +129,11 @@ def test_a_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
     """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
     monkeypatch.setattr(overdamped_session, "_LOOK", 10)
     monkeypatch.setattr(overdamped_session, "_CRAWL", (1e3, 1e3))
-    for given, more in ((0.0, "background = 0.01 "), (None, "background = 0.01 "), (0.1, "background = 1 ")):
+    for given, more in (
+        (0.0, "background_drag = 0.01 "),
+        (None, "background_drag = 0.01 "),
+        (0.1, "background_drag = 1 "),
+    ):
         with pytest.raises(jamlab.ConvergenceError) as refusal:
             jamlab.shear(disks, 0.1, n_rows=1, background_drag=given)
         assert more in str(refusal.value)

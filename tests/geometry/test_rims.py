@@ -152,7 +152,7 @@ def test_compressed_droplets(dp_onset, dp_dense):
     # every void has a corner less of its own than faces of the contact network would need: Euler on the torus
     network, found = jamlab.contacts(dp_dense), voids(remove_rattlers(dp_dense))
     assert len(found.area) == network.n_contacts - network.n_backbone
-    assert found.sides.sum() == 2 * network.count
+    assert found.sides.sum() == 2 * network.n_contacts
 
 
 def test_outlines_that_cross_or_hold_another_are_refused():

@@ -153,4 +153,4 @@ def test_isostatic_network_has_its_faces(sp_jammed):
     """Without rattlers, Euler on the torus: N' - N_c + faces = 0, so that the mean number of sides is 2 N_c/faces."""
     network, found = contacts(sp_jammed), voids(remove_rattlers(sp_jammed))
     assert len(found.area) == network.n_contacts - network.n_backbone
-    assert found.sides.sum() == 2 * network.count and not found.islands.any()
+    assert found.sides.sum() == 2 * network.n_contacts and not found.islands.any()

@@ -94,7 +94,7 @@ def test_packings_at_pressures_of_either_sign(pressure):
         np.testing.assert_allclose(modulus(p), modulus(p, "finite-strain"), rtol=1e-6)
     count = jamlab.maxwell_count(p)
     assert (
-        count.contacts == 2 * count.n_particles - 2 - count.floppy_modes + count.self_stresses
+        count.contacts == 2 * count.n_particles - 2 - count.floppy_modes + count.self_stress_states
         and not count.floppy_modes
     )
     assert jamlab.count_zero_modes(p) <= 2 + 2 * int(c.rattlers.sum())  # a rattler may hang on one bond

@@ -166,10 +166,9 @@ def test_a_newer_schema_names_the_jamlab_that_is_needed(tmp_path):
         read(tmp_path / "run.h5")
 
 
-@pytest.mark.parametrize("name", ["a.txt", "a.png", "a.data"])
+@pytest.mark.parametrize("name", ["a.txt", "a.png"])
 def test_packings_do_not_go_into_a_file_of_another_kind(tmp_path, name):
     for save in (disks().write, lambda path: write(path, [disks()])):
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(InputError):
             save(tmp_path / name)
-        assert ("write_data" in str(caught.value)) == name.endswith(".data")
     assert not list(tmp_path.iterdir())

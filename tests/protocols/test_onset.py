@@ -31,7 +31,7 @@ def assert_onset(p, model, n, seed, force):
 def isostatic(p):
     """Whether every constraint of the backbone counts exactly once."""
     c = jamlab.contacts(p)
-    return c.n_contacts == 2 * c.backbone - 1 == c.isostatic
+    return c.n_contacts == 2 * c.n_backbone - 1 == c.isostatic
 
 
 def test_disks_jam_isostatically():
