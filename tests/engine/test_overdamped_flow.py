@@ -39,7 +39,7 @@ def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, beta, arm
         row = flow.run(0)
     assert row["viscous"] / 0.01 == pytest.approx(limit, rel=1e-9)
     assert row["dissipation"] / 0.01**2 == pytest.approx(limit, rel=1e-9)
-    assert row["contacts"] == jamlab.contacts(packing).count
+    assert row["contacts"] == jamlab.contacts(packing).n_contacts
 
 
 @pytest.mark.parametrize("newton", ["on", "off"])
