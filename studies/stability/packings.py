@@ -40,7 +40,7 @@ _onset = lru_cache(maxsize=64)(jam)
 @lru_cache(maxsize=64)
 def swept(n: int, rho: float, seed: int, step: float = 0.02) -> Packing:
     """Disks compressed from onset to a true packing fraction."""
-    *_, packing = compress(_onset(n, seed), rho, step)
+    *_, packing = compress(_onset(n, "sp", seed), rho, step)
     return packing
 
 
@@ -195,7 +195,7 @@ MAPS = (
     Map("pressure", try_pressure, lambda *_: FORCE / LEAST_NOISE),
     Map(
         "polydisperse",
-        lambda ratio, large, seed: try_pressure(1e-2, 24, seed, ratio=ratio, large=large),
+        lambda ratio, large, seed: try_pressure(1e-2, 24, seed, size_ratio=ratio, fraction_large=large),
         lambda *_: LARGEST_RATIO,
         (1.4, 0.5),
     ),

@@ -232,7 +232,7 @@ def test_contacts(tmp_path, random_disks, ranks):
     jamlab.write(tmp_path / "packing.data", packing)
     text = run("in.sp.contacts", tmp_path, ranks=ranks, data="packing.data", nearby=3)
     found = [number(name, text) for name in ("N_c", "backbone", "rattlers", "isostatic")]
-    assert found == [network.n_contacts, network.backbone, network.rattlers.sum(), network.isostatic]
+    assert found == [network.n_contacts, network.n_backbone, network.rattlers.sum(), network.isostatic]
     assert number("z", text) == pytest.approx(network.z, abs=1e-14)
 
     shifts = np.array([[a, b] for a in range(-2, 3) for b in range(-2, 3)]) @ packing.box
