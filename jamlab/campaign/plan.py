@@ -1,4 +1,4 @@
-"""Say how far a campaign is, and what is left of it will take: seconds of its cores and bytes on disk.
+"""Say how far a campaign is, and how many seconds of its cores and bytes on disk the remaining tasks take.
 
 With `until`, seeds are added until the mean over packings is known to a standard error. For each sweep, model and n,
 the first eight seeds run. From their values at the last state of each packing follows the standard error s / sqrt(k) of

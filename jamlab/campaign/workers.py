@@ -332,7 +332,7 @@ def drive(
     modules: Sequence[str],
     tell: Callable[[Outcome], None],
 ) -> None:
-    """Run what is left of some batches, then the seeds that `until` adds, and tell each outcome; the folder is
+    """Run the remaining tasks of some batches, then the seeds that `until` adds, and tell each outcome; the folder is
     locked."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
