@@ -113,7 +113,6 @@ OF_PACKINGS = {
 MEANT = {
     "N": "n",
     "num": "n",
-    "size": "n",
     "n_particles": "n",
     "random_state": "seed",
     "rng": "seed",

@@ -481,8 +481,8 @@ class Packing:
         return None
 
     def write(self, path: Any, *, contacts: bool = False) -> None:
-        """Write this one packing to an HDF5 file, see `jamlab.write`; or with `contacts` its contact network as bonds,
-        to .dump or .vtp, see `jamlab.write_contacts`."""
+        """Write this one packing in the format of the ending, see `jamlab.write`; or with `contacts` its contact network
+        as bonds, to .dump or .vtp, see `jamlab.write_contacts`."""
         import jamlab
 
         if contacts:

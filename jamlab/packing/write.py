@@ -66,6 +66,8 @@ def _write_xyz(path: FilePath, frames: Sequence[Packing]) -> None:
     """Positions and radii of disks, or of the vertices of droplets with the radius of their rims."""
     if not frames:
         raise InputError("no packings to write")
+    if any(packing.fixed is not None for packing in frames):
+        raise InputError("fixed particles: extended xyz has no place for them; write .h5, .data or .dump")
     lines: list[str] = []
     for packing in frames:
         box = np.zeros((3, 3))

@@ -158,6 +158,8 @@ def test_files_for_lammps_do_not_get_a_name_of_another_format(tmp_path, name):
     packing = disks(1, 0.0)
     with pytest.raises(InputError, match=name):
         jamlab.write(tmp_path / name, packing)
+    with pytest.raises(InputError, match="fixed"):
+        jamlab.write(tmp_path / "p.xyz", packing.with_state(fixed=np.ones(packing.n, dtype=bool)))
     assert not list(tmp_path.iterdir())
     jamlab.write(tmp_path / "data.droplets", packing)  # as LAMMPS users name them
     jamlab.write(tmp_path / "dump.1", [packing])
