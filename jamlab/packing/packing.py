@@ -481,7 +481,7 @@ class Packing:
         return None
 
     def write(self, path: Any, *, contacts: bool = False) -> None:
-        """Write this one packing in the format of the ending, see `jamlab.write`; or with `contacts` its contact network
+        """Write this one packing in the format of its ending, see `jamlab.write`; with `contacts` its contact network
         as bonds, to .dump or .vtp, see `jamlab.write_contacts`."""
         import jamlab
 
