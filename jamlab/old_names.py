@@ -47,6 +47,7 @@ ARGUMENTS = {
     "jam": {"large": "fraction_large", "ratio": "size_ratio"},
     "pack": {"large": "fraction_large", "ratio": "size_ratio"},
     "compress": {"nearest": "first_step", "error": "pressure_tolerance"},
+    "contacts": {"min_force": "threshold"},
     "ContactDamping": {"arms": "lever_arms"},
     "shear": {"rows": "n_rows", "frames": "snapshot_every", **_FLOW},
     "quasistatic_shear": {"out": "path"},

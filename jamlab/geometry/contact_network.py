@@ -86,8 +86,8 @@ class Contacts(Result):
         pairs: (m, 2) int64, particles i <= j that press on each other, whatever their force. Several circulo-line
             contacts of one pair of droplets are one contact; contacts with two periodic images of one particle, in very
             small boxes, are two.
-        rattlers: (n,) bool, free particles with fewer than three contacts of `min_force`, found recursively.
-        bearing: (m,) bool, contacts of `min_force` between two particles that are not rattlers, one of them free.
+        rattlers: (n,) bool, free particles with fewer than three contacts above the threshold, found recursively.
+        bearing: (m,) bool, contacts above the threshold between two particles that are not rattlers, one of them free.
         r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         packing: the packing whose contacts they are.
@@ -121,7 +121,7 @@ class Contacts(Result):
 
     @property
     def unjammed(self) -> bool:
-        """Whether every particle rattles, contacts below `min_force` counted too: the packing is not jammed."""
+        """Whether the packing is unjammed: every particle is a rattler if contacts of any force count."""
         return bool((_rattlers(self.packing, self.pairs)[0] | self.packing.fixed_particles).all())
 
     @property
@@ -199,7 +199,7 @@ class Contacts(Result):
 
 
 @checked
-def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
+def contacts(packing: Packing, *, threshold: float = 0.0) -> Contacts:
     """Find the contacts and rattlers of a packing.
 
     SP: disks touch when r < (d_i + d_j)/2. DP: droplets touch when their circulo-lines overlap, d < delta, in the
@@ -207,12 +207,12 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
 
     Args:
         packing: SP or DP.
-        min_force: contacts that bear less hold no particle and do not count in z, over the mean force of contacts. By
-            default all that press count, as in every table. 3e-4 leaves out contacts that only stop a droplet from
-            sliding on its flats; above onset these bear more and more, so that z - z_J then has a part of their own.
+        threshold: smallest force of a contact that counts in z and holds a particle, over the mean contact force, 0 to
+            1. Default: 0, at onset and above: every force-bearing contact counts. 3e-4 leaves out contacts that only
+            stop a droplet from sliding at onset.
 
     Raises:
-        InputError: DP: if outlines of two polygons cross; `min_force` is not from 0 to 1.
+        InputError: DP: if outlines of two polygons cross; or if `threshold` is not between 0 and 1.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -222,13 +222,13 @@ def contacts(packing: Packing, *, min_force: float = 0.0) -> Contacts:
         >>> round(c.z, 3), c.z == 2 * c.n_contacts / c.n_backbone
         (4.452, True)
     """
-    if not (is_number(min_force) and 0 <= min_force <= 1):
-        raise InputError(f"min_force = {min_force!r}: must be a number from 0 to 1, over the mean force of contacts")
+    if not (is_number(threshold) and 0 <= threshold <= 1):
+        raise InputError(f"threshold = {threshold!r}: must be from 0 to 1, a force over the mean contact force")
     found = Contacts(*_contacts_of_all(packing), packing)
-    if not min_force:
+    if not threshold:
         return found
     size = found.forces.size
-    counted = size * len(size) >= min_force * size.sum()
+    counted = size * len(size) >= threshold * size.sum()
     rattlers, bearing = _rattlers(packing, found.pairs[counted])
     counted[counted] = bearing
     return replace(found, rattlers=rattlers, bearing=counted)
@@ -254,7 +254,7 @@ STRONG = 3e-4  # of the mean force: least of contacts at onset that are no stops
 
 def count_strong(packing: Packing) -> dict[str, float]:
     """z and rattlers without weaker contacts, as an observable of a campaign: columns of "states"."""
-    network = contacts(packing, min_force=STRONG)
+    network = contacts(packing, threshold=STRONG)
     return {"z_strong": network.z, "rattlers_strong": float(network.rattlers.sum())}
 
 

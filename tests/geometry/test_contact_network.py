@@ -70,7 +70,7 @@ def test_rattlers_are_pruned_one_after_the_other():
 
 
 def test_contacts_below_a_part_of_the_mean_force_do_not_count(sp_jammed):
-    network = jamlab.contacts(sp_jammed, min_force=0.3)
+    network = jamlab.contacts(sp_jammed, threshold=0.3)
     strong = network.forces.size >= 0.3 * network.forces.size.mean()
     rattlers, bearing = find_rattlers(network.pairs[strong], np.ones(sp_jammed.n, dtype=bool))
     held = ~rattlers[network.pairs].any(axis=1)

@@ -99,29 +99,29 @@ def rows_of_three(overlap, first=0.2, beside=0.2):
     )
 
 
-def test_contacts_below_min_force_hold_no_droplet_and_do_not_count():
+def test_contacts_below_the_threshold_hold_no_droplet_and_do_not_count():
     """Of 18 forces 12 are strong, so an overlap of 4e-5 of delta bears 3e-4 of their mean."""
     packing, held = rows_of_three(3.5e-5), np.repeat([True, True, False], 3)
-    every, strong = (jamlab.contacts(packing, min_force=least) for least in (0.0, 3e-4))
+    every, strong = (jamlab.contacts(packing, threshold=least) for least in (0.0, 3e-4))
     assert (every.n_contacts, every.z, every.z_all) == (18, 4, 4) and not every.rattlers.any()
     assert np.array_equal(strong.rattlers, ~held) and (strong.n_contacts, strong.z, strong.z_all) == (9, 3, 4)
     assert count_strong(packing) == {"z_strong": 3, "rattlers_strong": 3}
-    assert jamlab.contacts(rows_of_three(4.5e-5), min_force=3e-4).n_contacts == 18
-    chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5), min_force=3e-4)  # rows alone press, but it is jammed
+    assert jamlab.contacts(rows_of_three(4.5e-5), threshold=3e-4).n_contacts == 18
+    chains = jamlab.contacts(rows_of_three(1e-5, first=1e-5), threshold=3e-4)  # rows alone press, but it is jammed
     assert chains.rattlers.all() and np.isnan(chains.z) and not chains.unjammed
     alike = replace(packing, params={**packing.params, "eps": 1e-6})  # whatever the unit of force
-    assert np.array_equal(jamlab.contacts(alike, min_force=3e-4).rattlers, strong.rattlers)
+    assert np.array_equal(jamlab.contacts(alike, threshold=3e-4).rattlers, strong.rattlers)
 
 
 def test_a_weak_contact_between_disks_that_others_hold_counts_by_default_alone():
     """Two rows of three: each disk touches two in its row and one in the other, and by 1e-6 an image of the latter."""
     packing = disks(np.array([[x, y] for y in (0.0, 0.9) for x in (0.0, 0.9, 1.8)]), 1.0, np.diag([2.7, 1.9 - 1e-6]))
-    every, strong = (jamlab.contacts(packing, min_force=least) for least in (0.0, 1e-3))
+    every, strong = (jamlab.contacts(packing, threshold=least) for least in (0.0, 1e-3))
     assert not every.rattlers.any() and not strong.rattlers.any()
     assert (every.z, strong.z, strong.z_all) == (4, 3, 4) and strong.forces.size[~strong.bearing].max() < 1.1e-6
     for bad in (-1e-9, 1.01, np.nan, "1e-3"):
         with pytest.raises(InputError):
-            jamlab.contacts(packing, min_force=bad)
+            jamlab.contacts(packing, threshold=bad)
 
 
 def test_a_droplet_between_two_opposite_contacts_is_held_though_it_rattles():
