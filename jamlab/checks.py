@@ -2,7 +2,6 @@
 
 import functools
 import inspect
-import itertools
 import os
 import reprlib
 import sys
@@ -34,9 +33,6 @@ class _Kind(NamedTuple):
     text: str  # the same for a message
 
 
-_Named = tuple[str, _Kind]
-
-
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Refuse arguments whose types are not those of the annotations of a function; for public functions and methods.
 
@@ -47,20 +43,21 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        positional, rest, named, others = _kinds(function)
+        signature, kinds, rest, others = _kinds(function)
         if kwargs.get("progress") is True:
             kwargs["progress"] = ProgressLine()
-        if not kwargs.keys() <= named.keys():
-            kwargs = today(_name(function), kwargs, named, _open(function))  # type: ignore[assignment]  # P names none
-        for (name, kind), value in itertools.chain(
-            zip(positional, args, strict=False), zip(itertools.repeat(rest), args[len(positional) :], strict=False)
-        ):
-            if not kind.holds(value):
-                raise _refusal(function, name, kind, value)
-        for name, value in kwargs.items():
-            kind = named.get(name, others)
-            if not kind.holds(value):
-                raise _refusal(function, name, kind, value)
+        if not kwargs.keys() <= kinds.keys():
+            kwargs = today(_name(function), kwargs, kinds, others is not None)  # type: ignore[assignment]  # P names none
+        try:
+            given = signature.bind_partial(*args, **kwargs).arguments
+        except TypeError:  # the call itself says it better
+            return function(*args, **kwargs)
+        named = given.pop(others, {}) if others else {}
+        for name, value in [*given.items(), *named.items()]:
+            kind = kinds[name if name in given else others]  # type: ignore[index]  # without others nothing is named
+            for each in value if name == rest else (value,):
+                if not kind.holds(each):
+                    raise _refusal(function, name, kind, each)
         return function(*args, **kwargs)
 
     return call
@@ -76,12 +73,6 @@ def _name(function: Callable[..., Any]) -> str:
     return function.__qualname__.removesuffix(".__init__")
 
 
-@functools.cache
-def _open(function: Callable[..., Any]) -> bool:
-    """Whether a function takes arguments that it does not list, and checks their names itself."""
-    return any(each.kind is each.VAR_KEYWORD for each in inspect.signature(function).parameters.values())
-
-
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
     given = f"{' '.join(reprlib.repr(value).split())} ({type(value).__name__})"
     where = _name(function)
@@ -92,22 +83,15 @@ def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object
 
 
 @functools.cache
-def _kinds(function: Callable[..., Any]) -> tuple[list[_Named], _Named, dict[str, _Kind], _Kind]:
-    """Kinds of the arguments by position, of all further ones, by name, and of names that a function does not list."""
-    hints = _hints(function)
-    positional, rest, named, others = [], ("", _ANYTHING), {}, _ANYTHING
-    for name, parameter in inspect.signature(function).parameters.items():
-        kind = _kind(hints.get(name, Any))
-        if parameter.kind is parameter.VAR_KEYWORD:
-            others = kind
-            continue
-        if parameter.kind is parameter.VAR_POSITIONAL:
-            rest = (name, kind)
-            continue
-        named[name] = kind
-        if parameter.kind is parameter.POSITIONAL_OR_KEYWORD:
-            positional.append((name, kind))
-    return positional, rest, named, others
+def _kinds(
+    function: Callable[..., Any],
+) -> tuple[inspect.Signature, dict[str, _Kind], str | None, str | None]:
+    """Signature, kinds of the arguments by name, and the names that stand for all further ones, by position and by
+    name."""
+    hints, signature = _hints(function), inspect.signature(function)
+    forms = {each.kind: name for name, each in signature.parameters.items()}
+    kinds = {name: _kind(hints.get(name, Any)) for name in signature.parameters}
+    return signature, kinds, forms.get(inspect.Parameter.VAR_POSITIONAL), forms.get(inspect.Parameter.VAR_KEYWORD)
 
 
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:

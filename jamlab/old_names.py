@@ -59,81 +59,51 @@ VALUES = {"search": {"paper": "incremental"}, "start": {"carried": "from-disks",
 
 MODEL_NAMES = {"disks": "sp", "disk": "sp", "droplets": "dp", "polygons": "dp", "sp": "sp", "dp": "dp"}
 
-# what users of other programs type -> what jamlab has
+# what users of other programs look for, in `jamlab` or in a packing -> what jamlab has; what it measures besides, see
+# `jamlab.packing.quantities`
 HABITS = {
-    "load": "jamlab.read(path)",
-    "open": "jamlab.read(path)",
+    **dict.fromkeys(("load", "open"), "jamlab.read(path)"),
     "save": "jamlab.write(path, packings)",
-    "minimize": "jamlab.relax(packing)",
+    **dict.fromkeys(("minimize", "relax"), "jamlab.relax(packing)"),
     "quench": "jamlab.jam, or jamlab.pack at a pressure",
     "decompress": "jamlab.compress(packing, to=...) with `to` below its packing fraction",
-    "gstar": "jamlab.complex_modulus(packing, omega)",
-    "pressure": "jamlab.measure(packing, 'pressure')",
-    "stress": "jamlab.evaluate(packing).stress",
-    "energy": "jamlab.evaluate(packing).energy",
-    "forces": "jamlab.contacts(packing).forces, or jamlab.evaluate(packing).forces",
-    "coordination": "jamlab.contacts(packing).z",
-    "z": "jamlab.contacts(packing).z",
-    "rattlers": "jamlab.contacts(packing).rattlers",
-    "neighbors": "jamlab.tessellation(packing)",
-    "voronoi": "jamlab.tessellation(packing)",
-    "phi": "packing.phi",
-    "rho": "jamlab.packing_fraction(packing)",
-    "plot": "packing.plot(), or .plot() of any result",
-    "modes": "jamlab.lowest_modes(packing)",
-    "dos": "jamlab.lowest_modes(packing)",
-    "dynamical_matrix": "jamlab.hessian(packing), or jamlab.dynamical_matrices(packing, damping=...)",
-    "run_campaign": "jamlab.open_campaign(path).run()",
-    "simulate": "jamlab.shear(packing, rate), or jamlab.quasistatic_shear",
-    "Disks": "jamlab.Packing('sp', ...)",
-    "Droplets": "jamlab.Packing('dp', ...)",
-}
-OF_PACKINGS = {
-    "contacts": "jamlab.contacts(packing)",
-    "forces": "jamlab.evaluate(packing).forces",
-    "stress": "jamlab.evaluate(packing).stress",
-    "energy": "jamlab.evaluate(packing).energy",
-    "radii": "packing.diameters / 2",
-    "radius": "packing.diameters / 2",
-    "save": "packing.write(path)",
-    "copy": "the packing itself: packings never change; packing.with_state(...) makes another",
-    "volume": "packing.area, of the box",
-    "cell": "packing.box",
-    "N": "packing.n",
-    "coords": "packing.positions",
-    "velocities": "packings are states at rest; flows give theirs, see jamlab.shear",
-    "density": "packing.phi, or jamlab.packing_fraction(packing)",
-    "modulus": "jamlab.shear_modulus(packing)",
-    "hessian": "jamlab.hessian(packing)",
-    "relax": "jamlab.relax(packing)",
     "compress": "jamlab.compress(packing, to=...)",
+    **dict.fromkeys(("stress", "energy", "forces"), "jamlab.evaluate(packing)"),
+    **dict.fromkeys(("contacts", "coordination", "rattlers"), "jamlab.contacts(packing)"),
+    **dict.fromkeys(("neighbors", "voronoi"), "jamlab.tessellation(packing)"),
+    "density": "packing.phi, or jamlab.packing_fraction(packing)",
+    "plot": "packing.plot(), or .plot() of any result",
+    **dict.fromkeys(("modes", "dos"), "jamlab.lowest_modes(packing)"),
+    **dict.fromkeys(("hessian", "dynamical_matrix"), "jamlab.hessian(packing)"),
+    "modulus": "jamlab.shear_modulus(packing)",
+    "gstar": "jamlab.complex_modulus(packing, omega)",
+    "simulate": "jamlab.shear(packing, rate), or jamlab.quasistatic_shear",
     "measure": "jamlab.measure(packing)",
     "to_dataframe": "jamlab.measure(packings), a table of observables",
+    **dict.fromkeys(("Disks", "Droplets"), "jamlab.Packing"),
+    **dict.fromkeys(("radii", "radius"), "packing.diameters / 2"),
+    "copy": "the packing itself: packings never change; packing.with_state(...) makes another",
+    **dict.fromkeys(("cell", "volume"), "packing.box, or packing.area"),
+    "N": "packing.n",
+    "coords": "packing.positions",
 }
 # arguments typed from habit -> the argument meant, or what to do
 MEANT = {
-    "N": "n",
-    "num": "n",
-    "n_particles": "n",
-    "random_state": "seed",
-    "rng": "seed",
+    **dict.fromkeys(("N", "num", "n_particles"), "n"),
+    **dict.fromkeys(("random_state", "rng"), "seed"),
     "polydispersity": "sizes, such as sizes='lognormal:0.2'",
     "verbose": "progress, such as progress=True",
-    "tol": "tolerance",
-    "ftol": "tolerance, the largest force at a minimum",
-    "force_tol": "tolerance, the largest force at a minimum",
+    **dict.fromkeys(("tol", "ftol", "force_tol"), "tolerance, the largest force at a minimum"),
     "n_jobs": "processes",
     "threads": "ranks",
     "dt": "tolerance: time steps follow from the error they may make",
     "filename": "path",
     "frequency": "omega",
-    "gamma_dot": "rate",
-    "shear_rate": "rate",
+    **dict.fromkeys(("gamma_dot", "shear_rate"), "rate"),
     "pressure": "jamlab.pack, which makes packings at a pressure",
-    "phi": "jamlab.compress(packing, to=...): onset has its own packing fraction",
-    "packing_fraction": "jamlab.compress(packing, to=...): onset has its own packing fraction",
-    "dim": "two dimensions, the only ones that jamlab has",
-    "box": "the size that n and the packing fraction give, in units of the mean diameter",
+    **dict.fromkeys(
+        ("phi", "packing_fraction"), "jamlab.compress(packing, to=...): onset has its own packing fraction"
+    ),
 }
 
 
@@ -147,13 +117,15 @@ def find(name: str) -> Any:
     if (new := CLASSES.get(name, name)) in results.__all__:
         _warn(f"jamlab.{name}", f"jamlab.results.{new}")
         return getattr(results, new)
-    raise AttributeError(f"module 'jamlab' has no attribute {name!r}{hint(name, HABITS, package.__all__)}", name=name)
+    raise AttributeError(f"module 'jamlab' has no attribute {name!r}{hint(name, package.__all__)}", name=name)
 
 
-def hint(name: str, habits: Mapping[str, str], known: Iterable[str] = ()) -> str:
+def hint(name: str, known: Iterable[str] = (), habits: Mapping[str, str] = HABITS) -> str:
     """What is meant by a name that does not exist, as the end of a message; "" where nothing is like it."""
     if name in habits:
         return f": use {habits[name]}"
+    if name in importlib.import_module("jamlab.packing.quantities").MEASURED:
+        return f": use jamlab.measure(packing, {name!r})"
     near = get_close_matches(name, list(known), 1, 0.6)
     return f": did you mean {near[0]!r}?" if near else ""
 
@@ -180,7 +152,7 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
 def unknown_argument(function: str, name: str, known: Iterable[str]) -> ArgumentError:
     """The error of an argument that a function does not have."""
     return ArgumentError(
-        f"{function} has no argument {name!r}{hint(name, MEANT, known) or '; it takes ' + ', '.join(known)}"
+        f"{function} has no argument {name!r}{hint(name, known, MEANT) or '; it takes ' + ', '.join(known)}"
     )
 
 

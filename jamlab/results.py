@@ -33,37 +33,4 @@ from jamlab.rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from jamlab.statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
 
-__all__ = [
-    "Choice",
-    "Collapse",
-    "ComplexModulus",
-    "ContactForces",
-    "ContactLengths",
-    "Contacts",
-    "CreepRun",
-    "DisplacementCorrelation",
-    "ElasticTensor",
-    "Estimate",
-    "Evaluation",
-    "FireSettings",
-    "FlowCurve",
-    "HerschelBulkley",
-    "HexaticOrder",
-    "MaxwellCount",
-    "Micrograph",
-    "ModeCharacter",
-    "Modes",
-    "NonaffineResponse",
-    "NonlinearModulus",
-    "Oscillation",
-    "QuasistaticShear",
-    "RelaxationSpectrum",
-    "ShearRun",
-    "SolverSettings",
-    "StoppedFlow",
-    "StressRelaxation",
-    "Tessellation",
-    "Tracks",
-    "VoidStatistics",
-    "Voids",
-]
+__all__ = [name for name in dir() if name[0] != "_"]

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array, Indices
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
-from jamlab.old_names import OF_PACKINGS, hint
+from jamlab.old_names import hint
 from jamlab.packing.derived import Derived, per_packing
 from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_params
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import outlines, polygon_areas
-from jamlab.packing.quantities import MEASURED
 from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
@@ -238,10 +237,7 @@ class Packing:
 
         def __getattr__(self, name: str) -> Any:
             """Say which function gives what a packing does not hold."""
-            use = hint(name, OF_PACKINGS)
-            if name in MEASURED and not use:
-                use = f": use jamlab.measure(packing, {name!r})"
-            raise AttributeError(f"a Packing has no attribute {name!r}{use}", name=name, obj=self)
+            raise AttributeError(f"a Packing has no attribute {name!r}{hint(name)}", name=name, obj=self)
 
     def __eq__(self, other: object) -> bool:
         """Whether two packings are the same particles, law, box and positions, to the last digit; not their history."""
