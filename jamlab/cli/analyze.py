@@ -33,31 +33,30 @@ ALLOWED = {  # options, by what is measured
 Source = Annotated[
     Path | None,
     typer.Argument(
-        help="File of jamlab, LAMMPS or GSD; a picture of droplets; a table of disks (CSV). None with --labels."
+        help="File of jamlab, LAMMPS or GSD; picture of droplets; table of disks (CSV). Optional with --labels."
     ),
 ]
 Pixel = Annotated[
-    float | None,
-    typer.Option(help="Picture: size of a pixel, in any unit of length; without it lengths are in pixels."),
+    float | None, typer.Option(help="Picture: size of a pixel, in any unit of length (default: lengths in pixels).")
 ]
 Film = Annotated[
-    float | None, typer.Option(help="Picture: widest gap between droplets in contact, in pixels; default: measured.")
+    float | None, typer.Option(help="Picture: widest gap between droplets in contact, in pixels (default: estimated).")
 ]
-Contrast = Annotated[str, typer.Option(help="Picture: dark or bright droplets; default: seen.")]
-Labels = Annotated[Path | None, typer.Option(help="Label image or mask, to be measured.")]
+Contrast = Annotated[
+    str, typer.Option(metavar="{auto,dark,bright}", help="Picture: dark or bright droplets; auto: detected.")
+]
+Labels = Annotated[Path | None, typer.Option(help="Label image or mask to measure.")]
 Overlay = Annotated[
-    Path | None,
-    typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png")),
+    Path | None, typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.", callback=written_as("png"))
 ]
 OfDroplets = Annotated[
     Path | None,
     typer.Option(
-        help="Picture: HDF5 file of its droplets as a relaxed periodic packing.", callback=written_as("packings")
+        help="Picture: also write its droplets as a relaxed periodic packing (.h5).", callback=written_as("packings")
     ),
 ]
 Csv = Annotated[
-    Path | None,
-    typer.Option(help="CSV, a row per packing or droplet.", callback=written_as("table")),
+    Path | None, typer.Option(help="CSV file to write: one row per packing or droplet.", callback=written_as("table"))
 ]
 
 
@@ -67,16 +66,21 @@ def analyze(
     film: Film = None,
     contrast: Contrast = "auto",
     labels: Labels = None,
-    channel: Annotated[str, typer.Option(help="Picture in colours: grey, red, green or blue.")] = "grey",
+    channel: Annotated[
+        str, typer.Option(metavar="{grey,red,green,blue}", help="Picture in colours: channel to measure.")
+    ] = "grey",
     periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
     overlay: Overlay = None,
     packing: OfDroplets = None,
-    model: Annotated[str, typer.Option(help="Model of that packing: dp (droplets) or sp (disks).")] = "dp",
+    model: Annotated[str, typer.Option(metavar="{dp,sp}", help="Model of the packing of --packing.")] = "dp",
     csv: Csv = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
+    """Measure the packings of a file, or a picture of droplets.
+
+    Packings: rho, z, pressure, moduli, shape factor. Pictures: area, shape, contacts and voids of droplets.
+    """
     source = file or labels
     if source is None:
         raise InputError("no FILE is given: name a file or a picture, or a label image by --labels")
@@ -200,12 +204,15 @@ def _json(found: "Micrograph") -> dict[str, object]:
 
 def explore(
     file: Annotated[Path, typer.Argument(help="File of jamlab (HDF5), LAMMPS data file or dump, or GSD file.")],
-    every: Annotated[int, typer.Option(help="Take every k-th state, from the first on.")] = 1,
+    every: Annotated[int, typer.Option(help="Show every k-th state.")] = 1,
     out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("explorer.html"),
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write one self-contained page to look through a sweep: slider, force network, voids, cells, z, G and pressure."""
+    """Write an interactive HTML page of a sweep.
+
+    One file shows force network, voids, cells, z, G and pressure of every state.
+    """
     from jamlab.figures.explorer.write_page import write_page
     from jamlab.packing.hdf5 import read_observables
     from jamlab.storage.verified_file import is_hdf5

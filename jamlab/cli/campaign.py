@@ -45,7 +45,7 @@ Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML
 Folder = Annotated[
     Path | None, typer.Option("--out", help="Folder of the tasks; default: beside the file, under the campaign's name.")
 ]
-Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; can be repeated.")]
+Only = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Name of a sweep; repeatable.")]
 Count = Annotated[int | None, typer.Option(help="Number of worker processes (with --slurm: jobs); default: all cores.")]
 SLURM_HELP = (
     "Run on SLURM: every worker is a job of 1 core, 2 GB and 24 h, unless the table [slurm] of the file "
@@ -58,8 +58,7 @@ SLURM_HELP = (
 @app.command(epilog="Example: jamlab campaign new campaign.toml")
 def new(
     file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.", callback=written_as("campaign")),
+        Path, typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.", callback=written_as("campaign"))
     ],
 ) -> None:
     """Write a commented campaign file to start from.
@@ -79,7 +78,7 @@ def new(
 
 @app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
-    """Count tasks, and say what those that are left take.
+    """Count tasks and estimate time and disk space of the remaining tasks.
 
     Nothing is run. Times are those of finished tasks of the same sweep, model and n.
     """
@@ -134,14 +133,13 @@ def run(
     scheduler: Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")] = None,
     slurm: Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)] = False,
     only: Only = None,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed tasks again.")] = False,
     pilot: Annotated[
-        bool, typer.Option("--pilot", help="One task of each sweep, model and n, so that plan knows times.")
+        bool, typer.Option("--pilot", help="Run one task of each sweep, model and n only; `plan` then estimates times.")
     ] = False,
-    no_verify: Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")] = False,
+    no_verify: Annotated[bool, typer.Option("--no-verify", help="Skip the integrity check of finished files.")] = False,
     dry_run: Annotated[
-        bool,
-        typer.Option("--dry-run", help="Run nothing; print the script of a job of --slurm, and how many there are."),
+        bool, typer.Option("--dry-run", help="Run nothing; print the job script of --slurm and the number of jobs.")
     ] = False,
     as_json: Json = False,
 ) -> None:
@@ -213,7 +211,7 @@ def _describe(campaign: "Campaign", only: list[str] | None) -> str:
 def status(
     file: Where,
     out: Folder = None,
-    verify: Annotated[bool, typer.Option("--verify", help="Read every file: check it, add up times.")] = False,
+    verify: Annotated[bool, typer.Option("--verify", help="Check every file and add up run times.")] = False,
     as_json: Json = False,
 ) -> None:
     """Count tasks finished, failed and left.
@@ -280,8 +278,12 @@ def merge(
 def export(
     file: Where,
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("tables"),
-    form: Annotated[str, typer.Option("--format", help="csv, parquet, or dump (frames for OVITO).")] = "csv",
-    table: Annotated[list[str] | None, typer.Option(help="Name of a table; can be repeated; default: all.")] = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="{csv,parquet,dump}", help="Tables, or frames for OVITO (dump).")
+    ] = "csv",
+    table: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Name of a table; repeatable (default: all).")
+    ] = None,
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
     out: Folder = None,
     force: Force = False,

@@ -11,17 +11,17 @@ from jamlab.cli.interruption import expect_output
 from jamlab.storage.atomic_file import check_target
 
 AnyFile = Annotated[Path, typer.Argument(help="File of jamlab, LAMMPS (.data, .dump), GSD, extended xyz or CSV.")]
-Units = Annotated[str | None, typer.Option(help="Units of a file that names none: eps or k.")]
+Units = Annotated[str | None, typer.Option(metavar="{eps,k}", help="Units of a file that does not state them.")]
 
 
 def convert(
     file: AnyFile,
     target: Annotated[Path, typer.Argument(help="File to write: .h5, .data, .dump or .xyz.")],
-    frame: Annotated[int | None, typer.Option(help="One frame; -1 stands for the last. Default: all.")] = None,
+    frame: Annotated[int | None, typer.Option(help="One frame; -1: the last (default: all).")] = None,
     units: Units = None,
     force: options.Force = False,
 ) -> None:
-    """Convert packings to the format that the ending of TARGET names."""
+    """Convert packings to the format of the ending of TARGET."""
     from jamlab.packing.write import write
     from jamlab.trajectories.files import read, read_all
 

@@ -15,13 +15,11 @@ from jamlab.errors import EngineError, InputError
 
 
 def decks(
-    name: Annotated[
-        str | None, typer.Argument(help="Deck to show, such as in.sp.jam; by default all are listed.")
-    ] = None,
-    copy: Annotated[Path | None, typer.Option(help="Folder to copy every deck and its parts to.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Deck to show, such as in.sp.jam (default: list all).")] = None,
+    copy: Annotated[Path | None, typer.Option(help="Folder to which all decks and parts are copied.")] = None,
     as_json: Json = False,
 ) -> None:
-    """List the LAMMPS decks with what each does, show one, or copy them to change them."""
+    """List, show or copy the LAMMPS decks."""
     from jamlab.engine.deck_defaults import copy_decks, summaries
     from jamlab.kernels.library import installed
 
@@ -44,11 +42,11 @@ def deck(
     name: Annotated[str, typer.Argument(help="Deck of this folder or, if there is none, of jamlab: in.sp.jam.")],
     ranks: Annotated[int, typer.Option(help="MPI ranks.")] = 1,
 ) -> None:
-    """Run a LAMMPS deck with its variables given as options, each checked: --n 64 --to 0.9.
+    """Run a LAMMPS deck; its variables are checked options.
 
-    With --data FILE, law and sizes are those of the file. The table goes to the screen, what LAMMPS says to
-    log.lammps. Exit code 2: a state is not converged, or not what was asked for. `jamlab deck NAME --help` lists the
-    variables of a deck with defaults and ranges.
+    Example of variables: --n 64 --to 0.9. With --data FILE, the file defines force law and sizes. The table goes to the
+    screen, other output of LAMMPS to log.lammps. Exit code 2: a state is not converged, or differs from the request.
+    `jamlab deck NAME --help` lists the variables of a deck with defaults and ranges.
     """
     import subprocess
 

@@ -8,7 +8,7 @@ from jamlab.cli.options import Json
 
 
 def doctor(as_json: Json = False) -> None:
-    """Check what is installed and whether the plugin and MPI work, and say how to repair what does not."""
+    """Check the installation, and say how to repair it."""
     from jamlab.engine.doctor import examine
 
     findings = examine()

@@ -28,23 +28,17 @@ T = TypeVar("T")
 
 File = Annotated[Path, typer.Argument(help="HDF5 file with a packing of disks or droplets.")]
 Tolerance = Annotated[
-    float | None,
-    typer.Option(help="Relative error of velocities in a step; flow by a rate: 1e-2, small strains: 1e-3."),
+    float | None, typer.Option(help="Relative error of velocities per step (default: 1e-2 at a rate, 1e-3 otherwise).")
 ]
 Background = Annotated[
     float | None,
     typer.Option(
-        help="Background (Stokes) drag added to contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2; "
-        "small strains: 0."
+        help="Stokes drag added to contact damping, k tau_1 (default at a rate: disks 1e-4, droplets 1e-2; else 0)."
     ),
 ]
-Within = Annotated[float | None, typer.Option(help="Do not start if the predicted run time exceeds this, s.")]
-Plot = Annotated[
-    Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.", callback=written_as("picture"))
-]
-Csv = Annotated[
-    Path | None, typer.Option(help="Table of all rows to write as well, .csv.", callback=written_as("table"))
-]
+Within = Annotated[float | None, typer.Option(help="Longest predicted run time (s); longer runs do not start.")]
+Plot = Annotated[Path | None, typer.Option(help="Picture to write (.png, .pdf, .svg).", callback=written_as("picture"))]
+Csv = Annotated[Path | None, typer.Option(help="Table of all rows to write (.csv).", callback=written_as("table"))]
 
 
 @dataclass(frozen=True)
@@ -158,7 +152,7 @@ def make_job(
 
 
 def _command(function: Callable[..., None]) -> Callable[..., None]:
-    """Give a command, besides its own options, those of all flows: it is called with the job that they describe."""
+    """Add the options of all flows to a command, which is called with the job that they describe."""
     name = function.__name__.replace("_", "-")
     shared = dict(signature(make_job).parameters)
     shared["out"] = shared["out"].replace(default=Path(f"{name}.h5"))
@@ -183,20 +177,24 @@ _SHEAR |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": 
 @_command
 def shear(
     job: Job,
-    rate: Annotated[float, typer.Option(help="Rate of shear, 1/tau_1; 0: quasi-static.")],
+    rate: Annotated[float, typer.Option(help="Shear rate (1/tau_1); 0: quasi-static.")],
     strain: Annotated[float, typer.Option(help="Strain at the end.")] = 1.0,
-    step: Annotated[float, typer.Option(help="Rate 0: strain between two minima.")] = 1e-4,
+    step: Annotated[float, typer.Option(help="Strain step of quasi-static shear.")] = 1e-4,
     direction: Annotated[
-        str, typer.Option(help="Rate 0: simple, pure or an angle of simple shear, degrees.")
+        str, typer.Option(metavar="{simple,pure,ANGLE}", help="Quasi-static shear: direction; angle in degrees.")
     ] = "simple",
     pressure: Annotated[
-        str | None, typer.Option(help="Rate 0: constant, or the pressure at which the area of the box is free.")
+        str | None,
+        typer.Option(metavar="{constant,VALUE}", help="Quasi-static shear at this pressure; the box area adjusts."),
     ] = None,
-    rows: Annotated[int, typer.Option(help="Rows of the result, but at rate 0.")] = 200,
-    frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
+    rows: Annotated[int, typer.Option(help="Output rows (ignored for rate 0).")] = 200,
+    frames: Annotated[float | None, typer.Option(help="Strain interval between stored packings.")] = None,
     within: Within = None,
 ) -> None:
-    """Shear a packing at a constant rate, without inertia; interrupted runs resume from the output file."""
+    """Shear a packing at a constant rate, or quasi-statically.
+
+    Motion is overdamped. The same command resumes an interrupted run.
+    """
     from jamlab.flow.quasistatic_shear import quasistatic_shear
     from jamlab.flow.shear import shear as flow
 
@@ -233,13 +231,16 @@ _MEANS |= {"energy_error": ".1e", "finished": ""}
 @_command
 def flow_curve(
     job: Job,
-    rates: Annotated[list[float], typer.Option("--rate", help="Rate of shear, 1/tau_1; give it several times.")],
-    strain: Annotated[float, typer.Option(help="Strain of the average at each rate.")] = 4.0,
+    rates: Annotated[list[float], typer.Option("--rate", metavar="<float>", help="Shear rate (1/tau_1); repeatable.")],
+    strain: Annotated[float, typer.Option(help="Strain over which each rate is averaged.")] = 4.0,
     discard: Annotated[float, typer.Option(help="Transient strain discarded before averaging.")] = 1.0,
-    processes: Annotated[int, typer.Option(help="Rates run in parallel, one core each.")] = 1,
+    processes: Annotated[int, typer.Option(help="Number of rates run in parallel.")] = 1,
     within: Within = None,
 ) -> None:
-    """Measure steady flow at several rates, with a Herschel-Bulkley fit; rates in the file are not run again."""
+    """Measure the steady stress at several shear rates.
+
+    A Herschel-Bulkley law is fitted. Rates in the output file are not run again.
+    """
     from jamlab.flow.flow_curve import flow_curve as flow
 
     job.say_seconds(rates, strain + discard, within, processes)
@@ -260,10 +261,15 @@ def oscillate(
     job: Job,
     omega: Annotated[float, typer.Option(help="Angular frequency, 1/tau_1.")],
     amplitude: Annotated[float, typer.Option(help="Amplitude of the strain.")],
-    cycles: Annotated[int, typer.Option(help="Cycles at most; it ends when the answer repeats.")] = 20,
-    points: Annotated[int, typer.Option(help="Rows in a cycle.")] = 32,
+    cycles: Annotated[
+        int, typer.Option(help="Largest number of cycles; stops earlier when the response is periodic.")
+    ] = 20,
+    points: Annotated[int, typer.Option(help="Rows per cycle.")] = 32,
 ) -> None:
-    """Oscillatory shear: G', G'' and higher harmonics of the stress; the picture is the Lissajous figure."""
+    """Apply oscillatory shear: G', G'' and higher harmonics.
+
+    --plot draws the Lissajous figure.
+    """
     from jamlab.flow.oscillate import oscillate as flow
 
     found = job.drive(flow, "oscillate", omega, amplitude, cycles=cycles, points=points)
@@ -274,11 +280,11 @@ def oscillate(
 @_command
 def relax_stress(
     job: Job,
-    strain: Annotated[float, typer.Option(help="Strain of the step; 0 stops a flow.")],
-    duration: Annotated[float, typer.Option(help="Time, tau_1.")],
-    step_time: Annotated[float, typer.Option(help="Time that the step takes, tau_1.")] = 1e-2,
+    strain: Annotated[float, typer.Option(help="Step strain; 0: stop a flow.")],
+    duration: Annotated[float, typer.Option(help="Simulated time (tau_1).")],
+    step_time: Annotated[float, typer.Option(help="Duration of the strain step (tau_1).")] = 1e-2,
 ) -> None:
-    """Strain a packing by a step and follow its stress, the relaxation modulus G(t); or stop a flow."""
+    """Apply a step strain and follow the stress; or stop a flow."""
     from jamlab.flow.relax_stress import relax_stress as flow
     from jamlab.flow.relax_stress import stop_flow
 
@@ -293,11 +299,14 @@ def relax_stress(
 @_command
 def creep(
     job: Job,
-    stress: Annotated[float, typer.Option(help="Stress beside the residual one, in units of the packing.")],
-    duration: Annotated[float, typer.Option(help="Time, tau_1.")],
-    largest_strain: Annotated[float, typer.Option(help="Strain at which it ends early.")] = 10.0,
+    stress: Annotated[float, typer.Option(help="Shear stress added to the residual stress (units of the packing).")],
+    duration: Annotated[float, typer.Option(help="Simulated time (tau_1).")],
+    largest_strain: Annotated[float, typer.Option(help="Stop at this strain.")] = 10.0,
 ) -> None:
-    """Load a packing with a shear stress and follow its strain; reports whether it arrests, creeps or flows."""
+    """Apply a shear stress and follow the strain.
+
+    The packing arrests, creeps or flows.
+    """
     from jamlab.flow.creep import creep as flow
 
     found = job.drive(flow, "creep", stress, duration, largest_strain=largest_strain)

@@ -33,10 +33,10 @@ MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packin
 
 def gstar(
     files: Annotated[
-        list[Path] | None, typer.Argument(help="HDF5 files; those of packings alike give a mean and a band.")
+        list[Path] | None, typer.Argument(help="HDF5 files. Several packings of one kind give a mean with a band.")
     ] = None,
-    n: Annotated[int | None, typer.Option("--n", help="Without files: number of disks to pack, even.")] = None,
-    pressure: Annotated[float | None, typer.Option(help="Without files: pressure to pack them to, k.")] = None,
+    n: Annotated[int | None, typer.Option("--n", "-n", help="Disks to pack (without FILES).")] = None,
+    pressure: Annotated[float | None, typer.Option(help="Their pressure (units of k).")] = None,
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
     frame: Frame = -1,
@@ -46,18 +46,20 @@ def gstar(
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
     prestress: Annotated[bool, typer.Option(help="Keep the contact forces in the Hessian.")] = True,
-    method: Annotated[str, typer.Option(help="auto, dense, direct or reduced.")] = "auto",
+    method: Annotated[str, typer.Option(metavar="{auto,dense,direct,reduced}", help="Solver.")] = "auto",
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
     omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
     points: Annotated[int, typer.Option(help="Number of frequencies, evenly spaced in log omega.")] = 41,
-    out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv or .tsv (omega, G', G'').")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Picture (.png, .pdf, .svg) or table (.csv, .tsv) to write.")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Compute the complex shear modulus G*(omega) of disks or droplets, after Baumgarten & Tighe.
+    """Compute the complex shear modulus G*(omega).
 
-    It is G*_xy, for shear along x of the box; the static G averaged over directions is printed beside it. Packings
-    that differ in pressure, units, force law, sizes or ensemble get a curve each.
+    G*_xy is for shear along x of the box; the static G, averaged over directions, is printed too. Packings that differ
+    in pressure, units, force law, sizes or ensemble get one curve each.
     """
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.target_pressure import pack as make

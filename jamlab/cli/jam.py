@@ -19,18 +19,22 @@ if TYPE_CHECKING:
 
 
 def jam(
-    model: Annotated[str, typer.Option(help="sp (disks) or dp (droplets).")] = "sp",
+    model: Annotated[str, typer.Option(metavar="{sp,dp}", help="Disks (sp) or deformable droplets (dp).")] = "sp",
     n: options.N = 64,
     seed: options.Seed = 1,
-    contact: Annotated[str | None, typer.Option(help="Contact form (dp): outline, segment or segment/smooth.")] = None,
-    gamma: Annotated[float | None, typer.Option(help="Line tension (dp), eps/l; default 0.4.")] = None,
-    ka: Annotated[float | None, typer.Option(help="Area stiffness (dp), eps/l^4; default 300.")] = None,
-    delta: Annotated[float | None, typer.Option(help="Width of the rims (dp), l; default 0.25.")] = None,
+    contact: Annotated[
+        str | None, typer.Option(metavar="{outline,segment,segment/smooth}", help="Contact form of droplets.")
+    ] = None,
+    gamma: Annotated[float | None, typer.Option(help="Line tension of droplets (eps/l), default 0.4.")] = None,
+    ka: Annotated[float | None, typer.Option(help="Area stiffness of droplets (eps/l^4), default 300.")] = None,
+    delta: Annotated[float | None, typer.Option(help="Range of contacts of droplets (l), default 0.25.")] = None,
     law: options.Law = None,
     ratio: options.Ratio = None,
     large: options.Large = 0.5,
     sizes: options.Sizes = None,
-    search: Annotated[str, typer.Option(help="bisection, or incremental: steps of 1e-4 throughout.")] = "bisection",
+    search: Annotated[
+        str, typer.Option(metavar="{bisection,incremental}", help="Onset search; incremental: steps of 1e-4.")
+    ] = "bisection",
     ensemble: options.Ensemble = "fixed-box",
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,
@@ -38,9 +42,10 @@ def jam(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Make a packing at jamming onset, after Boromand et al., section 2.3.
+    """Make a packing at jamming onset.
 
-    No file is written if interrupted: intermediate states are not at onset.
+    The protocol follows Boromand et al., section 2.3. No file is written if interrupted:
+    intermediate states are not at onset.
     """
     import jamlab
 
@@ -62,7 +67,7 @@ def jam(
 
 
 def pack(
-    pressure: Annotated[float, typer.Option(help="Target pressure, in units of k.")],
+    pressure: Annotated[float, typer.Option(help="Target pressure (units of k).")],
     n: options.N = 256,
     seed: options.Seed = 1,
     ensemble: options.Ensemble = "fixed-box",
@@ -76,9 +81,10 @@ def pack(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe.
+    """Make a packing of disks at a target pressure.
 
-    No file is written if interrupted: intermediate states have other pressures.
+    Force law and units follow Baumgarten & Tighe. No file is written if interrupted: intermediate states have other
+    pressures.
     """
     import jamlab
 
@@ -97,10 +103,17 @@ _MET = 1e-5  # of a packing fraction: nearer, a sweep has come to its end
 def compress(
     file: options.File,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
-    step: Annotated[float, typer.Option(help="Distance between two states.")] = 0.01,
-    by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
-    nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
-    error: Annotated[float | None, typer.Option(help="Adapt steps to this relative error of pressure.")] = None,
+    step: Annotated[float, typer.Option(help="Difference in packing fraction between two states.")] = 0.01,
+    by: Annotated[
+        str, typer.Option(metavar="{rho,phi}", help="True (rho) or nominal (phi) packing fraction in --to and --step.")
+    ] = "rho",
+    nearest: Annotated[
+        float | None, typer.Option("--first-step", "--nearest", help="First step; steps grow up to --step.")
+    ] = None,
+    error: Annotated[
+        float | None,
+        typer.Option("--pressure-tolerance", "--error", help="Adapt steps to this relative error of pressure."),
+    ] = None,
     frame: options.Frame = -1,
     ranks: options.Ranks = 1,
     tolerance: options.Tolerance = None,
@@ -108,8 +121,10 @@ def compress(
     force: options.Force = False,
     as_json: options.Json = False,
 ) -> None:
-    """Compress or decompress a packing in steps; the first frame written is the start. The same command resumes a
-    sweep that was interrupted."""
+    """Compress or decompress a packing in steps.
+
+    The first frame written is the start. The same command resumes an interrupted sweep.
+    """
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.compression import compress as run
 
@@ -168,10 +183,10 @@ def demo(
     n: N = 64,
     seed: Seed = 1,
     to: Annotated[float, typer.Option(help="Last true packing fraction.")] = 0.95,
-    out: Annotated[Path, typer.Option(help="Folder for HDF5 and HTML.")] = Path("jamlab-demo"),
+    out: Annotated[Path, typer.Option(help="Folder for HDF5 and HTML files.")] = Path("jamlab-demo"),
     force: Force = False,
 ) -> None:
-    """Take both models from a random start through jamming to rho = 0.95: tables, and one HTML page."""
+    """Compress disks and droplets through jamming: tables, a page."""
     import numpy as np
 
     from jamlab.checks import check_bidisperse, check_number

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.text import Text
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 from typer.exceptions import TyperException
 
 from jamlab.cli import campaign
@@ -24,7 +24,7 @@ from jamlab.errors import JamlabError, JamlabWarning
 
 
 class Commands(TyperGroup):
-    """All commands: print one line for every error a user can cause; `--debug` shows where it came from."""
+    """All commands: print one line for every error a user can cause; `--debug` shows the traceback."""
 
     debug = False
 
@@ -56,12 +56,36 @@ def _line(error: BaseException) -> str:
     if isinstance(error, JamlabError):
         return " ".join(str(error).split())
     if isinstance(error, BrokenPipeError):
-        return "the program that reads the output has ended"
+        return "broken pipe: the program that reads the output has ended"
     if isinstance(error, OSError):
         return f"{error.filename or 'the system'}: {error.strerror or error}"
     if isinstance(error, MemoryError):
         return "not enough memory: choose fewer particles or points"
-    return f"a fault of jamlab, please report it with what --debug shows: {type(error).__name__}: {error}"
+    return f"internal error, please report it with the output of --debug: {type(error).__name__}: {error}"
+
+
+_OF_TOPICS = {
+    "Force law and sizes": "law contact gamma ka delta ratio large sizes",
+    "Drag law": "beta alpha tau stokes eta_f background",
+    "Accuracy and cores": "tolerance ranks processes workers scheduler",
+    "Output": "out plot csv overlay packing force as_json",
+}
+TOPICS = {name: topic for topic, names in _OF_TOPICS.items() for name in names.split()}
+
+
+class OwnCommand(TyperCommand):
+    """A command whose help lists its options by topic."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write each topic below its heading."""
+        topics: dict[str, list[tuple[str, str]]] = {}
+        for each in self.get_params(ctx):
+            if line := each.get_help_record(ctx):
+                plain = "Arguments" if each.param_type_name == "argument" else "Options"
+                topics.setdefault(TOPICS.get(each.name, plain), []).append(line)
+        for topic, lines in topics.items():
+            with formatter.section(topic):
+                formatter.write_dl(lines)
 
 
 class OwnCommands(Commands):
@@ -69,10 +93,10 @@ class OwnCommands(Commands):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands below the headings of their groups."""
-        for heading in COMMANDS:
+        for heading in dict.fromkeys(_HEADINGS.values()):
             with formatter.section(heading):
                 found = [name for name in self.list_commands(ctx) if _HEADINGS[name] == heading]
-                formatter.write_dl([(name, self.commands[name].short_help or "") for name in found])
+                formatter.write_dl([(name, self.commands[name].get_short_help_str(62)) for name in found])
 
 
 app = typer.Typer(
@@ -80,7 +104,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum.",
+    help="Jammed packings of soft disks and deformable droplets in two dimensions.",
     epilog="Start with: jamlab demo",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -97,60 +121,51 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def options(
     version: Annotated[
-        bool,
-        typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version."),
+        bool, typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Take the options that stand before a command."""
     warnings.simplefilter("ignore", JamlabWarning)  # commands print such words as notes
 
 
-Command = tuple[Any, str, str]  # the function, what it does, example of its words
-COMMANDS: dict[str, tuple[Command, ...]] = {
-    "Make packings": (
-        (jam, "Make a packing at jamming onset.", "--model dp --n 16 --seed 3 --out onset.h5"),
-        (pack, "Make disks at a target pressure.", "--n 256 --pressure 1e-4 --out packing.h5"),
-        (compress, "Compress a packing in steps, each to a minimum.", "onset.h5 --to 0.95 --step 0.005 --out sweep.h5"),
-        (relax, "Relax a packing to the energy minimum next to it.", "disks.csv --out relaxed.h5"),
-    ),
-    "Measure and look": (
-        (
-            analyze,
-            "Measure packings of a file, or a picture of droplets.",
-            "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
-        ),
-        (gstar, "Compute the complex shear modulus G*(omega).", "--n 256 --pressure 1e-3 --out gstar.png"),
-        (explore, "Write an interactive HTML viewer of a sweep.", "sweep.h5 --out page.html"),
-        (convert, "Convert packings to another format.", "sweep.h5 sweep.dump"),
-    ),
-    "Flow in time": (
-        (shear, "Shear at a constant rate, or quasi-statically.", "packing.h5 --rate 1e-2 --strain 2 --plot shear.png"),
-        (flow_curve, "Measure steady stress at several rates.", "packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1"),
-        (oscillate, "Oscillatory shear: G', G'' and higher harmonics.", "packing.h5 --omega 0.1 --amplitude 1e-4"),
-        (
-            creep,
-            "Load with a stress and follow the strain.",
-            "packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png",
-        ),
-        (relax_stress, "Strain by a step and follow the stress.", "packing.h5 --strain 1e-5 --duration 1e4"),
-    ),
-    "Start and check": (
-        (demo, "Both models through jamming: tables and a page.", "--out jamlab-demo"),
-        (decks, "List, show or copy the LAMMPS decks.", "--copy my-decks"),
-        (deck, "Run a LAMMPS deck, its variables checked.", "in.sp.jam --n 64 --to 0.9"),
-        (doctor, "Check what is installed.", ""),
-    ),
+COMMANDS: dict[str, dict[Any, str]] = {  # of each group: the function, and an example of its words
+    "Make packings": {
+        jam: "--model dp --n 16 --seed 3 --out onset.h5",
+        pack: "--n 256 --pressure 1e-4 --out packing.h5",
+        compress: "onset.h5 --to 0.95 --step 0.005 --out sweep.h5",
+        relax: "disks.csv --out relaxed.h5",
+    },
+    "Measure and look": {
+        analyze: "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
+        gstar: "--n 256 --pressure 1e-3 --out gstar.png",
+        explore: "sweep.h5 --out page.html",
+        convert: "sweep.h5 sweep.dump",
+    },
+    "Flow": {
+        shear: "packing.h5 --rate 1e-2 --strain 2 --plot shear.png",
+        flow_curve: "packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1",
+        oscillate: "packing.h5 --omega 0.1 --amplitude 1e-4",
+        creep: "packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png",
+        relax_stress: "packing.h5 --strain 1e-5 --duration 1e4",
+    },
+    "Start": {
+        demo: "--out jamlab-demo",
+        decks: "--copy my-decks",
+        deck: "in.sp.jam --n 64 --to 0.9",
+        doctor: "",
+    },
 }
-_HEADINGS = {"campaign": "Ensembles"}
+_HEADINGS = {}
 for heading, group in COMMANDS.items():
-    for command, short, words in group:
+    for command, words in group.items():
         name = command.__name__.replace("_", "-")
         _HEADINGS[name] = heading
         free: dict[str, Any] = {}
         if command is deck:  # its options are variables of the deck; --help after a name is about that deck
             free = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
         example = f"Example: jamlab {name} {words}".rstrip()
-        app.command(name, short_help=short, epilog=example, context_settings=free)(command)
+        app.command(name, cls=OwnCommand, epilog=example, context_settings=free)(command)
+_HEADINGS["campaign"] = "Ensembles"
 app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
 
 

@@ -24,11 +24,11 @@ def written_as(*kinds: str) -> Callable[..., Path | None]:
     return check
 
 
-Beta = Annotated[float, typer.Option(help="Contact damping: ratio of tangential to normal damping.")]
-Alpha = Annotated[float, typer.Option(help="Contact damping: power of the velocity, 0.4 to 1; films: 0.5, 0.667.")]
+Beta = Annotated[float, typer.Option(help="Ratio of tangential to normal damping.")]
+Alpha = Annotated[float, typer.Option(help="Exponent of contact damping, 0.4 to 1 (1: linear; 1/2, 2/3: films).")]
 Tau = Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")]
 Stokes = Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")]
-EtaF = Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")]
+EtaF = Annotated[float, typer.Option(help="Viscosity of the fluid for --stokes (k tau_1).")]
 
 
 def drag_law(stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) -> "Damping":
@@ -55,24 +55,25 @@ def law_values(entries: list[str] | None) -> dict[str, float | str]:
     return found
 
 
-Law = Annotated[
-    list[str] | None, typer.Option(help="NAME=VALUE: a parameter of the force law; may be given several times.")
-]
-N = Annotated[int, typer.Option("--n", "-n", help="Number of particles; even without --large and --sizes.")]
-Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
+Law = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Parameter of the force law; repeatable.")]
+N = Annotated[int, typer.Option("--n", "-n", help="Number of particles; must be even for the default sizes.")]
+Ratio = Annotated[float | None, typer.Option(help="Diameter ratio of large to small disks, 1 to 10 (default: 1.4).")]
 Large = Annotated[float, typer.Option(help="Number fraction of large particles.")]
 Sizes = Annotated[
     str | None,
     typer.Option(
+        metavar="DISTRIBUTION",
         help="Diameters of disks: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, "
-        "power-law:EXP,SMALLEST,LARGEST (W: standard deviation over mean; ,random: drawn at random) or from-file:PATH."
+        "power-law:EXP,SMALLEST,LARGEST (W: standard deviation over mean; ,random: drawn at random) or from-file:PATH.",
     ),
 ]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
-Out = Annotated[Path, typer.Option("--out", "-o", help="HDF5 file to write, .h5.", callback=written_as("packings"))]
-Force = Annotated[bool, typer.Option("--force", help="Replace files that are there already.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="HDF5 file to write (.h5).", callback=written_as("packings"))]
+Force = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
-Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
-Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]
-Ranks = Annotated[int, typer.Option(help="Processors per minimisation (disks; useful above about 10 000).")]
-Tolerance = Annotated[float | None, typer.Option(help="Largest force at a minimum; default 1e-12, droplets 1e-10.")]
+Ensemble = Annotated[
+    str, typer.Option(metavar="{fixed-box,shear-stabilized}", help="Fixed box, or box sheared to zero shear stress.")
+]
+Frame = Annotated[int, typer.Option(help="Frame of the file; -1: the last.")]
+Ranks = Annotated[int, typer.Option(help="Threads per minimisation (disks; useful above 10 000).")]
+Tolerance = Annotated[float | None, typer.Option(help="Largest residual force (default: 1e-12, droplets 1e-10).")]
