@@ -14,11 +14,10 @@ from studies.dynamics.flow_curves import HIGHEST, SETTINGS, steady_flows
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence
-from studies.papers.statements import caption, statistic
+from studies.papers.statements import caption
 
 WINDOW = (0.82, 0.86)  # packing fractions of the fit
 ONSET = 0.84347  # onset in shear: Olsson & Teitel, Phys. Rev. E 83, 030302 (2011)
-SHIFT = 0.003  # of onset, to see how much hangs on it
 START = (0.843, 0.45, 0.35)  # first guess of onset and of the exponents of stress and width
 
 
@@ -96,15 +95,6 @@ def flows(tables: EnsembleTables, highest: float = HIGHEST) -> Sample:
     return Sample([stress.to_numpy(dtype=np.float64)], lambda drawn: (phi, rate, average(drawn[0])))
 
 
-_OTHERS: tuple[dict[str, Any], ...] = (
-    *({"highest": rate} for rate in (1e-2, 3e-3, 1e-3)),
-    *({"onset": ONSET - SHIFT}, {"onset": ONSET + SHIFT}, {"onset": None}),
-)
-
-
-@statistic(
-    "flow-q-tighe", "flow-q-olsson", "flow-yield", "flow-viscosity", sample=flows, variants=_OTHERS, resamples=100
-)
 def exponents(phi: Array, rate: Array, stress: Array, onset: float | None = ONSET) -> Array:
     """Collapse flow curves around onset, without corrections: q (twice), of the yield stress, of the viscosity."""
     found = collapse_through(phi, rate, stress, START, critical=onset)

@@ -14,7 +14,7 @@ from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Sample, average, bootstrap, mean_over_packings, of_packings, scaled, select, side_by_side
 from studies.panels import FIT, Drawing, drawing, label, scale, sequence, style, write_interval
-from studies.papers.statements import caption, paper, statistic
+from studies.papers.statements import caption, paper
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 STRESS = r"shear stress $\sigma$  [k]"
@@ -120,7 +120,6 @@ def flow_at_onset(tables: EnsembleTables) -> Sample:
     return Sample([stress], lambda drawn: (rates, average(drawn[0])))
 
 
-@statistic("flow-at-onset", sample=flow_at_onset, variants=({"highest": 1e-3}, {"highest": 3e-3}))
 def slope_at_onset(rates: Array, stress: Array, highest: float = HIGHEST) -> float:
     """Fit the exponent of the stress over the rate."""
     return fit_exponent(rates[rates <= highest], stress[rates <= highest])
@@ -172,7 +171,6 @@ def of_pressures(tables: EnsembleTables) -> Sample:
     return Sample(groups, lambda drawn: (amplitude, [average(each) for each in drawn]))
 
 
-@statistic("flow-softening", sample=of_pressures)
 def power_of_softening(amplitude: Array, storage: list[Array]) -> float:
     """Fit the exponent in pressure of the amplitude at which 70 % of the storage modulus are left."""
     limits = [_softens(amplitude, each) for each in storage]

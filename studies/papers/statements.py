@@ -1,22 +1,23 @@
 """Numbers and sentences of the papers, a row each of `statements.csv`, and what measures them in our packings.
 
-A number is measured by a short function that is registered under its id: of a sample, with other defensible analyses
-(`variants`) as keywords of the sample or of the function. Prose stands in `explanations.md` and `captions.md`.
+A number is measured by a short function, its statistic, of a sample of packings, with settings and other defensible
+analyses (`variants`) as keywords of either. Rows with the same analysis take its numbers in their order. Prose stands
+in `explanations.md` and `captions.md`.
 """
 
+from ast import literal_eval
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.statistics.confidence import Interval
@@ -26,13 +27,6 @@ if TYPE_CHECKING:
     from studies.ensemble_tables import EnsembleTables
 
 FOLDER = Path(__file__).parent
-MODULES = (  # that register functions
-    *(f"papers.boromand.{name}" for name in ("geometry", "contacts_and_modulus", "onset_and_confluence", "voids")),
-    *(f"papers.baumgarten.{name}" for name in ("spectra", "motion")),
-    *("dynamics.flow_curves", "dynamics.collapse"),
-)
-Keywords = Mapping[str, Any]
-Function = TypeVar("Function", bound=Callable[..., Any])
 # not measured: it follows from counting or the equations; another row measures the same
 NOT_COUNTED = ("identity", "duplicate")
 
@@ -57,6 +51,16 @@ class Statement:
     status: str
     sentence: str = ""  # of the paper, in short
     note: str = ""  # on its definition
+    # functions below `studies`, "" without data; keywords of both; others, parted by semicolons
+    statistic: str = ""
+    sample: str = ""
+    settings: str = ""
+    variants: str = ""
+
+    @property
+    def analysis(self) -> tuple[str, ...]:
+        """What gives its number, with others."""
+        return self.statistic, self.sample, self.settings, self.variants
 
     @property
     def counted(self) -> bool:
@@ -139,86 +143,66 @@ class Measured:
         return max([0.0, *(-m for m in moved)]), max([0.0, *moved])
 
 
-Measure = Callable[["EnsembleTables"], Sequence[Measured]]  # one for each of its statements, or one for all
-MEASURES: dict[str, tuple[Measure, int]] = {}  # by id of the statement, with its place
+def keywords(text: str) -> dict[str, Any]:
+    """Read pairs such as "low=0.01, y=d_rho"; numbers, True, False and None as such, else words."""
+    found = {}
+    for pair in text.split(", ") if text else ():
+        name, _, value = pair.partition("=")
+        try:
+            found[name] = literal_eval(value)
+        except (SyntaxError, ValueError):
+            found[name] = value
+    return found
 
 
-def measures(*ids: str, **fixed: Any) -> Callable[[Function], Function]:
-    """Register a function of tables and the keywords `fixed` that measures as many numbers as there are ids."""
-
-    def register(function: Function) -> Function:
-        def measure(tables: "EnsembleTables") -> Sequence[Measured]:
-            return function(tables, **fixed)  # type: ignore[no-any-return]
-
-        MEASURES.update({name: (measure, k) for k, name in enumerate(ids)})
-        return function
-
-    return register
+def find(name: str) -> Callable[..., Any]:
+    """Import a function by its name below `studies`."""
+    module, _, function = name.rpartition(".")
+    return getattr(import_module(f"studies.{module}"), function)  # type: ignore[no-any-return]
 
 
-def statistic(
-    *ids: str,
-    sample: Callable[..., Sample],
-    variants: Sequence[Keywords] = (),
-    resamples: int = RESAMPLES,
-    **fixed: Any,
-) -> Callable[[Function], Function]:
-    """Register a function that measures one number, or as many as there are ids, of what `sample(tables, ...)` reduces
-    its packings to.
+def measure(name: str, tables: "EnsembleTables") -> Measured:
+    """Measure a number in some tables; once, for its figure and its row, and for all rows with the same analysis."""
+    wanted = statements()[name]
+    if not wanted.statistic:
+        return Measured(lacking="there are no data to measure it in")
+    if wanted.analysis not in tables.measured:
+        try:
+            tables.measured[wanted.analysis] = analyse(wanted, tables)
+        except (InputError, ConvergenceError, StorageError) as error:
+            tables.measured[wanted.analysis] = [Measured(lacking=str(error))]
+    found: Sequence[Measured] = tables.measured[wanted.analysis]
+    alike = [s.id for s in statements().values() if s.analysis == wanted.analysis]
+    return found[min(alike.index(name), len(found) - 1)]
 
-    `fixed` are keywords of the sample or of the function. Each of the `variants` are such keywords, too: those of the
-    function alone are computed on the same resamples, those of the sample on their own."""
-    own = set(signature(sample).parameters)
 
-    def run(
-        tables: "EnsembleTables",
-        function: Callable[..., ArrayLike],
-        more: Mapping[str, Any],
-        *within: Mapping[str, Any],
-    ) -> tuple[Interval, dict[str, Interval]]:
-        taken = sample(tables, **{k: v for k, v in {**fixed, **more}.items() if k in own})
-        settings = {k: v for k, v in {**fixed, **more}.items() if k not in own}
+def analyse(wanted: Statement, tables: "EnsembleTables") -> Sequence[Measured]:
+    """Compute a statistic of a sample of packings, with its variants: those of the statistic alone on the same
+    resamples, those of the sample on their own. Without a sample the statistic takes the tables, and does all that."""
+    function, settings = find(wanted.statistic), keywords(wanted.settings)
+    variants = [keywords(text) for text in wanted.variants.split("; ") if text]
+    if not wanted.sample:
+        return function(tables, **settings)  # type: ignore[no-any-return]
+    sample: Callable[..., Sample] = find(wanted.sample)
+    own, resamples = set(signature(sample).parameters), settings.pop("resamples", RESAMPLES)
 
-        def filled(*reduced: Any, **others: Any) -> ArrayLike:
-            return function(*reduced, **settings | others)
-
+    def run(more: Mapping[str, Any], *within: Mapping[str, Any]) -> tuple[Interval, dict[str, Interval]]:
+        given = {**settings, **more}
+        taken = sample(tables, **{k: v for k, v in given.items() if k in own})
+        filled = partial(function, **{k: v for k, v in given.items() if k not in own})
         return vary_bootstrap(taken.groups, filled, *within, reduce=taken.reduce, resamples=resamples)
 
-    def register(function: Function) -> Function:
-        def measure(tables: "EnsembleTables") -> Sequence[Measured]:
-            found, family = run(tables, function, {}, *(v for v in variants if not set(v) & own))
-            for keywords in (v for v in variants if set(v) & own):
-                with suppress(InputError, ConvergenceError):
-                    family[name_keywords(keywords)] = run(tables, function, keywords)[0]
-            settings = {k: v for k, v in fixed.items() if isinstance(v, int | float | str)}
-            doc = " ".join((function.__doc__ or "").partition(".")[0].split())
-            how = f"{doc}; {name_keywords(settings)}".removesuffix("; ")
-            numbers = []
-            for k in np.ndindex(found.value.shape):
-                others = {name: v[k] for name, v in family.items() if np.isfinite(v.value[k])}
-                numbers.append(Measured(float(found.value[k]), float(found.low[k]), float(found.high[k]), others, how))
-            return numbers
-
-        measures(*ids)(measure)
-        return function
-
-    return register
-
-
-def measure(statement: str, tables: "EnsembleTables") -> Measured:
-    """Measure a number in some tables; once, for its figure and its row."""
-    for name in MODULES:
-        import_module(f"studies.{name}")
-    if statement not in MEASURES:
-        return Measured(lacking="there are no data to measure it in")
-    function, k = MEASURES[statement]
-    if function not in tables.measured:
-        try:
-            tables.measured[function] = function(tables)
-        except (InputError, ConvergenceError, StorageError) as error:
-            tables.measured[function] = [Measured(lacking=str(error))]
-    found: Sequence[Measured] = tables.measured[function]
-    return found[min(k, len(found) - 1)]
+    found, family = run({}, *(v for v in variants if not set(v) & own))
+    for other in (v for v in variants if set(v) & own):
+        with suppress(InputError, ConvergenceError):
+            family[name_keywords(other)] = run(other)[0]
+    doc = " ".join((function.__doc__ or "").partition(".")[0].split())
+    how = f"{doc}; {wanted.settings}".removesuffix("; ")
+    numbers = []
+    for k in np.ndindex(found.value.shape):
+        others = {name: v[k] for name, v in family.items() if np.isfinite(v.value[k])}
+        numbers.append(Measured(float(found.value[k]), float(found.low[k]), float(found.high[k]), others, how))
+    return numbers
 
 
 def names(figure: str) -> list[str]:

@@ -1,8 +1,8 @@
 """Set numbers of the papers beside ours, and say whether the two agree, by one rule that was fixed beforehand.
 
 docs/explanation/against_the_papers.md has the rule in words. No constant below, and no entry of the columns `stated`,
-`argument`, `number` and `status` of `statements.csv`, may change with a result in view: a change is a commit of its own
-that names the reason and the rows that it moves.
+`argument`, `number`, `status`, `settings` and `variants` of `statements.csv`, may change with a result in view: a
+change is a commit of its own that names the reason and the rows that it moves.
 """
 
 from collections import Counter

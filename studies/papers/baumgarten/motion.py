@@ -17,7 +17,6 @@ from jamlab.statistics.power_laws import power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import (
     FEWEST,
-    RESAMPLES,
     Sample,
     average,
     bootstrap,
@@ -28,7 +27,6 @@ from studies.ensembles import (
 )
 from studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, size_style, style
 from studies.papers.baumgarten.spectra import (
-    ENDS,
     FEWER,
     FIXED,
     LARGE,
@@ -37,13 +35,11 @@ from studies.papers.baumgarten.spectra import (
     STABILIZED,
     at_pressures,
     format_power,
-    mean_of_all,
-    of_column,
     power,
     sampled,
     spectra,
 )
-from studies.papers.statements import paper, statistic
+from studies.papers.statements import paper
 
 SIZES = (*(32 * 2**k for k in range(7)), 8192, SIZE)  # of fig 8; the largest in boxes of fixed shape
 HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k: eq 22 is a law of small p
@@ -88,19 +84,6 @@ def of_motion(tables: EnsembleTables, column: str, over: str = "", n: int = SIZE
     return at_pressures(by_pressure(rows, ratio), np.mean)
 
 
-for _name in MOTIONS:
-    statistic(f"T5-{_name}", sample=of_motion, column=_name, variants=ENDS)(power)
-    statistic(f"T5-{_name}-stressed", sample=of_motion, column=_name, prestress=True, variants=ENDS)(power)
-for _name, _column, _over in (
-    ("mean-sliding", "mean_sliding", "sliding"),
-    ("mean-nonaffine", "mean_nonaffine", "nonaffine"),
-    ("mean-approach", "mean_approach", ""),
-    ("sheared", "sheared", ""),
-):
-    _variants = (*ENDS, {"n": FEWER})
-    statistic(f"T5-{_name}", sample=of_motion, column=_column, over=_over, variants=_variants)(power)
-
-
 def root_mean_squares(tables: EnsembleTables) -> dict[str, dict[float, Array]]:
     """Give root mean squares of approach and sliding by pressure of the largest packings without pre-stress, from
     k times the sum of squares over the area, which is G_0, and eta_0 - G_0, [T] eqs 19 and 22. Contacts per area are
@@ -123,10 +106,6 @@ def of_squares(tables: EnsembleTables, kind: str, n: int = FEWER) -> Sample:
     return (
         of_motion(tables, f"rms_{kind}", n=n) if n == FEWER else at_pressures(root_mean_squares(tables)[kind], np.mean)
     )
-
-
-for _name in ("approach", "sliding"):
-    statistic(f"T5-rms-{_name}", sample=of_squares, kind=_name, variants=(*ENDS, {"n": SIZE}))(power)
 
 
 def figure_5(tables: EnsembleTables) -> Drawing:
@@ -187,12 +166,12 @@ def up_to(every: Groups, highest: float) -> Groups:
 
 
 def of_sizes(tables: EnsembleTables, law: str, prestress: bool, highest: float = HIGHEST_PRESSURE) -> Sample:
-    """Take N, pressures and mean viscosities of all sizes up to a pressure."""
+    """Take N, pressures and mean viscosities of all sizes up to a pressure, and the a of the paper."""
     kept = up_to(viscosities(tables, law, prestress), highest)
     if not kept:
         raise InputError(f"no two sizes have {FEWEST} stable packings at two pressures up to {highest:g}")
-    n, p = np.array(list(kept)).T
-    return Sample(list(kept.values()), lambda drawn: (n, p, np.array([v.mean() for v in drawn])))
+    (n, p), a = np.array(list(kept)).T, paper(f"T8-a-{law}")
+    return Sample(list(kept.values()), lambda drawn: (n, p, np.array([v.mean() for v in drawn]), a))
 
 
 def size_exponent(n: Array, p: Array, eta: Array, a: float) -> float:
@@ -214,19 +193,6 @@ def small_end(n: Array, p: Array, eta: Array, a: float, small: float = 0.1, larg
         return float("nan")
     plateau, slope = (np.log10(v).mean() for v in (y[x < small], (y * x ** (0.5 * a))[x > large]))
     return float((slope - plateau) / (0.5 * a))
-
-
-_PRESSURES = ({"highest": LEAST}, {"highest": 0.1})
-for _law in ("contact", "stokes"):
-    _a = paper(f"T8-a-{_law}")
-    for _prestress, _end, _low in ((True, "-stressed", 10 * TAIL), (False, "", TAIL)):
-        _which: dict[str, Any] = {"sample": of_sizes, "law": _law, "prestress": _prestress, "a": _a}
-        statistic(f"T8-a-{_law}{_end}", resamples=RESAMPLES // 4, variants=_PRESSURES, **_which)(size_exponent)
-        _lows = ({"low": 3 * _low}, {"low": 10 * _low})
-        statistic(f"T8-tail-{_law}{_end}", resamples=RESAMPLES // 2, low=_low, variants=_lows, **_which)(tail)
-    statistic(f"T8-crossover-{_law}", variants=({"small": 0.03}, {"large": 1e3}), **_which)(small_end)
-_PRESSURES = ({"highest": HIGHEST_PRESSURE}, {"highest": 0.1})
-statistic("T8-a-same", resamples=RESAMPLES // 4, highest=LEAST, variants=_PRESSURES, **_which)(size_exponent)
 
 
 def figure_8(tables: EnsembleTables) -> Drawing:
@@ -320,9 +286,6 @@ def mean_length(drawn: list[Array]) -> float:
     return float(np.nanmean([np.nanmean(first_zeros(whole)) for whole in drawn]))
 
 
-statistic("T7-length-stokes", sample=lengths, variants=({"n": SIZE},))(mean_length)
-
-
 def over_ends(tables: EnsembleTables, axis: int) -> Sample:
     """Take frequencies (axis 0) or pressures (1), and l under contact damping averaged over the other."""
     pressures, cubes = of_pressures(tables, "contact")
@@ -339,9 +302,6 @@ def over_all_decades(tables: EnsembleTables) -> Sample:
     return Sample([correlations(rows)], lambda drawn: (omega, first_zeros(drawn[0])))
 
 
-@statistic("T7-length-omega", sample=over_ends, axis=0, variants=ENDS)
-@statistic("T7-length-p", sample=over_ends, axis=1, variants=ENDS)
-@statistic("T7-length-decades", sample=over_all_decades, variants=ENDS)
 def ratio_of_ends(x: Array, length: Array, first: int = 0, last: int | None = None) -> float:
     """Compute by how much l changes from the smallest x to the largest, by the power of x that fits best: over many
     decades a small exponent is a large factor."""
@@ -368,17 +328,6 @@ def minima(tables: EnsembleTables) -> Sample:
     return Sample([correlations(rows)], least)
 
 
-statistic("T7-length-N", sample=over_sizes, variants=ENDS)(power)
-statistic("T7-minimum", sample=minima, variants=ENDS)(power)
-_EACH: list[dict[str, Any]] = [{"pressure": p} for p in (1e-4, 3.16e-4, 1e-3, 3.16e-3, 1e-2)]
-for _name, _column, _others in (
-    ("lanes", "half_lane", [{"column": "length_quarter_lane"}]),
-    ("imaginary", "imaginary", []),
-):
-    _of: dict[str, Any] = {"sample": of_column, "column": f"length_{_column}", "over": "length"}
-    statistic(f"T7-{_name}", variants=[*_EACH, *_others], **_of)(mean_of_all)
-
-
 def reduced_lengths(tables: EnsembleTables) -> Sample:
     """Take omega/p^0.5 and C under Stokes drag at each pressure, and the side of the box."""
     rows = [rows_of(tables, "stokes", n=SIZE, pressure=p) for p in PRESSURES]
@@ -387,11 +336,6 @@ def reduced_lengths(tables: EnsembleTables) -> Sample:
     return Sample([correlations(part) for part in rows], lambda drawn: (x, drawn, side))
 
 
-@statistic(
-    "T7-logarithm",
-    sample=reduced_lengths,
-    variants=({"low": 1.5 * SHORTEST}, {"high": 0.75 * PLATEAU}, {"high": 2 * PLATEAU}),
-)
 def power_of_logarithm(
     x: list[Array], drawn: list[Array], side: float, low: float = SHORTEST, high: float = PLATEAU
 ) -> float:

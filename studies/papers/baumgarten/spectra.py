@@ -23,8 +23,7 @@ from jamlab.statistics.power_laws import power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, Sample, mean_over_packings, scaled, select, vary_bootstrap
 from studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence, write_list
-from studies.papers.boromand.conventions import halves
-from studies.papers.statements import Measured, caption, measures, statistic
+from studies.papers.statements import Measured, caption
 from studies.tables import DATA
 
 SIZE = 32_768  # disks of figs 1, 3 to 6, in boxes of fixed shape as in the paper
@@ -156,23 +155,7 @@ def slope(omega: Array, values: Array, low: float, high: float) -> float:
     return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
 
 
-for _name, _law, _part in (
-    ("T3-Delta-storage", "contact", "G' - G_0"),
-    ("T3-Delta-loss", "contact", "G''"),
-    ("T6-Delta-storage", "stokes", "G' - G_0"),
-    ("T6-Delta-loss", "stokes", "G'' - eta_F omega"),
-):
-    _low, _windows = CRITICAL * LOWEST, halves(CRITICAL * LOWEST, HIGHEST)
-    _whole = {"part": _part.split(" - ")[0]}  # of which neither need be a power
-    _others = [_whole | window for window in ({}, *_windows)] if _whole["part"] != _part else []
-    _at: dict[str, Any] = {"law": _law, "pressure": LOWEST, "part": _part, "low": _low, "high": HIGHEST}
-    statistic(_name, sample=spectrum, variants=(*_windows, *_others), **_at)(slope)
-
-
 # exponents in pressure ------------------------------------------------------------------------------------------------
-
-
-ENDS = ({"first": 1}, {"last": -1})  # other analyses: any power holds without one place as well
 
 
 def power(places: Sequence[float] | Array, values: ArrayLike, first: int = 0, last: int | None = None) -> float:
@@ -198,17 +181,12 @@ def slow_rate(ends: Array) -> float:
     return float(np.divide(*ends.mean(axis=0)))
 
 
-def of_ends(tables: EnsembleTables, law: str, of: Callable[[Array], float]) -> Sample:
+def of_ends(tables: EnsembleTables, law: str, of: Callable[[Array], float] = slow_rate) -> Sample:
     """Take what G_0 and eta_0 give at each pressure."""
     groups = sampled(spectra(tables, law))
     return at_pressures({p: np.column_stack([g.g0, g.eta0]) for p, g in groups.items()}, of)
 
 
-statistic("T4-slow-time", sample=of_ends, law="undamped", of=slow_rate, variants=ENDS)(power)
-
-
-@measures("T3-mu", "T3-lambda", law="contact")
-@measures("T6-mu", "T6-lambda", law="stokes")
 def collapsed(tables: EnsembleTables, law: str) -> list[Measured]:
     """Fit mu and lambda by `jamlab.scaling_collapse` of omega < 0.1; other analyses: G_0 and G_0/eta_0 alone."""
     groups = sampled(spectra(tables, law))
@@ -232,9 +210,6 @@ def stars(tables: EnsembleTables, prestress: bool = False) -> Sample:
     return at_pressures(filled, lambda eta: eta[:, 0].mean() / float(np.diff(eta.mean(axis=0))[0]))
 
 
-statistic("T4-beta-star", sample=stars, variants=(*ENDS, {"prestress": True}))(power)
-
-
 # ends of the regimes --------------------------------------------------------------------------------------------------
 
 
@@ -245,13 +220,6 @@ def wide_spectra(tables: EnsembleTables) -> Sample:
     return Sample(drawn, lambda packings: (list(groups), [g.omega for g in groups.values()], packings))
 
 
-@statistic(
-    "T3-affine",
-    "T3-quasistatic-end",
-    "T3-critical-end",
-    sample=wide_spectra,
-    variants=({"at": 0.05}, {"at": 0.2}, {"pressure": 0}),
-)
 def regime_ends(
     p: list[float], omega: list[Array], drawn: list[Array], at: float = HIGHEST, pressure: int = -1
 ) -> Array:
@@ -277,11 +245,6 @@ def of_column(tables: EnsembleTables, column: str, over: str = "", pressure: flo
 def mean_of_all(groups: list[Array]) -> float:
     """Average over packings and pressures."""
     return float(np.concatenate(groups).mean())
-
-
-for _part in ("storage", "loss"):
-    _of: dict[str, Any] = {"column": f"{_part}_slope", "pressure": 1e-4, "variants": ({"pressure": 3.16e-4},)}
-    statistic(f"T3-Delta-{_part}-no-rotation", sample=of_column, **_of)(mean_of_all)
 
 
 # drawings -------------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Draw contacts and shear modulus in Boromand et al.: figs 5 and 6, tables 1 and 2."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -12,7 +12,7 @@ from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, RED
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import PACKINGS, STABILIZED, EnsembleTables
-from studies.ensembles import RESAMPLES, Ensemble, Sample, average, log_places, mean_over_packings, median
+from studies.ensembles import Ensemble, Sample, average, log_places, mean_over_packings
 from studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 from studies.papers.boromand.conventions import (
     COMPRESSED,
@@ -20,25 +20,20 @@ from studies.papers.boromand.conventions import (
     HIGHEST,
     LARGEST,
     LOWEST,
+    MIDDLES,
     NEAR,
     SERIES,
-    SIZES,
-    STABLE,
     SUBTRACTED,
     Curve,
     at,
     curve,
-    curves,
     draw_sizes,
     evenly,
-    exponent,
-    halves,
-    mean,
-    onsets,
+    join_samples,
     table_fit,
 )
 from studies.papers.forest import forest
-from studies.papers.statements import caption, paper, statistic
+from studies.papers.statements import caption, paper
 from studies.papers.verdicts import compare
 
 SHOWN = {"sp": (32, 256), "dp": (32, 128)}  # N of fig 5; few packings of larger droplets are compressed
@@ -46,19 +41,12 @@ G_UNITS = r"$G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"
 SMALL: dict[str, Any] = {"loc": "upper right", "ncols": 2, "fontsize": 7}  # letters of a legend of many lines
 AVERAGED = "mean over all packings, box of fixed shape"
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
-NEAREST = (1e-4, 1e-3)  # distance from onset between the steps of [B] sec 2.3 and the end of regime 1, sec 3
 WITHOUT_G = 1e-5  # distance from onset below which G of many droplets is not known
-_EQ_13 = np.arange(0.001, 0.18, 0.001)
 
 
 # fig 5: models side by side -------------------------------------------------------------------------------------------
 
 
-_AT_RHO: dict[str, Any] = {"sample": curves, "kinds": (("sp", 128), ("dp", 128)), "x": "rho", "places": FRACTIONS}
-
-
-@statistic("B5-z-parts", y="z", share=0.02, **_AT_RHO, variants=[{"share": s} for s in (0.015, 0.025, 0.03)])
-@statistic("B5-g-parts", y="g", share=0.1, **_AT_RHO, variants=[{"share": s} for s in (0.05, 0.15, 0.2)])
 def parts(disks: Curve, droplets: Curve, share: float) -> float:
     """Find rho above which the mean of droplets exceeds that of disks by a share: its last crossing, else the first rho
     that both have."""
@@ -79,28 +67,13 @@ def ratio(over: Curve, under: Curve, d_rho: float, taken: float = 0.0) -> float:
     return (at(*over, d_rho) - taken) / (at(*under, d_rho) - taken)
 
 
-for _name, _kinds, _d_rho in (
-    ("models", (("dp", 128), ("sp", 128)), 0.01),
-    ("sizes-sp", (("sp", 256), ("sp", 32)), 0.1),
-    ("sizes-dp", (("dp", 128), ("dp", 32)), 0.1),
-):
-    _of: dict[str, Any] = {"sample": curves, "kinds": _kinds, "x": "d_rho", "places": np.arange(0.005, 0.155, 0.005)}
-    _both = ({"d_rho": 0.5 * _d_rho}, {"d_rho": 1.5 * _d_rho})
-    statistic(f"B5-z-{_name}", y="z", d_rho=_d_rho, variants=(*_both, {"taken": SUBTRACTED}), **_of)(ratio)
-    _stable = STABLE if _name == "sizes-sp" else ()
-    statistic(f"B5-g-{_name}", y="g", d_rho=_d_rho, variants=(*_both, *_stable), **_of)(ratio)
-
-
 def beside_eq_13(tables: EnsembleTables) -> Sample:
     """Take z - 3.97 of the largest disk packings over the distance from onset, and rho at onset."""
-    taken = curve(tables, "sp", LARGEST["sp"], "d_rho", "z", _EQ_13)
+    taken = curve(tables, "sp", LARGEST["sp"], "d_rho", "z", "EVERY")
     onset = float(tables.at_onset("sp", LARGEST["sp"])["rho"].mean())
     return Sample(taken.groups, lambda drawn: (*taken.reduce(drawn), onset))
 
 
-@statistic(
-    "B5-eq13-ends", sample=beside_eq_13, variants=({"share": 0.005}, {"share": 0.02}, {"end": 0.11}, {"end": 0.15})
-)
 def end_of_eq_13(x: Array, z: Array, onset: float, share: float = 0.01, end: float = HIGHEST["d_rho"]) -> float:
     """Find rho from which the excess contacts of disks lie a share off their own fit of eq 13 up to `end`."""
     y = z - SUBTRACTED
@@ -111,61 +84,26 @@ def end_of_eq_13(x: Array, z: Array, onset: float, share: float = 0.01, end: flo
 
 # fig 6: exponents -----------------------------------------------------------------------------------------------------
 
-_OTHER_G: tuple[dict[str, Any], ...] = ({"per_decade": 20}, {"middle": median}, {"column": "g_x"}, *STABLE)
-_OTHER_Z: tuple[dict[str, Any], ...] = ({"per_decade": 20}, {"z_j": "own"})
-for _name, _series, _column, _n, _more in (
-    ("alpha0", "SP(φ)", "z", 0, _OTHER_Z),
-    ("z-single-dp", "DP(ρ)", "z", 0, _OTHER_Z),
-    ("beta0", "SP(φ)", "g", 0, _OTHER_G),
-    ("g-small-sp", "SP(φ)", "g", 32, (*_OTHER_G, *({"n": n} for n in SIZES[1:]))),  # the caption names no N
-    ("g-single-dp", "DP(ρ)", "g", 0, _OTHER_G[:2]),
-):
-    _where: dict[str, Any] = {"sample": evenly, "series": _series, "column": _column, "n": _n, "beyond": DISTANT}
-    statistic(f"B6-{_name}", variants=(*halves(DISTANT, HIGHEST[SERIES[_series][1]]), *_more), **_where)(exponent)
-
 
 def proportion(
     tables: EnsembleTables,
     series: str,
     z_j: str = "3.97",
-    middle: Callable[[Array], Array] = average,
+    middle: str = "mean",
     packings: str = PACKINGS[0],
 ) -> Sample:
     """Take z - z_J and G at the same places."""
     both = [evenly(tables, series, column, 0, DISTANT, z_j=z_j, packings=packings).groups[0] for column in ("z", "g")]
-    return Sample([np.stack(both, axis=-1)], lambda drawn: (average(drawn[0][..., 0]), middle(drawn[0][..., 1])))
+    of_g = MIDDLES[middle]
+    return Sample([np.stack(both, axis=-1)], lambda drawn: (average(drawn[0][..., 0]), of_g(drawn[0][..., 1])))
 
 
-_PARTS: tuple[dict[str, Any], ...] = ({"low": 1.2}, {"high": 1.2}, {"z_j": "own"}, {"middle": median})
-
-
-@statistic("B6-g-of-z-sp", sample=proportion, series="SP(φ)", variants=(*_PARTS, *STABLE))
-@statistic("B6-g-of-z-dp", sample=proportion, series="DP(ρ)", variants=_PARTS)
 def power_of_contacts(z: Array, g: Array, low: float = -np.inf, high: float = np.inf) -> float:
     """Fit the exponent of G in z - z_J."""
     kept = (z > low) & (z < high)
     return fit_exponent(z[kept], g[kept])
 
 
-WITHOUT_STOPS = ({"y": "d_z_strong"},)  # another count of the contacts of droplets
-_NEAREST, _ROOT = log_places(1e-6, NEAREST[1], 10), log_places(LOWEST["sp"], DISTANT, 10)
-for _name, _y, _also in (("z", "d_z", {"dp": WITHOUT_STOPS}), ("g", "g", {"sp": STABLE})):
-    for _model, _by in (("sp", "d_phi"), ("dp", "d_rho")):  # of the smallest packings, where this regime is widest
-        _of = {"sample": curve, "model": _model, "n": 32, "x": _by, "y": _y, "places": _NEAREST}
-        _others: tuple[dict[str, Any], ...] = (*halves(*NEAREST), *_also.get(_model, ()))
-        statistic(f"B6-{_name}-nearest-{_model}", within=(0.99 * NEAREST[0], np.inf), variants=_others, **_of)(exponent)
-    _of = {"sample": curve, "model": "dp", "n": LARGEST["dp"], "x": "d_rho", "y": _y, "places": _ROOT}
-    _others = (*halves(LOWEST["sp"], DISTANT), *_also.get("dp", ()))  # before the linear terms set in
-    statistic(f"B6-{_name}-root-dp", variants=_others, **_of)(exponent)
-
-
-def of_sizes(model: str, places: Array, y: str = "d_z") -> dict[str, Any]:
-    """Write the keywords of a statistic of z - z_J over the distance from onset of every size of the paper's."""
-    kinds = [(model, n) for n in COMPRESSED[model]]
-    return {"sample": curves, "kinds": kinds, "x": "d_phi" if model == "sp" else "d_rho", "y": y, "places": places}
-
-
-@statistic("B6-a", **of_sizes("sp", NEAR), resamples=RESAMPLES // 4, variants=({"high": 0.02}, {"first": 1}))
 def size_exponent(*drawn: Curve, high: float = HIGHEST["d_phi"], first: int = 0) -> float:
     """Fit a of the crossover dphi* ~ N^-a by the collapse of sizes."""
     family = [(x[kept], y[kept]) for x, y in drawn[first:] for kept in [(y > 0) & (x < high)]]
@@ -173,10 +111,6 @@ def size_exponent(*drawn: Curve, high: float = HIGHEST["d_phi"], first: int = 0)
     return fit_scaling_exponents(n, [family], b=1.0, start=(2.0, 1.0)).a
 
 
-_GAINED = ({"contacts": 1.0}, {"contacts": 4.0})
-
-
-@statistic("B6-crossover-dp", **of_sizes("dp", log_places(1e-6, 0.1, 10), "d_z_strong"), variants=_GAINED)
 def crossover(*drawn: Curve, contacts: float = 2.0) -> float:
     """Fit how the distance at which packings have gained two contacts goes with N."""
     places = []
@@ -191,15 +125,6 @@ def crossover(*drawn: Curve, contacts: float = 2.0) -> float:
 
 # tables 1 and 2 -------------------------------------------------------------------------------------------------------
 
-for _id, _model, _column in (
-    ("BT-zJ-sp-phi", "sp", "z_J"),
-    ("BT-phiJ-sp", "sp", "phi_J"),
-    ("BT-zJ-dp", "dp", "z_J"),
-    ("BT-rhoJ-dp", "dp", "rho_J"),
-):
-    _sizes = ({"n": SIZES},) if _column == "z_J" else ()  # table 1 names no N, and fig 6 has one z_J for all
-    statistic(_id, sample=onsets, models=[_model], n=(LARGEST[_model],), column=_column, variants=_sizes)(mean)
-
 
 def coefficients(x: Array, y: Array, terms: int, low: float = 0.0, high: float = np.inf) -> Array:
     """Fit the coefficients of eqs 13 and 14 by least squares of absolute residuals."""
@@ -209,28 +134,11 @@ def coefficients(x: Array, y: Array, terms: int, low: float = 0.0, high: float =
     return np.asarray(np.linalg.lstsq(x[kept, None] ** (0.5, 1.0)[:terms], y[kept], rcond=None)[0])
 
 
-for _series, _name, _terms in (("SP(φ)", "sp-phi", 1), ("SP(ρ)", "sp-rho", 2), ("DP(ρ)", "dp", 2)):  # linear in phi: 0
-    _half = 0.5 * HIGHEST[SERIES[_series][1]]
-    _of_g: tuple[dict[str, Any], ...] = ({"middle": median}, {"direction": "x"}, *(STABLE if _name != "dp" else ()))
-    for _symbol, _kin in (("z", _OTHER_Z[1:]), ("G", _of_g)):
-        _ids = [f"BT-{_symbol}{k}-{_name}" for k in range(_terms)]
-        _of = {"sample": evenly, "series": _series, "column": _symbol.lower(), "terms": _terms}
-        statistic(*_ids, variants=({"low": _half}, {"high": _half}, *_kin), **_of)(coefficients)
-# where row SP(ρ) of table 1 may be read without its two coefficients, which make up for one another
-statistic("BT-z-sp-rho", sample=evenly, series="SP(ρ)", column="z", place=0.1, variants=({"z_j": "own"},))(at)
-
-
 def of_both(tables: EnsembleTables, column: str) -> Sample:
     """Take the curves of droplets and of disks."""
-    both = [evenly(tables, series, column) for series in ("DP(ρ)", "SP(ρ)")]
-    return Sample(
-        [part.groups[0] for part in both],
-        lambda drawn: [part.reduce([one]) for part, one in zip(both, drawn, strict=True)],
-    )
+    return join_samples(*(evenly(tables, series, column) for series in ("DP(ρ)", "SP(ρ)")))
 
 
-@statistic("BT-z-ratio", sample=of_both, column="z")
-@statistic("BT-G-ratio", sample=of_both, column="g")
 def ratio_of_terms(droplets: Curve, disks: Curve) -> float:
     """Divide C_1/C_0 of droplets by that of disks."""
     (d_0, d_1), (s_0, s_1) = (coefficients(*part, 2) for part in (droplets, disks))

@@ -1,7 +1,6 @@
 """Measure as Boromand et al. do: sizes, places, windows, and the curves that their numbers are fitted to."""
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,21 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.power_laws import fit_exponent, power_law
 from studies.ensemble_tables import PACKINGS, EnsembleTables
-from studies.ensembles import Ensemble, Sample, SizeLaw, average, groups_by, log_places, scaled, select, size_law
+from studies.ensembles import (
+    Ensemble,
+    Sample,
+    SizeLaw,
+    average,
+    groups_by,
+    log_places,
+    median,
+    scaled,
+    select,
+    size_law,
+)
 from studies.panels import Drawing, size_style
 from studies.papers.statements import paper
 
-Kind = tuple[str, int]  # model and N
 Curve = tuple[Array, Array]  # means of x and y (places,)
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
@@ -25,20 +34,26 @@ LARGEST = {model: n[-1] for model, n in COMPRESSED.items()}
 ONSET = {"sp": "phi_J", "dp": "rho_J"}
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 CONFLUENCE = 0.16  # drho at which droplets are confluent
+MIDDLES: dict[str, Callable[[Array], Array]] = {"mean": average, "median": median}  # over packings
 ONSET_CORRECTION = 0.7  # N^-0.7 of the mean onset, O'Hern et al., Phys. Rev. E 68, 011306 (2003)
 
 # [B] steps evenly, by 1e-4, so its least squares weigh every distance alike; its regimes begin at these distances
 LOWEST = {"sp": 1e-3, "dp": 1e-2}
 HIGHEST = {"d_phi": 0.2, "d_rho": 0.13}  # [B] fig 6 a for phi; below confluence for rho
-STABLE = tuple({"packings": which} for which in PACKINGS[1:])  # other analyses of G of disks
 STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolated
-BELOW = log_places(1e-6, 0.13, 4)  # distances from confluence
-NEAR = log_places(1e-6, 0.4, 5)  # distances from onset of panels with logarithmic axes
-DISTANCES = np.arange(0.0, 0.43, 0.01)  # the same of panels with linear axes
-FRACTIONS = np.arange(0.80, 1.25, 0.01)  # packing fractions of panels with linear axes
-FROM_ONSET = np.concatenate([log_places(1e-6, 10**-1.8), np.arange(0.02, 0.43, 0.01)])  # of both kinds
-TWO_OVERLAPS = 0.36  # dphi up to which only pairs of disks overlap: phi < 1.2
 _EDGE = 0.01  # ends of a window are places themselves, which count
+
+# places, which `statements.csv` names: distances from onset on logarithmic axes, on linear ones, on both
+NEAR, NEAREST, ROOT = log_places(1e-6, 0.4, 5), log_places(1e-6, 1e-3, 10), log_places(1e-3, 1e-2, 10)
+CROSSOVER, OF_PHI, SHAPES = log_places(1e-6, 0.1, 10), log_places(1e-4, 1e-1, 5), log_places(1e-4, 0.16, 20)
+DISTANCES, EVERY_5, EVERY = np.arange(0.0, 0.43, 0.01), np.arange(0.005, 0.155, 0.005), np.arange(0.001, 0.18, 0.001)
+SMALL = DISTANCES[:18]  # up to where droplets are confluent
+FROM_ONSET = np.concatenate([log_places(1e-6, 10**-1.8), np.arange(0.02, 0.43, 0.01)])
+# packing fractions, distances from confluence, energies
+FRACTIONS, ABOVE_ONSET = np.arange(0.80, 1.25, 0.01), np.arange(0.84, 0.95, 0.01)
+BELOW, CONFLUENT, LEFT = log_places(1e-6, 0.13, 4), log_places(3e-3, 0.1, 10), log_places(5e-3, 0.13, 8)
+ENERGIES = log_places(1e-14, 0.1, 4)
+TWO_OVERLAPS = 0.36  # dphi up to which only pairs of disks overlap: phi < 1.2
 
 
 def even_places(model: str, by: str) -> Array:
@@ -52,27 +67,26 @@ def curve(
     n: int,
     x: str,
     y: str,
-    places: ArrayLike,
-    within: tuple[float, float] = (-np.inf, np.inf),
+    places: str,
+    beyond: float = -np.inf,
     packings: str = PACKINGS[0],
 ) -> Sample:
-    """Take the mean curve of a column y over x, of one model and size, at some places."""
-    found = tables.curve(model, n, x, y, places, packings)
+    """Take the mean curve of a column y over x, of one model and size, at places of this module or at numbers."""
+    named: ArrayLike = globals()[places] if str(places).isupper() else np.array(str(places).split(), dtype=np.float64)
+    found = tables.curve(model, n, x, y, named, packings)
     if not np.isfinite(found.y).any():
         raise InputError(f"no packing of {model}, N = {n}, has {y} over {x}: run a campaign with some")
-    return found.between(*within).sample()
+    return found.between(beyond, np.inf).sample()
 
 
-def of_curve(model: str, n: int, x: str, y: str, places: ArrayLike, **more: Any) -> dict[str, Any]:
-    """Write the keywords of a statistic of the mean curve of y over x."""
-    return {"sample": curve, "model": model, "n": n, "x": x, "y": y, "places": places, **more}
+def curves(tables: EnsembleTables, kinds: str, x: str, y: str, places: str, packings: str = PACKINGS[0]) -> Sample:
+    """Take the mean curves of several models and sizes, such as "sp-32 dp-32", each an argument of the statistic."""
+    pairs = [kind.split("-") for kind in kinds.split()]
+    return join_samples(*(curve(tables, model, int(n), x, y, places, packings=packings) for model, n in pairs))
 
 
-def curves(
-    tables: EnsembleTables, kinds: Sequence[Kind], x: str, y: str, places: ArrayLike, packings: str = PACKINGS[0]
-) -> Sample:
-    """Take the mean curves of several models and sizes, each an argument of the statistic."""
-    parts = [curve(tables, model, n, x, y, places, packings=packings) for model, n in kinds]
+def join_samples(*parts: Sample) -> Sample:
+    """Give what several samples of one group reduce to, each an argument of the statistic."""
     return Sample(
         [part.groups[0] for part in parts],
         lambda drawn: [part.reduce([one]) for part, one in zip(parts, drawn, strict=True)],
@@ -89,7 +103,7 @@ def evenly(
     z_j: str = "3.97",
     direction: str = "mean",
     packings: str = PACKINGS[0],
-    middle: Callable[[Array], Array] = average,
+    middle: str = "mean",
 ) -> Sample:
     """Take z - z_J or G of one size, the largest unless told, at even places, or at even ones in logarithms `beyond` a
     distance; G along x by the ratio of means of packings with both."""
@@ -102,12 +116,13 @@ def evenly(
     if direction == "x":
         both = [tables.curve(model, n, by, name, places) for name in ("g_beside_x", "g_x")]
         e = Ensemble(e.x, e.y * average(both[1].y) / average(both[0].y))
-    return (e if per_decade else e.between(beyond, np.inf)).sample(middle)
+    return (e if per_decade else e.between(beyond, np.inf)).sample(MIDDLES[middle])
 
 
-def onsets(tables: EnsembleTables, models: Sequence[str], n: Sequence[int], column: str = "") -> Sample:
-    """Take the onset, or another column, of packings of several models and sizes, a group each."""
-    found = [groups_by(select(tables.onset, model=m), "n", column or ONSET[m], n) for m in models]
+def onsets(tables: EnsembleTables, models: str, n: int | str, column: str = "") -> Sample:
+    """Take the onset, or another column, of packings of models such as "sp dp" and of sizes, a group each."""
+    sizes = [int(size) for size in str(n).split()]
+    found = [groups_by(select(tables.onset, model=m), "n", column or ONSET[m], sizes) for m in models.split()]
     return Sample([group for groups in found for group in groups])
 
 
@@ -157,17 +172,6 @@ def power(x: Array, y: Array, low: float = 0.0, high: float = np.inf, inverse: b
     """Fit a power law of relative residuals in a window, y as a power of x, or x as one of y."""
     found = float(power_law(x, y, low=(1 - _EDGE) * low, high=(1 + _EDGE) * high).exponents[0])
     return 1 / found if inverse else found
-
-
-def halves(low: float, high: float) -> tuple[dict[str, float], dict[str, float]]:
-    """Choose the upper and the lower half of a window, in logarithms: where a power holds, both give it."""
-    middle = (low * high) ** 0.5
-    return {"low": middle}, {"high": middle}
-
-
-def decades(low: float, high: float) -> list[dict[str, float]]:
-    """Choose every decade of a window: where a power holds, each gives it."""
-    return [{"low": float(a), "high": float(b)} for a, b in pairwise(log_places(low, high, 1))]
 
 
 # laws of the paper ----------------------------------------------------------------------------------------------------

@@ -1,10 +1,8 @@
 """Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4 and 11."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
 from jamlab.arrays import Array
@@ -15,34 +13,23 @@ from studies.ensembles import Ensemble, log_places
 from studies.html_page import TextTable
 from studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from studies.papers.boromand.conventions import (
-    CONFLUENCE,
     DISTANCES,
+    ENERGIES,
     FROM_ONSET,
     NEAR,
+    SHAPES,
+    SMALL,
     TWO_OVERLAPS,
     at,
-    decades,
     eq_11,
-    first_above,
-    halves,
-    of_curve,
-    power,
 )
-from studies.papers.statements import measure, paper, statistic
+from studies.papers.statements import keywords, measure, paper, statements
 
 N = 32  # of figs 4 and 11
-DENSEST = 1.24 - 1e-6  # phi at which rho -> 1, [B] below eq 12
-_SMALL = DISTANCES[:18]  # up to where droplets are confluent
-_NEARER = ({"high": 0.003}, {"high": 0.03})
-_OTHER_C = ({"low": 0.1}, {"high": 0.2}, {"high": 0.5}, {"y": "d_printed"}, {"y": "d_printed", "high": 0.5})
+PRINTED = {"B11-omega-small-sp": "0.66 to 0.67"}  # in text and caption
+LATE = (0.0, 1e-4, 1e-3, 3e-3, 1e-2)  # distances beyond onset at which it might be called
 
 
-@statistic(
-    "B11-C-onset",
-    **of_curve("sp", N, "d_phi", "d_rho", NEAR, low=0.0, high=0.01),
-    variants=({"high": 0.003}, {"high": 0.03}),
-)
-@statistic("B4-C", **of_curve("sp", N, "d_phi", "d_rho", DISTANCES), variants=_OTHER_C)
 def prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS) -> float:
     """Fit C of eq 11 by least squares, where the paper has it exact: pairs of disks overlap, but no triples."""
     kept = np.isfinite(y) & (x >= low) & (x < high)
@@ -50,80 +37,15 @@ def prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS)
     return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
 
 
-SHARES = ({"share": 0.003}, {"share": 0.01})  # by which a curve might be said to begin as well
-_others: Sequence[Mapping[str, Any]]
-_places: ArrayLike
-for _id, _n, _x, _y, _places in (  # two decimals of phi show no less than half a percent
-    ("B4-area-loss", N, "d_rho", "lost", _SMALL),
-    ("B4-rho-is-phi", 64, "phi", "overlap", np.arange(0.84, 0.95, 0.01)),
-):
-    statistic(_id, **of_curve("sp", _n, _x, _y, _places), share=0.005, variants=SHARES)(first_above)
-_AT_RHO_1 = {"x": "phi", "places": [1.0, DENSEST], "place": DENSEST}
-for _id, _model, _n, _x, _y, _places, _place, _others in (
-    ("B4-A-unit-phi", "sp", N, "phi", "shape", [1.0, DENSEST], 1.0, ()),
-    ("B4-A-confluence-sp", "sp", N, "d_rho", "shape", DISTANCES, CONFLUENCE, (_AT_RHO_1,)),
-    ("B4-A-confluence-dp", "dp", N, "d_rho", "shape", _SMALL, CONFLUENCE, ()),
-    ("B4-rho-unit-phi", "sp", 64, "phi", "rho", [1.0], 1.0, ()),
-    ("B4-rho-densest", "sp", N, "phi", "rho_printed", [DENSEST], DENSEST, ()),
-    ("B4-three-overlap", "sp", N, "phi", "three", [1.19, 1.2], 1.2, ()),
-):
-    statistic(_id, **of_curve(_model, _n, _x, _y, _places), place=_place, variants=_others)(at)
-for _id, _model, _n, _rho in (("092-sp", "sp", 64, 0.92), ("092-dp", "dp", 64, 0.92), ("099-dp", "dp", 128, 0.9895)):
-    _ends = (round(_rho, 2) - 0.005, round(_rho, 2) + 0.005)  # rho is printed with two digits
-    _near = of_curve(_model, _n, "rho", "shape", [_ends[0], _rho, _ends[1]])
-    statistic(f"B4-A-{_id}", **_near, place=_rho, variants=[{"place": end} for end in _ends])(at)
-
-
-@statistic("B4-area-dp", place=0.13, **of_curve("dp", N, "d_rho", "lost", _SMALL))
 def area_left(x: Array, lost: Array, place: float) -> float:
     """Interpolate the mean area over that at onset."""
     return 1 - at(x, lost, place)
 
 
-# exponents of y in x, or of x in y, in a window, and in parts of it. Fig 11: windows in which each mean lies within
-# 10 % of the law, on one side of the paper's change of slope
-ENERGIES, OF_PHI = log_places(1e-14, 0.1, 4), log_places(1e-4, 1e-1, 5)
-PRINTED = {"B11-omega-small-sp": "0.66 to 0.67"}  # in text and caption
-WINDOWS = {
-    "B4-lambda": (1e-2, 0.4),
-    "B4-omega": (7e-3, 0.05),  # A - 1 from 1e-3 to 1e-2
-    "B11-overlap": (1e-4, 1e-1),
-    "B11-energy": (1e-4, 1e-1),
-    "B11-kappa": (10**-13.25, 1e-5),
-    "B11-zeta-small": (1e-6, 0.03),
-    "B11-omega-small-sp": (10**-5.8, 0.02),
-    "B11-omega-small-dp": (10**-4.6, 0.01),
-}
-_FURTHER, _DECADES = ({"high": 0.03}, {"high": 0.05}), decades(1e-4, 1e-1)
-for _id, _model, _x, _y, _places, _inverse, _others in (
-    ("B4-lambda", "sp", "d_phi", "excess", FROM_ONSET, True, ({"high": 0.04},)),
-    ("B4-omega", "sp", "d_rho", "excess", FROM_ONSET, True, ()),
-    ("B11-overlap", "sp", "d_phi", "overlap", OF_PHI, False, _DECADES),
-    ("B11-energy", "sp", "d_phi", "u", OF_PHI, True, _DECADES),
-    ("B11-kappa", "sp", "u", "overlap", ENERGIES, False, ()),
-    ("B11-zeta-small", "sp", "d_rho", "lost", FROM_ONSET, False, decades(1e-4, 1e-2)),
-    ("B11-omega-small-sp", "sp", "d_rho", "excess", FROM_ONSET, True, _FURTHER),
-    ("B11-omega-small-dp", "dp", "d_rho", "excess", FROM_ONSET, True, _FURTHER),
-):
-    _low, _high = WINDOWS[_id]
-    _parts = () if _others is _DECADES else halves(_low, _high)
-    _law = of_curve(_model, N, _x, _y, _places, low=_low, high=_high, inverse=_inverse)
-    statistic(_id, **_law, variants=[*_parts, *_others])(power)
-
-SHAPE_PLACES = log_places(1e-4, 0.16, 20)
-_LAST = ({"low": 0.5}, {"low": 0.45}, *halves(0.1, 1.0))
-
-
-@statistic("B11-zeta-large", **of_curve("sp", N, "d_rho", "lost", FROM_ONSET), variants=_LAST)
-@statistic("B11-omega-large-sp", **of_curve("sp", N, "excess", "d_rho", SHAPE_PLACES), variants=_LAST)
-@statistic("B11-omega-large-dp", **of_curve("dp", N, "excess", "d_rho", SHAPE_PLACES), variants=_LAST)
 def last_decade(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> float:
     """Fit the exponent over the last decade of the abscissa, that half of the packings reach; in units of its end."""
     last = float(np.nanmax(x))
     return float(power_law(x, y, low=0.999 * low * last, high=1.001 * high * last).exponents[0])
-
-
-LATE = (0.0, 1e-4, 1e-3, 3e-3, 1e-2)  # distances beyond onset at which it might be called
 
 
 def omega_if_late(tables: EnsembleTables, late: float, low: float, high: float) -> float:
@@ -167,11 +89,11 @@ def _draw_areas(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
     """Draw mean particle areas, and the form of the paper's power, with its height from our disks at 0.12."""
     slope = paper("B11-zeta-large")
     for model in ("sp", "dp"):
-        e = tables.curve(model, N, "d_rho", "lost", _SMALL)
+        e = tables.curve(model, N, "d_rho", "lost", SMALL)
         x, y = Ensemble(e.x, 1 - e.y).band
         out.curve(axes, f"{model.upper()}, N = {N}", x, y, **model_style(model))
     d = np.linspace(0.0, 0.155, 40)
-    height = at(*tables.curve("sp", N, "d_rho", "lost", _SMALL).mean, 0.12) / 0.12**slope
+    height = at(*tables.curve("sp", N, "d_rho", "lost", SMALL).mean, 0.12) / 0.12**slope
     out.curve(axes, rf"form $1 - c\,(\rho - \rho_J)^{{{slope}}}$, $c$ ours", d, 1 - height * d**slope, **PAPER)
     axes.set_ylim(0.82, 1.02)
     label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
@@ -218,7 +140,7 @@ def figure_11(tables: EnsembleTables) -> Drawing:
     label(c, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
     for axes, model, shape in ((d, "sp", "1"), (e, "dp", r"\mathcal{A}_J")):
         _draw_law(out, axes, tables, model, ("d_rho", "excess", FROM_ONSET), f"B11-omega-small-{model}", inverse=True)
-        _draw_last_decade(out, axes, tables, model, ("excess", "d_rho", SHAPE_PLACES), f"B11-omega-large-{model}")
+        _draw_last_decade(out, axes, tables, model, ("excess", "d_rho", SHAPES), f"B11-omega-large-{model}")
         label(axes, rf"$\mathcal{{A}} - {shape}$", r"$\rho - \rho_J$", loc="lower right")
     out.text = [late_onset(tables)]
     return out
@@ -237,7 +159,7 @@ def _draw_law(
     scale(axes)
     x, y = tables.curve(model, N, *what).band
     out.curve(axes, f"{model.upper()}, N = {N}", *((y.value, x) if inverse else (x, y)), **model_style(model))
-    low, high = WINDOWS[statement]
+    low, high = (keywords(statements()[statement].settings)[end] for end in ("low", "high"))
     fit = power_law(x, y.value, low=0.99 * low, high=1.01 * high)
     line, theirs, ours = np.geomspace(fit.low, fit.high, 20), paper(statement), measure(statement, tables).value
     places, heights = (fit(line), line) if inverse else (line, fit(line))

@@ -1,6 +1,5 @@
 """Draw missing contacts below confluence in Boromand et al., figs 7 and 9, and the onset of jamming, fig 10."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,51 +8,42 @@ from scipy.stats import ks_2samp
 
 from jamlab.arrays import Array
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, bootstrap, groups_by, log_places, mean_over_packings, size_law, sizes
+from studies.ensembles import Sample, bootstrap, groups_by, mean_over_packings, size_law, sizes
 from studies.html_page import TextTable
 from studies.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 from studies.papers.boromand.conventions import (
-    BELOW,
     COMPRESSED,
     FRACTIONS,
-    LARGEST,
+    LEFT,
     ONSET,
     ONSET_CORRECTION,
     SIZES,
     SUBTRACTED,
     Curve,
-    curve,
-    curves,
     draw_sizes,
-    halves,
     mean,
     onset_law,
     onsets,
-    power,
     table_fit,
 )
-from studies.papers.statements import caption, paper, statistic
+from studies.papers.statements import caption, paper
 
-CONFLUENT = (3e-3, 0.1)  # rho* - rho between which the exponent is fitted
-NEAR_UNITY = (5e-3, 0.1)  # 1 - rho, likewise
 LEAST = 30  # packings of a density
 BY_SIZE: dict[str, Any] = {"x": "to_confluence", "y": "missing"}
-MISSING = BY_SIZE | {"places": BELOW}
-LEFT: dict[str, Any] = {"x": "left", "y": "missing", "places": log_places(5e-3, 0.13, 8)}
 
 
-def size_exponent(*drawn: Curve, model: str, scaled_distance: float = 1.0) -> float:
+def size_exponent(*drawn: Curve, scaled_distance: float = 1.0) -> float:
     """Fit the exponent of (z_conf - z) N in N where (rho* - rho) N = 1; nearest to rho* it is 2 at every N."""
-    n = COMPRESSED[model]
+    n = SIZES[: len(drawn)]
     values = [m * np.interp(scaled_distance / m, x, y) for m, (x, y) in zip(n, drawn, strict=True)]
     return float(np.polyfit(np.log(n), np.log(values), 1)[0])
 
 
-def at_confluence(tables: EnsembleTables, model: str, n: tuple[int, ...], by: str = "z = 6") -> Sample:
-    """Take distances from onset of the first states of packings with z >= 6, or of rho = 1: a group a size."""
+def at_confluence(tables: EnsembleTables, model: str, n: int, by: str = "z = 6") -> Sample:
+    """Take distances from onset of the first states of packings with z >= 6, or of rho = 1."""
     if by == "z = 6":
-        return Sample(groups_by(first_full(tables, model), "n", "d_rho", n))
-    return Sample([1 - tables.at_onset(model, m)["rho"].to_numpy() for m in n])
+        return Sample(groups_by(first_full(tables, model), "n", "d_rho", [n]))
+    return Sample([1 - tables.at_onset(model, n)["rho"].to_numpy()])
 
 
 def first_full(tables: EnsembleTables, model: str) -> pd.DataFrame:
@@ -62,27 +52,11 @@ def first_full(tables: EnsembleTables, model: str) -> pd.DataFrame:
     return full.groupby(["n", "seed"], as_index=False)[["rho", "d_rho"]].min()
 
 
-for _model, _n in COMPRESSED.items():
-    _kinds, _scaled = [(_model, n) for n in _n], [{"scaled_distance": x} for x in (0.25, 2.0, 4.0)]
-    statistic(f"B7-collapse-{_model}", sample=curves, kinds=_kinds, model=_model, variants=_scaled, **MISSING)(
-        size_exponent
-    )
-    _others = [{"n": (n,)} for n in _n[1:]] + [{"n": (n,), "by": "rho = 1"} for n in _n]
-    statistic(f"B9-confluence-{_model}", sample=at_confluence, model=_model, n=(32,), variants=_others)(mean)
-for _id, _m, _what, _window, _more in (
-    ("B7-exponent-dp", LARGEST["dp"], MISSING, CONFLUENT, [{"places": log_places(*CONFLUENT, 10)}]),
-    ("B9-exponent-dp", 64, LEFT, NEAR_UNITY, []),
-):
-    _of: dict[str, Any] = {"model": "dp", "n": _m, "low": _window[0], "high": _window[1], **_what}
-    statistic(_id, sample=curve, variants=[*halves(*_window), *_more], **_of)(power)
-
-
 def left_at_confluence(tables: EnsembleTables) -> Sample:
     """Take 1 - rho* of droplets, a group a size."""
     return Sample([1 - rho for rho in groups_by(first_full(tables, "dp"), "n", "rho", COMPRESSED["dp"])])
 
 
-@statistic("B9-limit-dp", sample=left_at_confluence, variants=({"without": 0}, {"without": 2}))
 def limit_of_confluence(groups: list[Any], without: int = -1) -> float:
     """Extend 1 - rho* linearly in 1/N to large packings."""
     kept = [k for k in range(len(groups)) if k != without]
@@ -127,7 +101,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     a.axhline(6.0, color="#777777", linewidth=0.9, linestyle=":")
     x, y = tables.curve("dp", 64, "rho", "shape", FRACTIONS).band
     out.curve(b, name, y.value - 1, x, **look)
-    out.curve(c, name, *tables.curve("dp", 64, **LEFT).band, **look)
+    out.curve(c, name, *tables.curve("dp", 64, "left", "missing", LEFT).band, **look)
     out.slope(c, paper("B9-exponent-dp"), (8e-3, 0.03), 0.2)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(b, r"shape factor $\mathcal{A} - 1$", r"true packing fraction $\rho$", loc="lower right")
@@ -154,26 +128,17 @@ def limit(groups: list[Array], correction: float = ONSET_CORRECTION, first: int 
     return onset_law(SIZES[first:], groups[first:], correction).limit
 
 
-for _model in ("sp", "dp"):
-    _widths, _laws = ({"quartiles": True}, {"first": 1}), ({"correction": 0.6}, {"correction": 0.8}, {"first": 1})
-    statistic(f"B10-theta-{_model}", sample=onsets, models=[_model], n=SIZES, variants=_widths)(width_exponent)
-    statistic(f"B10-onset-{_model}", sample=onsets, models=[_model], n=SIZES, variants=_laws)(limit)
-
-
-_OTHER_N = ({"n": (64,)}, {"n": (128,)}, {"of": np.median})
-
-
-@statistic("B10-same", sample=onsets, models=("sp", "dp"), n=(32,), variants=_OTHER_N)
-def difference(groups: list[Array], of: Callable[[Array], Any] = np.mean) -> float:
+def difference(groups: list[Array], of: str = "mean") -> float:
     """Subtract the mean onset of disks from that of droplets."""
-    return float(of(groups[1]) - of(groups[0]))
+    disks, droplets = (getattr(np, of)(group) for group in groups)
+    return float(droplets - disks)
 
 
 def same_distribution(tables: EnsembleTables) -> TextTable:
     """Compare phi_J of droplets with that of disks, size by size, by the test of Kolmogorov and Smirnov."""
     rows = []
     for n in SIZES:
-        sp, dp = onsets(tables, ("sp", "dp"), (n,), "phi_J").groups
+        sp, dp = onsets(tables, "sp dp", n, "phi_J").groups
         test = ks_2samp(sp, dp)
         values = (mean([sp]), mean([dp]), test.statistic, test.pvalue)
         rows.append([f"{n}", f"{len(sp)}", f"{len(dp)}", *(f"{v:.3g}" if v < 0.5 else f"{v:.4f}" for v in values)])

@@ -1,6 +1,5 @@
 """Draw voids in Boromand et al., fig 8: shares by number of sides, shape, area; and droplets of other parameters."""
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -13,12 +12,11 @@ from studies.ensemble_tables import ALL_LAW, EnsembleTables
 from studies.ensembles import SHARE, Sample, bootstrap, mean_over_packings, select
 from studies.panels import PAPER, Drawing, drawing, label, model_style, style
 from studies.papers.boromand.conventions import SUBTRACTED, table_fit
-from studies.papers.statements import caption, paper, statistic
+from studies.papers.statements import caption, paper
 
 N = 64  # of fig 8
 SIDES = (3, 4, 5, 6)  # whose shares the paper gives
 NEAR_ONSET = 0.845  # rho of the shares that it gives "near rho_J": its panel is over rho, rho_J is 0.842
-TRIANGLES_FROM = 0.97  # rho from which all voids of its droplets have three sides
 LEAST = 2  # packings of a law that is drawn
 PANELS: dict[str, tuple[str, float, float]] = {  # column -> name, what the paper has, half width of its band
     "void_090": (r"$\mathcal{A}_3$ at $\rho = 0.90$", paper("B8-A3-dense-dp"), 0.05),
@@ -82,22 +80,9 @@ def shares_near(rho: Array, cube: Array, at: float = NEAR_ONSET) -> Array:
     return np.array([np.interp(at, rho, share) for share in shares(cube, *SIDES).T])
 
 
-def beyond(rho: Array, cube: Array, of: Callable[[Array], Array], low: float, high: float = np.inf) -> Array:
-    """Compute P_3 or the shape factor of all voids between two rho."""
-    return of(cube[:, (rho > low) & (rho < high)].sum(axis=(0, 1)))
-
-
-for _model in ("sp", "dp"):
-    _shares = [f"B8-P{sides}-{_model}" for sides in SIDES]
-    statistic(*_shares, sample=of_model, model=_model, variants=({"at": 0.84}, {"at": 0.85}))(shares_near)
-_ENDS = ({"low": 0.97}, {"low": 0.99})
-for _name, _of, _low, _others in (
-    ("P3-dense-sp", triangle_share, 0.98, _ENDS),
-    ("A3-dense-sp", triangle_shape, 0.98, _ENDS),
-    ("P3-dense-dp", triangle_share, TRIANGLES_FROM, ({"low": 0.98}, {"high": TRIANGLES_FROM + 0.01})),
-    ("A3-dense-dp", triangle_shape, TRIANGLES_FROM, [{"low": low} for low in (0.85, 0.9, 0.98)]),
-):
-    statistic(f"B8-{_name}", sample=of_model, model=_name[-2:], of=_of, low=_low, variants=_others)(beyond)
+def beyond(rho: Array, cube: Array, of: str, low: float, high: float = np.inf) -> Array:
+    """Compute the share or the shape factor of voids with three sides, of all voids between two rho."""
+    return {"share": triangle_share, "shape": triangle_shape}[of](cube[:, (rho > low) & (rho < high)].sum(axis=(0, 1)))
 
 
 def of_both(tables: EnsembleTables, rho: float = np.nan) -> Sample:
@@ -108,13 +93,11 @@ def of_both(tables: EnsembleTables, rho: float = np.nan) -> Sample:
     return Sample([cube[:, [int(np.abs(bins - rho).argmin())]] for bins, cube in found])
 
 
-@statistic("B8-P3-same", sample=of_both, variants=({"rho": NEAR_ONSET},))
 def less(groups: list[Array], sides: int = 3) -> float:
     """Subtract P_3 of disks from that of droplets."""
     return float(shares(groups[1], sides)[0, 0] - shares(groups[0], sides)[0, 0])
 
 
-@statistic("B8-P4-for-P3", sample=of_both, rho=0.925, variants=({"rho": 0.905}, {"rho": 0.945}))
 def traded(groups: list[Array]) -> float:
     """Divide the fall of P_4 by the rise of P_3, from disks to droplets."""
     rise = less(groups)
@@ -128,7 +111,6 @@ def in_shared_bins(tables: EnsembleTables) -> Sample:
     return Sample([sp[:, np.isin(x, rho)], dp[:, np.isin(u, rho)]], lambda drawn: (rho, *drawn))
 
 
-@statistic("B8-P3-parts", sample=in_shared_bins, variants=({"by": 0.01}, {"by": 0.03}))
 def departs(rho: Array, sp: Array, dp: Array, by: float = 0.02) -> float:
     """Find rho from which P_3 of droplets exceeds that of disks by 0.02, in bins of 0.01."""
     excess = shares(dp, 3)[:, 0] - shares(sp, 3)[:, 0]
