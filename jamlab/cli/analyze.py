@@ -125,8 +125,6 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
         lines.append(f"{file.name} has no checksum: damage to it would go unnoticed")
     if assumed := packing.provenance.get("assumed"):
         lines.append(f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken")
-    if unread := packing.provenance.get("unread"):
-        lines.append(f"{file.name} also has {', '.join(unread)}, which jamlab does not read")
     if packing.rounding:
         lines.append(
             f"{file.name} holds positions to {packing.rounding:.1g} only: no moduli, and z only where it is certain"

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
 from typing import Any, Concatenate, ParamSpec, TypeVar
 from weakref import ref
 
-import numpy as np
+from jamlab.packing.read_only import lock
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -82,15 +81,3 @@ class _Memory:
 
 
 _memory = _Memory()
-
-
-def lock(value: Any) -> None:
-    """Make arrays read-only, those in tuples, lists and dataclasses as well."""
-    if isinstance(value, np.ndarray):
-        value.flags.writeable = False
-    elif isinstance(value, tuple | list):
-        for each in value:
-            lock(each)
-    elif is_dataclass(value):
-        for each in fields(value):
-            lock(getattr(value, each.name))

@@ -1,36 +1,15 @@
 """Packings of one sweep in one HDF5 file, float64, laid out after H5MD 1.1 (https://www.nongnu.org/h5md/h5md.html).
 
-Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n particles):
-
-| name                           | shape     | type           | content                                                |
-|--------------------------------|-----------|----------------|--------------------------------------------------------|
-| / schema, schema_version       | attribute | str, int       | "jamlab", 1                                            |
-| /h5md, /h5md/{author,creator}  | attribute | int, str       | version [1, 1]; author; program that wrote it, version |
-| /particles/all/position/value  | (F, P, 3) | float64        | positions with z = 0, not wrapped; lengths of `units`  |
-| /particles/all/box             | attribute | int, str       | dimension 3, boundary: three times "periodic"          |
-| /particles/all/box/edges/value | (F, 3, 3) | float64        | rows are lattice vectors; the third is (0, 0, 1)       |
-| /observables/<name>/value      | (F, ...)  | float64        | a scalar or a vector per frame                         |
-| .../step, .../time             | (F,)      | int64, float64 | beside every value: number of the frame, twice         |
-| /parameters model, units       | attribute | str            | as in `Packing`                                        |
-| /parameters/diameters          | (n,)      | float64        | SP only                                                |
-| /parameters/offsets            | (n + 1,)  | int64          | DP only                                                |
-| /parameters/force_law/<name>   | () or any | number, str    | `Packing.params`                                       |
-| /parameters/onset              | (F,)      | float64        | NaN: none                                              |
-| /parameters/provenance         | (F,)      | str            | JSON; `_known`: what is known of the state             |
-
-The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
-of a newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that
-has changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read. `jamlab.universe`
-makes a Universe of MDAnalysis of it. MDAnalysis itself opens the file (in float32) with a topology of as many atoms as
-positions:
-    MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
+The layout, schema "jamlab", version 1, stands in docs/reference/files.md. Later versions only add names; a file of a
+newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that has
+changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import h5py
@@ -58,29 +37,12 @@ from jamlab.storage.verified_file import (
 _KNOWN = "_known"  # entry beside the provenance that holds `Packing.known`
 
 
-@checked
 def write_sweep(
     path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None
 ) -> None:
-    """Write the packings of one sweep as frames; the file appears whole or not at all.
-
-    Args:
-        path: file to create or replace, .h5. On any failure the old file stays and nothing is left behind.
-        packings: frames, which share model, units, diameters or offsets, and params.
-        observables: name -> numbers, (frames,) or (frames, ...): results that belong to the frames.
-
-    Raises:
-        InputError: no packings, packings of different sweeps, or values that the file cannot hold.
-        StorageError: the file cannot be written.
+    """Write the packings of one sweep as frames, see `jamlab.write`; the file appears whole or not at all.
 
     Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
-
-    Example:
-        >>> onset = jamlab.jam(n=16, seed=1)
-        >>> sweep = [onset, *jamlab.compress(onset, to=0.88, step=0.02)]
-        >>> jamlab.write("sweep.h5", sweep, {"rho": [jamlab.packing_fraction(p) for p in sweep]})
-        >>> len(jamlab.read_all("sweep.h5")) == len(sweep)
-        True
     """
     check_ending(path, "packings")
     content = add_checksum(file_image(packings, observables))
@@ -93,23 +55,17 @@ def file_image(
     observables: Mapping[str, ArrayLike] | None = None,
     extend: Callable[[Any], None] | None = None,
 ) -> bytes:
-    """The bytes of such a file, without checksum; arguments and errors as in `write`.
-
-    Args:
-        packings: see `write`.
-        observables: see `write`.
-        extend: called with the open h5py.File before it is closed, to add groups of its own.
-    """
+    """The bytes of such a file, without checksum; `extend` is called with the open h5py.File before it is closed, to
+    add groups of its own. Other arguments and errors as in `jamlab.write`."""
     frames = list(packings)
-    _check_one_sweep(frames)
+    check_one_sweep(frames)
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
-    params = {name: _param(name, value) for name, value in frames[0].params.items()}
-    onsets = [_onset(k, packing.onset) for k, packing in enumerate(frames)]
+    onsets = [np.nan if packing.onset is None else float(packing.onset) for packing in frames]
     histories = [_history(k, {**p.provenance, _KNOWN: p.known}) for k, p in enumerate(frames)]
 
     with _memory_file() as file:
         _write_header(file)
-        _write_parameters(file.create_group("parameters"), frames[0], params, onsets, histories)
+        _write_parameters(file.create_group("parameters"), frames[0], onsets, histories)
         particles = file.create_group("particles/all")
         _write_particles(particles, frames)
         group = file.create_group("observables")
@@ -164,15 +120,13 @@ def _write_header(file: Any) -> None:
     h5md.create_group("creator").attrs.update(name="jamlab", version=jamlab_version())
 
 
-def _write_parameters(
-    group: Any, first: Packing, params: dict[str, Any], onsets: list[float], histories: list[str]
-) -> None:
+def _write_parameters(group: Any, first: Packing, onsets: list[float], histories: list[str]) -> None:
     group.attrs.update(model=first.model, units=first.units)
     for name in ("diameters", "offsets"):
         if getattr(first, name) is not None:
             group[name] = getattr(first, name)
     law = group.create_group("force_law")
-    for name, value in params.items():
+    for name, value in first.params.items():
         law[name] = value
     group["onset"] = onsets
     group["provenance"] = histories
@@ -198,22 +152,19 @@ def _write_element(group: Any, name: str, values: Array, clock: Any = None) -> N
     element["time"] = np.arange(len(values), dtype=np.float64) if clock is None else clock["time"]
 
 
-def _check_one_sweep(frames: list[Packing]) -> None:
+def check_one_sweep(frames: Sequence[Packing]) -> None:
+    """Refuse packings that are not the same particles with the same law."""
     if not frames:
-        raise InputError("no packings to write: a file needs at least one")
+        raise InputError("no packings: give one or more")
     for k, packing in enumerate(frames):
         name = frames[0].difference(packing)
         if name is not None:
-            raise InputError(f"frame {k} differs from frame 0 in {name}: a file holds one sweep, use several files")
-
-
-def _check_name(kind: str, name: str) -> None:
-    if not name or "/" in name or name == ".":
-        raise InputError(f"{kind} cannot be named {name!r}: a name in an HDF5 file is not empty and has no slash")
+            raise InputError(f"frame {k} differs from frame 0 in {name}: these are several sweeps, take one at a time")
 
 
 def _observable(name: str, values: ArrayLike, frames: int) -> Array:
-    _check_name("an observable", name)
+    if not name or "/" in name or name == ".":
+        raise InputError(f"an observable cannot be named {name!r}: such a name is not empty and has no slash")
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -221,22 +172,6 @@ def _observable(name: str, values: ArrayLike, frames: int) -> Array:
     if array.ndim == 0 or len(array) != frames:
         raise InputError(f"observable {name!r} has shape {array.shape}: the first axis must count the {frames} frames")
     return array
-
-
-def _param(name: str, value: Any) -> Any:
-    _check_name("a parameter", name)
-    if isinstance(value, str):
-        return value
-    array = np.asarray(value)
-    if array.dtype.kind not in "biuf":
-        raise InputError(f"params[{name!r}] is {value!r}: only numbers, arrays of numbers and text can be stored")
-    return array
-
-
-def _onset(frame: int, onset: float | None) -> float:
-    if onset is not None and not np.isfinite(onset):
-        raise InputError(f"onset of frame {frame} is {onset}: must be a finite number or None")
-    return np.nan if onset is None else float(onset)
 
 
 def _history(frame: int, provenance: dict[str, Any]) -> str:

@@ -23,7 +23,7 @@ digit: who needs all digits sets the positions again after read_data.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,7 +31,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
@@ -75,31 +74,13 @@ def types(packing: Packing) -> TypeTable:
     return TypeTable(values[last], of_value.reshape(-1)[rank.reshape(-1)].astype(np.int64) + 1, True)
 
 
-@checked
 def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     """Write a LAMMPS data file: triclinic box, atoms wrapped into it with image flags, DP: bonds and `d_a0`.
 
     Each vertex of a polygon has one bond, to its successor. Positions inside the box are written as they are; the
     others are shifted by the lattice vectors that their image flags count, so that LAMMPS unwraps polygons whole again.
-
-    Args:
-        path: file to create or replace, all at once.
-        packing: what to write.
-
-    Returns:
-        The atom types written.
-
-    Raises:
-        InputError: an ending of another format; a position more than 511 lattice vectors away from the box.
-        StorageError: the file cannot be written.
-
-    Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
-        >>> jamlab.write("packing.data", p)
-        >>> q = jamlab.read("packing.data")
-        >>> q.params == p.params, bool(np.allclose(q.diameters, p.diameters))
-        (True, True)
-    """
+    Returns the atom types written. Errors as in `jamlab.write`, and an InputError for a position more than 511 lattice
+    vectors away from the box."""
     check_ending(path, "data")
     table = types(packing)
     text = "\n".join(_data_lines(packing, table)) + "\n"
@@ -108,7 +89,6 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     return table
 
 
-@checked
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 
@@ -116,22 +96,8 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
     atoms of a frame or droplet. For disks eps or k, for droplets a0 gamma ka eps delta eta contact (its place in
     `CONTACT_FORMS`); for both ensemble (its place in `ENSEMBLES`), onset (0: none), max_force (-1: none), converged.
     A packing with fixed particles has the column fixed: 0 free, 1 fixed, 2 of a wall.
-    Positions are not wrapped: polygons are whole. The time step is the number of the frame.
-
-    Args:
-        path: file to create or replace, all at once.
-        packings: the frames; all with the same number of positions, which readers rely on.
-
-    Raises:
-        InputError: an ending of another format, no packings, or packings of different size or model.
-        StorageError: the file cannot be written.
-
-    Example:
-        >>> onset = jamlab.jam(n=16, seed=1)
-        >>> jamlab.write("sweep.dump", jamlab.compress(onset, to=0.88, step=0.02))
-        >>> jamlab.read("sweep.dump", frame=0).n
-        16
-    """
+    Positions are not wrapped: polygons are whole. The time step is the number of the frame. All frames have the same
+    number of positions, which readers rely on. Errors as in `jamlab.write`."""
     check_ending(path, "dump")
     frames = list(packings)
     if not frames:
@@ -142,10 +108,9 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
                 f"frame {k} is model {packing.model} with {len(packing.positions)} positions, "
                 f"frame 0 is model {frames[0].model} with {len(frames[0].positions)}: write them to separate files"
             )
-    tables = [types(packing) for packing in frames]
     with atomic_file(path) as temporary, temporary.open("w", encoding="ascii") as file:
-        for step, (packing, table) in enumerate(zip(frames, tables, strict=True)):
-            file.write("\n".join(_dump_lines(step, packing, table)) + "\n")
+        for step, packing in enumerate(frames):
+            file.write(dump_frame(packing.box, "ATOMS", len(packing.positions), _dump_columns(packing), step))
 
 
 def describe(packing: Packing) -> str:
@@ -184,13 +149,7 @@ def described(lines: Iterable[str]) -> dict[str, Any]:
 def _entry(name: str, value: Any) -> str:
     if name in _TEXTS:
         return f"{name}={value}"
-    _check_number(name, value)
     return f"{name}={value:.17g}"
-
-
-def _check_number(name: str, value: Any) -> None:
-    if not is_number(value) and not isinstance(value, bool):
-        raise InputError(f"params[{name!r}] is {value!r}: a LAMMPS file holds numbers and names only")
 
 
 def _value(word: str) -> tuple[str, Any]:
@@ -235,36 +194,35 @@ def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
         yield from (f"{i} {value:.17g}" for i, value in enumerate(sizes, start=1))
 
 
-def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
-    lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
-    yield f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(packing.positions)}"
-    yield "ITEM: BOX BOUNDS xy xz yz pp pp pp"  # bounds of the parallelogram, not of its edges
-    yield f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"
-    particle = packing.particle
-    own = packing.kind.dump_columns(packing)
-    own |= {} if packing.fixed is None else {"fixed": np.where(packing.fixed, 2.0 if packing.walls else 1.0, 0.0)}
-    shared = _numbers(packing)
-    sizes = [" ".join(f"{value:.17g}" for value in values) for values in zip(*own.values(), strict=True)]
-    end = " ".join(f"{value:.17g}" for value in shared.values())
-    yield "ITEM: ATOMS id mol type xu yu zu " + " ".join([*own, *shared])
-    rows = enumerate(zip(particle, table.types[particle], packing.positions, strict=True), start=1)
-    yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {sizes[m]} {end}" for i, (m, t, (x, y)) in rows)
+def dump_frame(box: Array, items: str, count: int, columns: Mapping[str, NDArray[Any]], step: int = 0) -> str:
+    """One frame of a text dump. `items`: ATOMS, or ENTRIES of a local dump; `columns`: (count,) each."""
+    (lx, _), (xy, ly) = box
+    lines = [f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {items}\n{count}\nITEM: BOX BOUNDS xy xz yz pp pp pp"]
+    # bounds of the parallelogram, not of its edges
+    lines += [f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"]
+    lines += [f"ITEM: {items} {' '.join(columns)}"]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    lines += [" ".join(f"{value:.17g}" for value in row) for row in rows]
+    return "\n".join(lines) + "\n"
 
 
-def _numbers(packing: Packing) -> dict[str, float]:
-    """Columns of a dump with the entries of `describe`."""
-    law = _law(packing)
-    for name, value in law.items():
-        if choices := packing.parameters[name].choices:
-            law[name] = choices.index(value)
-        _check_number(name, law[name])
-    state = {
-        "ensemble": ENSEMBLES.index(packing.ensemble),
-        "onset": packing.onset or 0.0,
-        "max_force": -1.0 if packing.max_force is None else packing.max_force,
-        "converged": packing.converged,
-    }
-    return law | state | ({"rounding": packing.rounding} if packing.rounding else {})
+def _dump_columns(packing: Packing) -> dict[str, NDArray[Any]]:
+    """What atoms have, each its own or, last, all the same."""
+    count, particle = len(packing.positions), packing.particle
+    x, y = packing.positions.T
+    columns: dict[str, NDArray[Any]] = {"id": np.arange(1, count + 1), "mol": particle + 1}
+    columns |= {"type": types(packing).types[particle], "xu": x, "yu": y, "zu": np.zeros(count)}
+    columns |= {name: values[particle] for name, values in packing.kind.dump_columns(packing).items()}
+    if packing.fixed is not None:
+        columns["fixed"] = np.where(packing.fixed_sites, 2.0 if packing.walls else 1.0, 0.0)
+    shared: dict[str, Any] = {}
+    for name, value in _law(packing).items():
+        choices = packing.parameters[name].choices
+        shared[name] = choices.index(value) if choices else value
+    shared |= {"ensemble": ENSEMBLES.index(packing.ensemble), "onset": packing.onset or 0.0}
+    shared["max_force"] = -1.0 if packing.max_force is None else packing.max_force
+    shared |= {"converged": packing.converged} | ({"rounding": packing.rounding} if packing.rounding else {})
+    return columns | {name: np.full(count, float(value)) for name, value in shared.items()}
 
 
 def wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:

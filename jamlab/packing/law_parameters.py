@@ -51,6 +51,14 @@ def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
         )
 
 
+def check_box(box: Array) -> None:
+    """Refuse lattice vectors (2, 2) of no area, and a first one that does not lie along x."""
+    if box[0, 1] != 0:
+        raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
+    if box[0, 0] <= 0 or box[1, 1] <= 0:
+        raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
+
+
 UNITS = ("eps", "k")  # names of the strength that is 1, and of the parameter that holds it
 ENSEMBLES = ("fixed-box", "shear-stabilized")
 NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble='shear-stabilized' lets it"

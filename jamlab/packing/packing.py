@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,10 @@ from jamlab.checks import check_choice, checked, checked_class, finite_array, is
 from jamlab.errors import InputError
 from jamlab.old_names import hint
 from jamlab.packing.derived import Derived, per_packing
-from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_params
+from jamlab.packing.law_parameters import ENSEMBLES, UNITS, PairLaw, Parameter, check_box, check_params
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.outlines import outlines, polygon_areas
+from jamlab.packing.read_only import frozen
 from jamlab.packing.terms import ContactJacobian, Terms
 from jamlab.plotting.drawable import CELL, drawn
 
@@ -101,33 +102,6 @@ class Model(Protocol):
     def lammps_variables(self, packing: Packing) -> dict[str, object]: ...  # of the deck that holds the force law
     def dump_columns(self, packing: Packing) -> dict[str, Array]: ...  # of which each particle has its own value
     def longest_edge(self, packing: Packing) -> float: ...  # 0 without edges
-
-
-class ReadOnlyDict(dict[str, Any]):
-    """A dict that refuses changes: several packings share it, and `converged` is said of what it holds.
-
-    >>> jamlab.pack(n=32, pressure=1e-2, seed=1).params["k"] = 2.0
-    Traceback (most recent call last):
-        ...
-    jamlab.errors.InputError: params and provenance of a packing do not change: give a changed copy to `with_state`
-    """
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise InputError("params and provenance of a packing do not change: give a changed copy to `with_state`")
-
-    __setitem__ = __delitem__ = clear = pop = popitem = setdefault = update = __ior__ = _refuse
-
-    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
-        return type(self), (dict(self),)  # pickle and copy would set one item after the other
-
-
-def _frozen(value: Any) -> Any:
-    """Copy a mapping, with those inside it, so that nobody else can change it."""
-    if isinstance(value, ReadOnlyDict):
-        return value
-    if isinstance(value, Mapping):
-        return ReadOnlyDict({name: _frozen(entry) for name, entry in value.items()})
-    return [_frozen(entry) for entry in value] if isinstance(value, list) else value
 
 
 @checked_class
@@ -227,8 +201,8 @@ class Packing:
         """Make everything read-only: `converged` would go on being said of what it no longer holds. `derived`: what has
         been computed of the same state already."""
         self._set("_derived", Derived() if derived is None else derived)
-        self._set("params", _frozen(self.params))
-        self._set("provenance", _frozen(self.provenance))
+        self._set("params", frozen(self.params))
+        self._set("provenance", frozen(self.provenance))
         for array in (self.box, self.positions, self.diameters, self.offsets, self.fixed, *self.params.values()):
             if isinstance(array, np.ndarray):
                 array.flags.writeable = False
@@ -254,8 +228,7 @@ class Packing:
             phi = f"phi={self.phi:.6g}"
         except InputError:  # line tension so strong that there is no free droplet
             phi = "phi=undefined"
-        facts = [f"{self.model!r}", f"n={self.n}", phi, f"units={self.units!r}"]
-        facts += [f"ensemble={self.ensemble!r}"]
+        facts = [f"{self.model!r}", f"n={self.n}", phi, f"units={self.units!r}", f"ensemble={self.ensemble!r}"]
         facts += [] if self.onset is None else [f"onset={self.onset:.6g}"]
         facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
         return f"Packing({', '.join(facts)}, converged={self.converged})"
@@ -516,14 +489,6 @@ class Packing:
         if self.offsets is None:
             raise InputError("a packing of disks (model sp) has no polygons: use one of droplets")
         return self.offsets
-
-
-def check_box(box: Array) -> None:
-    """Refuse lattice vectors (2, 2) of no area, and a first one that does not lie along x."""
-    if box[0, 1] != 0:
-        raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
-    if box[0, 0] <= 0 or box[1, 1] <= 0:
-        raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
 
 
 @cache

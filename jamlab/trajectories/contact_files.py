@@ -6,7 +6,6 @@ OVITO reads bonds from a dump of their own, beside that of the particles; ParaVi
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -18,6 +17,7 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas
+from jamlab.packing.lammps_files import dump_frame
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file, check_ending
@@ -75,37 +75,16 @@ def _bonds(network: Contacts) -> dict[str, NDArray[Any]]:
     return {"force": force, "gap": forces.gap, "bearing": network.bearing.astype(int)}
 
 
-def _dump(network: Contacts, counted: str, count: int, rows: str, columns: dict[str, NDArray[Any]]) -> str:
-    (lx, _), (xy, ly) = network.packing.box
-    head = [f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF {counted}\n{count}\nITEM: BOX BOUNDS xy xz yz pp pp pp"]
-    head += [f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"]
-    head += [f"ITEM: {rows} " + " ".join(columns)]
-    return "\n".join([*head, *_rows(columns)]) + "\n"
-
-
-def _rows(columns: dict[str, NDArray[Any]]) -> Iterator[str]:
-    for row in zip(*(column.tolist() for column in columns.values()), strict=True):
-        yield " ".join(f"{value:.17g}" for value in row)
-
-
 def _points_dump(network: Contacts) -> str:
     centres, also = _points(network)
-    ids, flat = np.arange(1, len(centres) + 1), np.zeros(len(centres))
-    columns: dict[str, NDArray[Any]] = {
-        "id": ids,
-        "type": np.ones_like(ids),
-        "x": centres[:, 0],
-        "y": centres[:, 1],
-        "z": flat,
-        **also,
-    }
-    return _dump(network, "ATOMS", len(centres), "ATOMS", columns)
+    count, ones = len(centres), np.ones(len(centres), dtype=np.int64)
+    places = {"x": centres[:, 0], "y": centres[:, 1], "z": np.zeros(count)}
+    return dump_frame(network.packing.box, "ATOMS", count, {"id": ones.cumsum(), "type": ones, **places, **also})
 
 
 def _bonds_dump(network: Contacts) -> str:
-    columns: dict[str, NDArray[Any]] = {f"batom{k + 1}": network.pairs[:, k] + 1 for k in range(2)}
-    columns |= _bonds(network)
-    return _dump(network, "ENTRIES", len(network.pairs), "ENTRIES", columns)
+    ends = {f"batom{k + 1}": network.pairs[:, k] + 1 for k in range(2)}
+    return dump_frame(network.packing.box, "ENTRIES", len(network.pairs), {**ends, **_bonds(network)})
 
 
 def _vtp(network: Contacts) -> str:

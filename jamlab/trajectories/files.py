@@ -1,4 +1,4 @@
-"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, xyz, H5MD, tables."""
+"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, extended xyz, tables."""
 
 from __future__ import annotations
 
@@ -23,14 +23,13 @@ from jamlab.trajectories.sites import Radii
 
 _READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files, each frame with a method `packing`
     **{"data": lammps_data.read_data, "dump": lammps_data.read_dump},
-    **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "npy": disk_files.read_npy},
+    **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "gsd": disk_files.read_gsd},
 }
 _ENDINGS: dict[str, tuple[str, ...]] = {
     **{"data": FORMATS["data"].endings, "dump": FORMATS["dump"].endings, "xyz": FORMATS["xyz"].endings},
-    **{"csv": (".csv", ".tsv"), "npy": (".npy",), "gsd": (".gsd",)},
+    **{"csv": (".csv", ".tsv"), "gsd": (".gsd",)},
 }
 _KIND_OF = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}
-_BINARY = ("npy", "gsd")  # kinds that are not read from compressed text
 
 
 @checked
@@ -46,17 +45,16 @@ def read(
     """Read one frame, by default the last; negative numbers count from the end.
 
     HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. Those of
-    other programs are read too, and extended xyz and H5MD. Tables hold disks without a box: text (`.csv`) of named
-    columns x, y and radius or diameter, and arrays (`.npy`) with rows of x, y, radius. Text may be compressed (`.gz`,
-    `.bz2`, `.xz`).
+    other programs are read too, and extended xyz and GSD. Tables (`.csv`) hold disks without a box: text of named
+    columns x, y and radius or diameter. Text may be compressed (`.gz`, `.bz2`, `.xz`).
 
     For files of other programs give what they lack: parameters found nowhere have the defaults of the decks, and
-    their names stand in `provenance["assumed"]`; names in the file that jamlab does not understand stand in
-    `provenance["unread"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`)
-    leave `converged` False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relax`.
+    their names stand in `provenance["assumed"]`. Columns that states at rest have no use for are passed over.
+    Coordinates with fewer digits than float64 (GSD, dumps with `%g`) leave `converged` False and `Packing.rounding`
+    above 0: moduli and G* are refused, see `jamlab.relax`.
 
     Args:
-        path: file; `.data`, `.dump`, `.gsd`, `.xyz`, `.csv`, `.npy` by their names, others by what they hold.
+        path: file; `.data`, `.dump`, `.gsd`, `.xyz`, `.csv` by their names, others by what they hold.
         frame: number of the frame.
         radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
         units: "eps" or "k", see `Packing`.
@@ -111,16 +109,10 @@ def _read(path: FilePath, frame: int | None, given: _Given) -> list[Packing]:
         if any(value is not None for value in given):
             raise InputError(f"{path} holds box, sizes, units and force law: leave out radii, units, params and box")
         return own
-    if kind == "gsd":
-        from jamlab.trajectories.from_universe import read_gsd
-
-        packings = read_gsd(path, frame, *given)
-    else:
-        packings = []
-        chosen = disk_files.read_h5md(path, frame) if kind == "h5md" else _chosen(_READERS[kind](path), frame)
-        for k, atoms in chosen:
-            with damage_named(f"{path}, frame {k}"):
-                packings.append(atoms.packing(*given))
+    packings = []
+    for k, atoms in _chosen(_READERS[kind](path), frame):
+        with damage_named(f"{path}, frame {k}"):
+            packings.append(atoms.packing(*given))
     if not packings:
         raise StorageError(
             f"{path} has no frame{'' if frame is None else f' {frame}'}: give another, or write it again"
@@ -135,15 +127,15 @@ def _kind(path: FilePath) -> str:
     if not file.exists() and any(mark in file.name for mark in "*?["):
         raise StorageError(f"there is no file {path}: give one name; `glob.glob` lists those that fit a pattern")
     if is_hdf5(path):
-        return disk_files.kind_of_hdf5(path)
+        return "hdf5"
     compressed = file.suffix.lower() in COMPRESSED
     ending = (file.with_suffix("") if compressed else file).suffix.lower()
     kind = _KIND_OF.get(ending, begins_as(path))
-    if kind and not (compressed and kind in _BINARY):
+    if kind and not (compressed and kind == "gsd"):
         return kind
     if (compressed or ending not in ("", *FORMATS["packings"].endings)) and file.is_file():
         raise StorageError(
-            f"{path} is of no kind that is read: give HDF5 of jamlab, H5MD, {', '.join(_KIND_OF)}"
+            f"{path} is of no kind that is read: give HDF5 of jamlab, {', '.join(_KIND_OF)}"
             f", or text of these with {', '.join(COMPRESSED)}; pictures go to `analyze`"
         )
     return "hdf5"  # its reader refuses other files with a reason

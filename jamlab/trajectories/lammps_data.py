@@ -12,21 +12,11 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import STATE, described
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
-from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.columns import Columns, rounding, text_of
-from jamlab.trajectories.sites import LAW_NAMES, SIZE_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
+from jamlab.trajectories.sites import LAW_NAMES, Sites, check_flat, rings_of_bonds, rings_of_molecules
 
-_SAME_PLACE = 1e-12  # of the box: coordinates of one atom in two columns
-# sections and columns that are read, or that states at rest have no use for
-_SECTIONS = {"Atoms", "Bonds", "Masses", "Velocities", "d_diameter", "d_a0"}
-_ENTRIES = {*LAW_NAMES, *STATE, "model", "units", "rounding", "fixed", "walls"}
-_COLUMNS = {
-    *("id", "mol", "type", "element", "mass", "q", "density", "a0", "vx", "vy", "vz", "fx", "fy", "fz"),
-    *(f"{axis}{kind}" for axis in "xyz" for kind in ("", "u", "s", "su")),
-    *("ix", "iy", "iz", *SIZE_NAMES, *_ENTRIES),
-}
 Sections = dict[str, tuple[str, list[list[str]]]]  # name -> comment behind it, rows of words
 
 # columns before x y z, then three image counts or none
@@ -78,7 +68,6 @@ def read_data(path: FilePath) -> Iterator[Sites]:
             a0=Columns({"a0": by_atom["d_a0"]}).numbers("a0") if "d_a0" in by_atom else None,
             entries=entries,
             rounding=max(error, entries.get("rounding", 0.0)),
-            unread=[*(sections.keys() - _SECTIONS), *(name for name in entries if not _is_entry(name))],
         )
 
 
@@ -135,11 +124,6 @@ def _ends(header: dict[str, list[str]], axis: str) -> list[float]:
     return [float(word) for word in header[f"{axis}lo {axis}hi"]]
 
 
-def _is_entry(name: str) -> bool:
-    """Whether a packing has a place for an entry of the comment `# jamlab`."""
-    return name in _ENTRIES or (name.startswith("d") and name[1:].isdigit())
-
-
 def _columns(style: str, count: int) -> tuple[str, ...]:
     """Names of the columns of a section Atoms."""
     name = style.partition(" ")[0] or {5: "atomic", 8: "atomic", 6: "molecular", 9: "molecular"}.get(count, "none")
@@ -158,7 +142,7 @@ def _by_atom(rows: list[list[str]], place: dict[int, int]) -> list[str]:
     return words
 
 
-_PREFIX = re.compile(r"^[vdci]_")  # of a variable, property, compute or integer property
+_PREFIX = re.compile(r"^[vdi]_")  # of a variable, property or integer property
 # columns of coordinates in the order of preference: unwrapped before wrapped; whether scaled; whether wrapped
 _COORDINATES = (
     ("xu", "yu", False, False),
@@ -176,7 +160,6 @@ class Frame:
     bounds: tuple[str, list[str]]  # the words behind BOX BOUNDS, and three lines of numbers
     columns: list[str]  # names
     rows: list[str]  # one line for each atom
-    items: dict[str, str]  # what else the frame says
 
     def packing(self, *given: Any) -> Packing:
         """Make a packing of it, see `Sites.packing`."""
@@ -201,7 +184,7 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
                 if len(rows) < max(count, 1):
                     raise ValueError(f"a frame announces {count} atoms and holds {len(rows)}")
                 step, bounds = int(items.pop("TIMESTEP")), items.pop("BOX BOUNDS")
-                yield Frame(step, bounds, item.split()[1:], rows, items)
+                yield Frame(step, bounds, item.split()[1:], rows)
                 items = {}
             else:
                 items[item] = next(file, "").strip()
@@ -212,18 +195,17 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
 def sites(frame: Frame) -> Sites:
     """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
     vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
-    places = {_plain(name): k for k, name in reversed(list(enumerate(frame.columns)))}
+    places = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(frame.columns)))}
     if "id" not in places:
         raise InputError("a dump without the column id: atoms come in any order; add id to the dump")
     atoms = Columns.of_rows([row.split() for row in frame.rows], places, len(frame.columns)).by_id()
     low, box = _box_of_dump(*frame.bounds)
     ends = [word for line in frame.bounds[1][:2] for word in line.split()]
-    of_box = rounding(ends, box, chosen=True)
-    positions, wrapped, error = _positions(atoms, low, box, of_box)
+    positions, wrapped, error = _positions(atoms, low, box)
     check_flat(*_heights(atoms, box))
     entries, rings = _entries(atoms), rings_of_molecules(atoms.whole("mol")) if "mol" in atoms else None
     radius, of_sizes = atoms.radius()
-    error += of_sizes + of_box
+    error += of_sizes + rounding(ends, box, chosen=True)
     if rings is not None and radius is not None:
         if np.ptp(radius):
             raise InputError(f"vertices have rims of {radius.min():g} to {radius.max():g}: all must have one")
@@ -239,17 +221,7 @@ def sites(frame: Frame) -> Sites:
         entries=entries,
         rounding=max(error, entries.get("rounding", 0.0)),
         provenance={"step": frame.step},
-        unread=[
-            *(n for k, n in enumerate(frame.columns) if places[_plain(n)] != k or _plain(n) not in _COLUMNS),
-            *frame.items,
-        ],
     )
-
-
-def _plain(name: str) -> str:
-    """Name of a column without that of a variable, property or compute; a compute knows no force law."""
-    plain = _PREFIX.sub("", name)
-    return name if name.startswith("c_") and plain in _ENTRIES else plain
 
 
 def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
@@ -268,23 +240,17 @@ def _box_of_dump(kind: str, lines: list[str]) -> tuple[Array, Array]:
     return _cell([x[0] - min(0.0, lean), x[1] - max(0.0, lean)], y, tilts)
 
 
-def _positions(atoms: Columns, low: Array, box: Array, of_box: float) -> tuple[Array, bool, float]:
-    """(n, 2) positions, whether they are wrapped, and their rounding; all columns of coordinates must agree. `of_box`:
-    rounding of the box."""
-    known = [entry for entry in _COORDINATES if entry[0] in atoms and entry[1] in atoms]
-    if not known:
-        raise InputError("a dump without coordinates: it needs the columns x y, xu yu, xs ys or xsu ysu")
-    found = []
-    for x, y, scaled, _ in known:
-        read, error = atoms.points(x, y), atoms.error(x, y)
-        found.append((read @ box, error * float(np.abs(box).sum(axis=0).max())) if scaled else (read - low, error))
-    positions, error = found[0]
-    for other, (read, too) in zip(known[1:], found[1:], strict=True):
-        apart = read - positions
-        apart = np.abs(apart - shortest_images(apart, box) @ box).max(axis=1)
-        if apart[k := int(apart.argmax())] > 2 * (error + too + 2 * of_box) + _SAME_PLACE * np.abs(box).sum():
-            raise InputError(f"columns {known[0][0]} and {other[0]} put atom {atoms.words('id')[k]} in two places")
-    wrapped = known[0][3]
+def _positions(atoms: Columns, low: Array, box: Array) -> tuple[Array, bool, float]:
+    """(n, 2) positions, whether they are wrapped, and their rounding."""
+    known = next((entry for entry in _COORDINATES if entry[0] in atoms and entry[1] in atoms), None)
+    if known is None:
+        raise InputError("a dump without positions: give it columns x y, xu yu, xs ys or xsu ysu")
+    x, y, scaled, wrapped = known
+    read, error = atoms.points(x, y), atoms.error(x, y)
+    if scaled:
+        positions, error = read @ box, error * float(np.abs(box).sum(axis=0).max())
+    else:
+        positions = read - low
     if wrapped and "ix" in atoms and "iy" in atoms:
         return positions + atoms.points("ix", "iy") @ box, False, error
     return positions, wrapped, error

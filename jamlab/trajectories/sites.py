@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, depth_first_order
@@ -21,15 +20,12 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import refuse_crossings
 from jamlab.models.models import MODELS, law_names, optional_parameters
-from jamlab.packing.law_parameters import UNITS
+from jamlab.packing.law_parameters import UNITS, check_box
 from jamlab.packing.neighbors import shortest_images
-from jamlab.packing.outlines import polygon_areas, self_crossings
-from jamlab.packing.packing import Packing, check_box
+from jamlab.packing.outlines import polygon_areas
+from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import droplet_params
 
-_JUMP = 3.0  # an edge that is so many times as long as its shortest image leads across the box
-_SAME_AREA = 0.2  # relative difference of the area of a droplet from its rest area that compression may cause
-_ONE_CELL = 1e-9  # margin of rounding, relative to the cell
 LAW_NAMES = {name for kind in MODELS.values() for units in kind.unit_names for name in law_names(kind.name, units)}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
 _FLAT = 1e-4  # a plane: largest height over the width of the box
@@ -109,65 +105,31 @@ class Rings:
     order: Indices  # (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there
     offsets: Indices  # (n + 1,) ring m is order[offsets[m]:offsets[m + 1]]
 
-    def polygons(self, positions: Array, box: Array, wrapped: bool | None, areas: Array | None = None) -> Array:
-        """(n_vertices, 2) vertices of the polygons of one frame, counter-clockwise.
-
-        Args:
-            wrapped: whether the box cuts them; None: each is whole that does not look as if it did, see
-                `jamlab.from_outlines`.
-            areas: (n,) of the whole ones, roughly, if known.
-        """
+    def polygons(self, positions: Array, box: Array, wrapped: bool) -> Array:
+        """(n_vertices, 2) vertices of the polygons of one frame, counter-clockwise. `wrapped`: the box may cut them,
+        and every edge is the shortest of its periodic images; else they are whole."""
         vertices = positions[self.order]
-        if wrapped is None or wrapped:
-            vertices = self._whole(vertices, box, wrapped, areas)
+        if wrapped:
+            vertices = self._whole(vertices, box)
         place, counts = np.arange(len(vertices)), np.diff(self.offsets)
         starts, ends = np.repeat(self.offsets[:-1], counts), np.repeat(self.offsets[1:], counts)
         turned = np.where(place == starts, place, starts + ends - place)  # the first vertex stays the first
         return vertices[np.where(np.repeat(polygon_areas(vertices, self.offsets) < 0, counts), turned, place)]
 
-    def _whole(self, vertices: Array, box: Array, wrapped: bool | None, areas: Array | None) -> Array:
-        """Shift vertices by lattice vectors so that every edge of what the box cut is the shortest one. What is whole
-        keeps its bits."""
+    def _whole(self, vertices: Array, box: Array) -> Array:
+        """Shift vertices by lattice vectors so that every edge is the shortest one. What is whole keeps its bits."""
         starts, counts = self.offsets[:-1], np.diff(self.offsets)
         following = np.arange(1, len(vertices) + 1)
         following[self.offsets[1:] - 1] = starts
-        edges = vertices[following] - vertices
-        steps = shortest_images(edges, box)
-        if not steps.any():
-            return vertices
-        taken = np.cumsum(steps, axis=0) - steps
-        taken -= np.repeat(taken[starts], counts, axis=0)
-        unwrapped = np.asarray(vertices - taken @ box)
+        steps = shortest_images(vertices[following] - vertices, box)
         winding = np.add.reduceat(steps, starts, axis=0).any(axis=1)
-        certain = wrapped and areas is None
-        crossed, left = (self._crossed(x) for x in (vertices, unwrapped))
-        if (refused := winding & (certain or crossed)).any():
+        if winding.any():
             raise InputError(
-                f"the bonds of polygon {np.flatnonzero(refused)[0]} lead around the periodic box: every edge must be "
+                f"the bonds of polygon {np.flatnonzero(winding)[0]} lead around the periodic box: every edge must be "
                 "the shortest of its periodic images"
             )
-        if certain:
-            return unwrapped
-        jumps = steps.any(axis=1) & (np.hypot(*edges.T) >= _JUMP * np.hypot(*(edges - steps @ box).T))
-        likely = np.full(len(starts), bool(jumps.any()))
-        if areas is not None:
-            found = [np.abs(polygon_areas(x, self.offsets)) for x in (vertices, unwrapped)]
-            right, too = (np.abs(area / areas - 1) < _SAME_AREA for area in found)
-            likely = np.where(right != too, too, likely)
-        cut = self._in_one_cell(vertices, box) & ~winding & ~left & (crossed | likely)
-        return np.where(np.repeat(cut, counts)[:, None], unwrapped, vertices)
-
-    def _crossed(self, vertices: Array) -> NDArray[np.bool_]:
-        """(n,) whether a polygon crosses itself."""
-        return np.isin(np.arange(len(self.offsets) - 1), self_crossings(vertices, self.offsets))
-
-    def _in_one_cell(self, vertices: Array, box: Array) -> NDArray[np.bool_]:
-        """(n,) whether a polygon has room in one cell, a parallelogram or a rectangle, wherever that begins."""
-        inside = np.zeros(len(self.offsets) - 1, dtype=bool)
-        for places in (vertices @ np.linalg.inv(box), vertices / box.diagonal()):
-            high, low = (each.reduceat(places, self.offsets[:-1], axis=0) for each in (np.maximum, np.minimum))
-            inside |= (high - low <= 1 + _ONE_CELL).all(axis=1)
-        return inside
+        taken = np.cumsum(steps, axis=0) - steps
+        return np.asarray(vertices - (taken - np.repeat(taken[starts], counts, axis=0)) @ box)
 
 
 def rings_of_bonds(bonds: Indices, count: int) -> Rings:
@@ -208,7 +170,7 @@ class Sites:
     positions: Array  # (n_atoms, 2)
     types: NDArray[np.str_]  # (n_atoms,) names of the atom types
     rings: Rings | None = None  # which atoms are vertices of one droplet; None: every atom is a disk
-    wrapped: bool | None = None  # whether the box cuts droplets, see `Rings.polygons`
+    wrapped: bool = False  # whether the box may cut droplets, see `Rings.polygons`
     radius: Array | None = None  # (n_atoms,) of the disks, if the source has radii
     a0: Array | None = None  # (n_atoms,) rest area of the droplet of each vertex, if the source has them
     # further attributes in the source, see `jamlab.packing.lammps_files.described`
@@ -216,7 +178,6 @@ class Sites:
     deck: bool = True  # whether unknown sizes may be those of the decks' particles
     rounding: float = 0.0  # how far a coordinate may be off, see `Packing.rounding`
     provenance: Mapping[str, Any] = field(default_factory=dict)  # entries about the source
-    unread: Sequence[str] = ()  # names in the source of what this jamlab does not understand
 
     def packing(
         self,
@@ -244,11 +205,9 @@ class Sites:
             raise InputError("radii are those of disks: the rim of droplets is params['delta']")
         else:
             law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"), assumed)
-            known = None if "a0" in assumed else law["a0"]
-            vertices = self.rings.polygons(self.positions, cell, self.wrapped, known)
+            vertices = self.rings.polygons(self.positions, cell, self.wrapped)
             common |= {"positions": vertices, "offsets": self.rings.offsets}
-        history = {"assumed": assumed, "unread": sorted(set(self.unread))}
-        history = {**self.provenance, **{name: names for name, names in history.items() if names}}
+        history = {**self.provenance, **({"assumed": assumed} if assumed else {})}
         return Packing(params=law, provenance=history, **common)
 
     def _fixed(self, given: str | Array) -> NDArray[np.bool_]:
@@ -316,7 +275,7 @@ def from_outlines(
     box: ArrayLike,
     *,
     rest_areas: ArrayLike | None = None,
-    wrapped: bool | None = None,
+    wrapped: bool = False,
     **parameters: Any,
 ) -> Packing:
     """Make droplets of outlines, in any unit of length; not relaxed.
@@ -326,10 +285,7 @@ def from_outlines(
             may be repeated at the end.
         box: (2, 2), rows are the lattice vectors; or two sides of a rectangle.
         rest_areas: (n,) in the square of that unit; default the areas of the outlines.
-        wrapped: True: the box may cut every outline, and its edges are the shortest of their periodic images. False:
-            every outline is whole. By default an outline is whole, unless it has room in one cell, the shortest images
-            of its edges close, and only with these it does not cross itself or has an area within 20 % of its rest
-            area; if that decides nothing, unless an edge of some outline is three times as long as its shortest image.
+        wrapped: whether the box may cut outlines: edges are then the shortest of their periodic images.
         parameters: of the force law, values that replace those of `dp.parameters`, in units of eps and l.
 
     Returns:
@@ -355,13 +311,8 @@ def from_outlines(
     lattice = plane_box("box", box)
     counts = np.array([len(shape) for shape in shapes])
     offsets = np.concatenate([[0], np.cumsum(counts)])
-    known = None if rest_areas is None else _positive_areas(rest_areas, counts.shape)
-    rings, points = Rings(np.arange(offsets[-1]), offsets), np.concatenate(shapes)
-    vertices = rings.polygons(points, lattice, wrapped, known)
-    if known is None:
-        known = _positive_areas(
-            shapely.area([shapely.Polygon(ring) for ring in np.split(vertices, offsets[1:-1])]), counts.shape
-        )
+    vertices = Rings(np.arange(offsets[-1]), offsets).polygons(np.concatenate(shapes), lattice, wrapped)
+    known = _positive_areas(polygon_areas(vertices, offsets) if rest_areas is None else rest_areas, counts.shape)
     unit = float(np.sqrt(known).mean())
     _, params = droplet_params(len(shapes), 0.5, np.sqrt(known), vertices=counts, **parameters)
     made = Packing("dp", lattice / unit, vertices / unit, params, offsets=offsets)

@@ -166,19 +166,6 @@ def test_coordinates_of_dumps(tmp_path, names, tilt):
     assert (found.provenance["step"], found.rounding) == (5, 0.0)
 
 
-def test_coordinates_of_two_kinds_must_agree(tmp_path):
-    """Up to their digits and to lattice vectors."""
-    fields = {"step": 0, "columns": "id x y xs ys", "tilt": "", "xy": "", "zero": ""}
-    for fraction, agrees in (("0.111111", True), ("1.111111", True), ("0.1234", False)):
-        rows = f"1 2.5 0.0 {fraction} 0.25\n2 4.25 1 0.5 0.5\n3 6.5 2 0 0.75"
-        (tmp_path / "p.dump").write_text(DUMP.format(rows=rows, **fields))
-        if agrees:
-            assert jamlab.read(tmp_path / "p.dump", radii=0.5).positions[0].tolist() == [0.5, 1.0]
-            continue
-        with pytest.raises(InputError):
-            jamlab.read(tmp_path / "p.dump", radii=0.5)
-
-
 @pytest.mark.parametrize("tilt", [1 / 3, 16 / 3])
 def test_wrapped_droplets_become_whole(tmp_path, tilt):
     """As the decks' dumps had them: x and y in the box, no bonds, rows in any order."""

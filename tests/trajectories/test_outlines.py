@@ -34,17 +34,16 @@ def lattice(rng):
     return box, np.hypot(*vectors[np.any(IMAGES, axis=1)].T).min()
 
 
-@pytest.mark.parametrize("how", [True, None])
-def test_rings_that_the_box_cuts_become_whole(how):
-    """Edges below half of the shortest lattice vector are known by wrapped=True, below a quarter without."""
+def test_rings_that_the_box_cuts_become_whole():
+    """Edges below half of the shortest lattice vector."""
     rng = np.random.default_rng(1)
     for turn in range(150):
         box, shortest = lattice(rng)
-        ring = star(rng, shortest * (0.24 if how else 0.12), rng.integers(3, 12)) + rng.random(2) @ box
+        ring = star(rng, shortest * 0.24, rng.integers(3, 12)) + rng.random(2) @ box
         cut = wrapped_into(box, ring, bool(turn % 2))
         edges = np.roll(cut, -1, axis=0) - cut
         perimeter = np.hypot(*(edges[:, None] + IMAGES @ box).transpose(2, 0, 1)).min(axis=1).sum()
-        p = jamlab.from_outlines([cut], box, wrapped=how)
+        p = jamlab.from_outlines([cut], box, wrapped=True)
         unit = box[0, 0] / p.box[0, 0]
         assert unit * p.perimeters[0] == pytest.approx(perimeter, rel=1e-11)
         x, y = (ring - ring[0]).T
@@ -53,12 +52,12 @@ def test_rings_that_the_box_cuts_become_whole(how):
 
 
 def test_rings_that_are_whole_keep_their_bits():
-    """Also edges that leading through the box would shorten: up to three quarters of it, any with `wrapped=False`."""
+    """By default also edges that leading through the box would shorten."""
     rng = np.random.default_rng(2)
-    for _ in range(150):
+    for _ in range(50):
         box, shortest = lattice(rng)
-        long = rectangle(shortest * rng.uniform(0.5, 0.74), shortest * rng.uniform(0.1, 0.4), rng.random(2) @ box)
-        for ring, how in ((star(rng, 0.3 * shortest, 9) - 2 * box[0], None), (long, None), (1.3 * long, False)):
+        long = rectangle(shortest * rng.uniform(0.5, 0.97), shortest * rng.uniform(0.1, 0.4), rng.random(2) @ box)
+        for ring, how in ((star(rng, 0.2 * shortest, 9) - 2 * box[0], True), (long, False)):
             p = jamlab.from_outlines([ring], box, wrapped=how, rest_areas=[1.0])
             assert np.array_equal(p.positions, ring)
 
@@ -82,31 +81,10 @@ def test_droplets_that_files_hold_come_back_from_a_universe_and_as_outlines(tmp_
     assert again.positions == pytest.approx(p.positions, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "ring",
-    [
-        [[0.05, 0.1], [0.9, 0.1], [0.5, 0.6]],  # its shortest edges do not close
-        [[0.0, 0.0], [1.3, 0.15], [1.3, 0.2], [0.0, 0.05]],  # no cell has room for it
-        [[0.1, 0.1], [0.9, 0.1], [0.9, 0.3], [0.82, 0.2], [0.1, 0.3]],  # its shortest edges cross each other
-    ],
-)
-def test_an_outline_that_the_box_cannot_have_cut_is_whole(ring):
-    p = jamlab.from_outlines([ring], [1.0, 3.0])
-    unit = 1.0 / p.box[0, 0]
-    assert unit * p.positions == pytest.approx(np.array(ring), rel=1e-14)
-
-
 def test_a_first_vertex_that_is_repeated_at_the_end_is_no_vertex():
     ring = rectangle(0.2, 0.3, 0.1)
     p = jamlab.from_outlines([np.vstack([ring, ring[0]]), ring + 0.4], [1.0, 1.0])
     assert np.diff(p.offsets).tolist() == [4, 4]
-
-
-def test_the_rest_area_says_which_of_two_readings_is_meant():
-    ring, box = rectangle(0.6, 0.3, [0.1, 0.1]), np.eye(2)
-    for area in (0.17, 0.13):
-        p = jamlab.from_outlines([ring], box, rest_areas=[area])
-        assert p.polygon_areas * area == pytest.approx(0.18 if area == 0.17 else 0.12)
 
 
 @pytest.mark.parametrize(

@@ -105,11 +105,11 @@ def test_the_law_in_the_comment_of_an_xyz_is_taken(tmp_path, comment, units, par
     assert p.provenance.get("assumed", []) == ([] if set(params) <= set(re.findall(r"\w+", comment)) else ["eps"])
 
 
-def test_what_an_xyz_has_besides_is_named(tmp_path):
+def test_what_an_xyz_has_besides_is_passed_over(tmp_path):
     rows = [f"{row} 1.8 0 0 0 7" for row in FOUR]
     properties = "species:S:1:pos:R:3:Radius:R:1:diameter:R:1:vel:R:3:mu:R:1"
     p = read_one_xyz(tmp_path / "p.xyz", 'alpha=2 made by="some code"', rows, properties)
-    assert p.provenance["unread"] == ["alpha", "by", "made", "mu"] and p.diameters.tolist() == [1.8] * 4
+    assert p.provenance["assumed"] == ["eps"] and p.diameters.tolist() == [1.8] * 4
 
 
 def test_three_dimensions_or_an_open_box_are_no_packing(tmp_path):
@@ -120,7 +120,6 @@ def test_three_dimensions_or_an_open_box_are_no_packing(tmp_path):
         {"comment": 'pbc="F F F"'},
         {"comment": "units=eps k=1"},
         {"comment": "k=1 eps=1"},
-        {"comment": "k=1 k=2"},
         {"comment": "", "rows": wrong, "properties": "species:S:1:pos:R:3:radius:R:1:diameter:R:1"},
     ):
         with pytest.raises(jamlab.InputError):

@@ -155,7 +155,6 @@ def write_gsd(path, packings):
             file.append(frame)
 
 
-@pytest.mark.filterwarnings("ignore:invalid value encountered in arccos")  # MDAnalysis takes tilt factors for cosines
 @pytest.mark.parametrize("make", [disks, polygons])
 def test_gsd_with_square_and_sheared_boxes(tmp_path, make):
     written = [make(1, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in TILTS]
