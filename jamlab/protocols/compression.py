@@ -26,7 +26,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, descent_of, force_tolerance
-from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles
+from jamlab.protocols.saddles import leave_saddles, record, relax_off_saddles, stopped_beside
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
@@ -128,7 +128,8 @@ def compress(
 
     Yields:
         One Packing per state. Where a step ends in no minimum, the state is approached from the one before in up to 16
-        steps. One that did not converge then has `converged` False, and the sweep ends there. One that misses its
+        steps; where these do not either, but rattlers stop all that slides, it has `on_rattlers`. One that did not
+        converge then has `converged` False, and the sweep ends there. One that misses its
         packing fraction, because it jumps there, has `on_target` False. With `pressure_tolerance`,
         `provenance["step_error"]` is the largest relative error of a pressure predicted since the state before.
 
@@ -254,11 +255,16 @@ def _sweep(
             work.reached(value)
             yield packing
             if not found.converged and target != targets[-1]:
-                largest = found.evaluation.max_force
                 raise ConvergenceError(
-                    f"the state at {by} = {reached:.6g} is no minimum, with a largest force of {largest:.2g} for a "
-                    f"tolerance of {force:.2g}: the sweep ends there; take steps well below {stride:.2g}"
+                    f"the state at {by} = {reached:.6g} is no minimum: {_why_none(found)}. The sweep ends there; take "
+                    f"steps well below {stride:.2g}"
                 )
+
+
+def _why_none(found: Relaxed) -> str:
+    if found.evaluation.max_force > found.tolerance:
+        return f"its largest force is {found.evaluation.max_force:.2g} for a tolerance of {found.tolerance:.2g}"
+    return "its forces balance, but it is a saddle, and no minimum was found beside it"
 
 
 def _reach(
@@ -267,27 +273,35 @@ def _reach(
     """Relax a packing at phi, maybe to a saddle; where that ends in no balance of forces, go there from `minimum`."""
     session.load(at_phi(packing, phi))
     found = minimizer(packing.ensemble)(session, force, settings=settings)
-    return found if found.converged else _reach_by_steps(session, minimum, phi, force, settings)
+    return found if found.converged else _reach_by_steps(session, minimum, phi, force, settings, stopped=True)
 
 
 def _settle(session: Session, found: Relaxed, minimum: Packing, force: float, settings: SolverSettings) -> Relaxed:
-    """The minimum beside a state that a session was relaxed to; where there is none, go there from `minimum`."""
+    """The minimum beside a state that a session was relaxed to; where there is none, the one that steps from `minimum`
+    lead to; where there is none either, a state of which rattlers stop all that slides."""
     relax_state = minimizer(minimum.ensemble)
-    phi = session.packing().phi
-    found = leave_saddles(session, found, partial(relax_state, session, force, near=True, settings=settings), settings)
-    return found if found.converged else _reach_by_steps(session, minimum, phi, force, settings)
+    packing = session.packing()
+    again = partial(relax_state, session, force, near=True, settings=settings)
+    left = leave_saddles(session, found, again, settings)
+    if not left.converged:
+        left = _reach_by_steps(session, minimum, packing.phi, force, settings)
+    return left if left.converged else stopped_beside(session, packing, found, again, settings)
 
 
-def _reach_by_steps(session: Session, minimum: Packing, phi: float, force: float, settings: SolverSettings) -> Relaxed:
+def _reach_by_steps(
+    session: Session, minimum: Packing, phi: float, force: float, settings: SolverSettings, *, stopped: bool = False
+) -> Relaxed:
     """Go to phi from a minimum by 2 steps, then 4, and so on, until one way ends in a minimum.
 
-    Vertices run together, or outlines cross, where droplets are squeezed by too much at once.
+    Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the last
+    way, see `relax_off_saddles`.
     """
     for halving in range(settings.sweep.halvings):
         state = minimum
         for following in np.linspace(minimum.phi, phi, 2 ** (halving + 1) + 1)[1:]:
             session.load(at_phi(state, following))
-            found = relax_off_saddles(session, force, settings=settings)
+            last = stopped and halving + 1 == settings.sweep.halvings
+            found = relax_off_saddles(session, force, stopped=last, settings=settings)
             if not found.converged:
                 break
             state = session.packing()

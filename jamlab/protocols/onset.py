@@ -171,7 +171,7 @@ def _onset_above(
         else:
             onset = searched.by_bisection(loose, first_step)
         method = "rigid" if rigid else descent_of(session).name(session, settings.relaxation)
-    packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble, on_rattlers=onset.on_rattlers)
+    packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     return record(packing, onset.found, minimizer=method)
 
 

@@ -1,7 +1,8 @@
 """Search for jamming onset of packings in one LAMMPS session, by the steps of Boromand et al. or by bisection."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -16,20 +17,18 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import Approach, fell_too_often
 from jamlab.protocols.box_shear import Ensemble
 from jamlab.protocols.relaxation import Relaxed, relax, settle
-from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
+from jamlab.protocols.saddles import leave_saddles
 from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 
 
 @dataclass(frozen=True)
 class SearchState:
-    """A minimum on the way to onset, its contact energy per disk or vertex, and whether rattlers hold a droplet in it
-    that would slide."""
+    """A minimum on the way to onset, and its contact energy per disk or vertex."""
 
     packing: Packing
     found: Relaxed
     energy: float
-    on_rattlers: bool = False
 
     @property
     def phi(self) -> float:
@@ -111,11 +110,8 @@ class OnsetSearch(Approach[SearchState]):
         none by its Hessian alone, since rattlers hold what would slide."""
         if not self.at_end(state):
             return state
-        found = leave_saddles(self.session, state.found, lambda: self._relax(near=True), self.settings)
-        if late and found.evaluation.max_force <= found.tolerance and not found.converged:
-            held = rests_on_rattlers(self.session, self.settings)
-            return replace(self.measure(replace(found, converged=held, off_saddles=held)), on_rattlers=held)
-        return self.measure(found)
+        again = partial(self._relax, near=True)
+        return self.measure(leave_saddles(self.session, state.found, again, self.settings, stopped=late))
 
     def settle(self, start: SearchState, phi: float) -> SearchState:
         """A bounded effort at another packing fraction."""

@@ -43,6 +43,7 @@ class Relaxed:
     tolerance: float  # asked for, on the largest force
     converged: bool  # whether the largest force is below the tolerance
     off_saddles: bool = False  # whether it is known to be no saddle, or to be held by what its Hessian leaves out
+    on_rattlers: bool = False  # whether it is the latter
 
 
 def force_tolerance(model: str) -> float:

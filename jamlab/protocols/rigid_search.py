@@ -21,7 +21,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.approach import Approach, fell_too_often
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
 from jamlab.protocols.relaxation import Relaxed, descend_droplets
-from jamlab.protocols.saddles import leave_saddles, rests_on_rattlers
+from jamlab.protocols.saddles import leave_saddles
 from jamlab.protocols.solver_settings import SolverSettings
 
 
@@ -175,15 +175,10 @@ class RigidSearch(Approach[RigidDroplets]):
                     break
                 unsettled = stuck
                 continue
-            left = leave_saddles(session, state.found, self._relax_again, self.settings)
+            left = leave_saddles(session, state.found, self._relax_again, self.settings, stopped=stopped)
             found = self.droplets.measure(left)
             if self.droplets.at_end(found):
                 return found
-            if stopped and rests_on_rattlers(session, self.settings):
-                left = replace(left, converged=left.evaluation.max_force <= left.tolerance, off_saddles=True)
-                found = replace(self.droplets.measure(left), on_rattlers=True)
-                if self.droplets.at_end(found):
-                    return found
             if (unstable := unstable_directions(found.packing)) is None:
                 end = self._relax(RigidDroplets.of(found.packing))
             else:

@@ -22,23 +22,50 @@ from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 
 def relax_off_saddles(
-    session: Session, tolerance: float | None = None, *, near: bool = False, settings: SolverSettings = SOLVERS
+    session: Session,
+    tolerance: float | None = None,
+    *,
+    near: bool = False,
+    stopped: bool = True,
+    settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
-    """Relax the packing in a session in its ensemble, to a minimum and not to a saddle; arguments as in `relax`."""
+    """Relax the packing in a session in its ensemble, to a minimum and not to a saddle; arguments as in `relax`.
+    `stopped`: a state of which rattlers stop all that slides counts, where no other is found."""
     relax_state = minimizer(session.packing().ensemble)
     found = relax_state(session, tolerance, near=near, settings=settings)
 
     def again() -> Relaxed:
         return relax_state(session, tolerance, near=True, settings=settings)
 
-    return leave_saddles(session, found, again, settings)
+    packing = session.packing()
+    left = leave_saddles(session, found, again, settings)
+    return stopped_beside(session, packing, found, again, settings) if stopped and not left.converged else left
+
+
+def stopped_beside(
+    session: Session, packing: Packing, found: Relaxed, relax_again: Callable[[], Relaxed], settings: SolverSettings
+) -> Relaxed:
+    """The state beside a saddle in which rattlers stop all that slides. A stop pushes back, so that another slide along
+    the mode leads to its other end: the first end is asked first."""
+    for returns in (0, settings.saddles.returns):
+        session.load(packing)
+        patience = replace(settings, saddles=replace(settings.saddles, returns=returns))
+        left = leave_saddles(session, found, relax_again, patience, stopped=True)
+        if left.converged:
+            break
+    return left
 
 
 def leave_saddles(
-    session: Session, found: Relaxed, relax_again: Callable[[], Relaxed], settings: SolverSettings
+    session: Session,
+    found: Relaxed,
+    relax_again: Callable[[], Relaxed],
+    settings: SolverSettings,
+    *,
+    stopped: bool = False,
 ) -> Relaxed:
     """The minimum beside a state that a session was relaxed to, which does not count as converged where none is found.
-    `relax_again`: of what lies near a minimum."""
+    `relax_again`: of what lies near a minimum; `stopped`: a state that `rests_on_rattlers` counts in the end."""
     numbers, tried = settings.saddles, np.zeros((0, session.packing().positions.size))
     for _ in range(numbers.slides):
         packing = session.packing()
@@ -56,7 +83,8 @@ def leave_saddles(
             session.set_positions(slid(session, session.packing(), direction, found.tolerance, settings))
         state = session.evaluate()
         found = replace(found, evaluation=state) if state.max_force <= found.tolerance else relax_again()
-    return replace(found, converged=False)
+    held = stopped and found.converged and rests_on_rattlers(session, settings)
+    return replace(found, converged=held, off_saddles=held, on_rattlers=held)
 
 
 def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
@@ -69,14 +97,18 @@ def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
         entries: further entries of the provenance.
 
     Returns:
-        The packing with `max_force`, `converged` and `tolerance` set.
+        The packing with `max_force`, `converged`, `tolerance` and `on_rattlers` set.
     """
     converged = found.converged
     if converged and not found.off_saddles:
         unstable = unstable_directions(packing)
         converged = unstable is None or unstable[1] >= 0
     return packing.with_state(
-        max_force=found.evaluation.max_force, converged=converged, tolerance=found.tolerance, provenance=entries
+        max_force=found.evaluation.max_force,
+        converged=converged,
+        tolerance=found.tolerance,
+        on_rattlers=found.on_rattlers,
+        provenance=entries,
     )
 
 

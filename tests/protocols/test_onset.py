@@ -132,12 +132,12 @@ def test_droplets_of_other_kinds_jam(how):
 
 
 SADDLE = Path(__file__).parents[1] / "states" / "droplets_on_a_saddle.h5"
+ON_RATTLER = Path(__file__).parent / "states" / "droplet_on_a_rattler.h5"
 
 
 def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
     """Onset of 64, seed 197: nine searches ended so. The Hessian, without rattlers, gives way in both states."""
-    on_rattler = jamlab.read(Path(__file__).parent / "states" / "droplet_on_a_rattler.h5")
-    for packing, held in ((on_rattler, True), (jamlab.read(SADDLE), False)):
+    for packing, held in ((jamlab.read(ON_RATTLER), True), (jamlab.read(SADDLE), False)):
         with jamlab.Session(packing) as session:
             assert elasticity.unstable_directions(packing)[1] < 0
             assert saddles.rests_on_rattlers(session, jamlab.results.SolverSettings()) is held
@@ -150,6 +150,15 @@ def test_a_packing_read_from_a_saddle_relaxes_and_is_followed_to_minima():
     _assert_stable(jamlab.relax(on_saddle))
     (state,) = jamlab.compress(on_saddle, on_saddle.phi + 1e-4, 1e-4, by="phi", pressure_tolerance=0.3)
     _assert_stable(state)
+
+
+def test_droplets_that_rattlers_stop_are_relaxed_and_compressed():
+    """One of 64 droplets is stopped, its Hessian gives way: sweeps ended at such states."""
+    packing = jamlab.read(ON_RATTLER)
+    (state,) = jamlab.compress(packing, packing.phi + 1e-6, 1e-6, by="phi")
+    for found in (jamlab.relax(packing), state):
+        assert found.converged and found.on_rattlers and found.max_force <= found.tolerance == 1e-10
+        _assert_held(found)
 
 
 def test_disks_that_balance_on_a_saddle_leave_it():
