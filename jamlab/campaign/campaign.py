@@ -8,25 +8,26 @@ states = campaign.table("states")
 from __future__ import annotations
 
 import os
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
-from jamlab.campaign.folder import COPY, CampaignFolder, damage
+from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share, damage
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, wanted_batches
+from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, share_names, wanted_batches
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tables import aggregate, draw_means, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
-from jamlab.campaign.workers import FAILED, FINISHED, Outcome, Workers, drive
+from jamlab.campaign.workers import FAILED, FINISHED, Crew, Outcome, count_workers, drive
 from jamlab.checks import check_choice, checked
-from jamlab.errors import InputError
+from jamlab.errors import InputError, JamlabWarning
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
@@ -49,11 +50,13 @@ class CampaignRun:
         finished: number of tasks.
         failed: number of tasks; the reasons are in the folder.
         repaired: task whose file was damaged -> what was wrong, and where that file is now.
+        left: number of tasks of the chosen sweeps neither finished nor failed: of other shares, and seeds of `until`.
     """
 
     finished: int
     failed: int
     repaired: dict[str, str]
+    left: int
 
 
 @dataclass(frozen=True)
@@ -116,8 +119,7 @@ class Campaign:
         self,
         workers: int | None = None,
         *,
-        scheduler: str | None = None,
-        slurm: bool = False,
+        share: Share = WHOLE,
         only: Iterable[str] | None = None,
         retry_failed: bool = False,
         pilot: bool = False,
@@ -128,10 +130,9 @@ class Campaign:
         """Run all tasks that are neither finished nor failed; with `until`, until the standard errors are met.
 
         Args:
-            workers: number of processes on this machine, by default one per core, or per `ranks` cores; with `slurm`,
-                number of jobs.
-            scheduler: address of a running Dask scheduler to use instead.
-            slurm: run on SLURM, with the options of the table `slurm` of the campaign file.
+            workers: number of processes on this machine, by default one per core, or per `ranks` cores.
+            share: (k, n): run every n-th task only, from the k-th on, so that n processes on any machines that share
+                the folder, such as jobs of an array, run all of them.
             only: names of sweeps; by default all.
             retry_failed: run tasks again that failed before.
             pilot: run one task of each sweep, model and n of which none is finished, so that `plan` knows its time.
@@ -140,35 +141,46 @@ class Campaign:
             done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
-            InputError: the workers cannot be started or reached, or an observable of your own cannot be imported.
-            StorageError: the folder is in use or cannot be written. Run again to go on.
-            EngineError: the workers are lost. Run again to go on.
+            InputError: workers or a share that there cannot be, or an observable of your own that cannot be imported.
+            StorageError: the folder cannot be written, or another process runs the same tasks in it.
+            EngineError: the workers cannot be started. Run again to resume.
         """
+        k, n = share
+        if not 1 <= k <= n:
+            raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
+        if self.content.slurm is not None:
+            said = "submit a job array of `jamlab campaign run FILE --share K/N`"
+            warnings.warn(f"{self.file}: the table [slurm] has no effect: {said}", JamlabWarning, stacklevel=3)
         chosen = longest_first(batches(self.content, only))
         if pilot:
             known = self.folder.finished()
             chosen = [batch.first(1) for batch in chosen if known.isdisjoint(batch.names())]
-        where = Workers(workers, scheduler, slurm, self.content.slurm, name=self.name, folder=self.folder.path)
+        mine = task_names(chosen) & share_names(batches(self.content), share)
         self.folder.prepare()
-        with self.folder.lock():
+        with self.folder.lock(self.text, share):
             self.folder.keep_copy(self.text)
             self.folder.sweep_up()
-            names = task_names(chosen)
-            damages = self.folder.damages(self.folder.finished() & names) if verify else {}
+            damages = self.folder.damages(self.folder.finished() & mine) if verify else {}
             repaired = {name: f"{why}; moved to {self.folder.move_aside(name)}" for name, why in damages.items()}
             if retry_failed:
-                self.folder.forget_failures(self.folder.failed() & names)
-            counts = self._drive(chosen, where, progress or no_progress, done or (lambda outcome: None))
-        return CampaignRun(counts[FINISHED], counts[FAILED], repaired)
+                self.folder.forget_failures(self.folder.failed() & mine)
+            counts = self._drive(chosen, mine, workers, progress or no_progress, done or (lambda outcome: None))
+            left = len(task_names(wanted_batches(chosen, self.folder)) - self._ended())
+        return CampaignRun(counts[FINISHED], counts[FAILED], repaired, left)
 
     def _drive(
-        self, chosen: list[Batch], where: Workers, progress: Progress, done: Callable[[Outcome], None]
+        self,
+        chosen: list[Batch],
+        mine: set[str],
+        workers: int | None,
+        progress: Progress,
+        done: Callable[[Outcome], None],
     ) -> Counter[str]:
-        """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first; count the
-        outcomes."""
+        """Run the tasks `mine` of the batches of each number of ranks by workers that hold as many cores each, most
+        ranks first; count the outcomes."""
         counts: Counter[str] = Counter()
-        names, place = task_names(chosen), self.file.parent.resolve()
-        before, most = len(names & self._ended()), len(task_names(wanted_batches(chosen, self.folder)))
+        place = self.file.parent.resolve()
+        before, most = len(mine & self._ended()), len(mine & task_names(wanted_batches(chosen, self.folder)))
         modules = [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
 
         def tell(outcome: Outcome) -> None:
@@ -180,14 +192,14 @@ class Campaign:
         stored: StoredStates | None = None
         for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
             part = [batch for batch in chosen if batch.ranks == ranks]
-            if task_names(wanted_batches(part, self.folder)) <= self._ended():
+            if mine & task_names(wanted_batches(part, self.folder)) <= self._ended():
                 continue
             if stored is None:
                 for function in sorted({name for batch in chosen for name in batch.parameters.own}):
                     load_function(function, modules)  # what cannot be imported is named before any work begins
                 stored = StoredStates(self.folder, batches(self.content))
-            with replace(where, ranks=ranks).crew() as crew:
-                drive(crew, self.folder, part, stored, modules, tell)
+            with Crew(count_workers(workers, ranks)) as crew:
+                drive(crew, self.folder, part, mine, stored, modules, tell)
         return counts
 
     def _ended(self) -> set[str]:
@@ -384,7 +396,7 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
             raise InputError(f"no campaign has run in the folder {source}: give folders that contain a folder tasks")
     counts = {"copied": 0, "present": 0, "damaged": 0}
     campaign.folder.prepare()
-    with campaign.folder.lock():
+    with campaign.folder.lock(campaign.text):
         campaign.folder.keep_copy(campaign.text)
         for other in map(CampaignFolder, sources):
             for name in sorted(other.finished()):

@@ -257,10 +257,7 @@ class CampaignTable(FileTable):
 
     name: Annotated[str, Field(pattern=_NAME)]  # of the campaign, and of its folder
     sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]  # one or more sweeps
-    # arguments of `dask_jobqueue.SLURMCluster` for `--slurm`, which checks them: queue, account, walltime ("24:00:00"),
-    # memory ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many cores
-    # as its sweep has `ranks`.
-    slurm: dict[str, Any] = Field(default={})
+    slurm: Any = None  # of earlier versions, without effect: `Campaign.run` says so
 
     @field_validator("sweep")
     @classmethod

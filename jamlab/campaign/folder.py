@@ -6,7 +6,7 @@
 | tasks/<task>.h5       | a finished task, renamed to this name after its content was flushed to disk        |
 | failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
 | damaged/<task>.<k>.h5 | a file that was found damaged and moved aside                                      |
-| lock                  | held by flock while a driver runs here; the kernel frees it when the driver dies   |
+| lock, lock.<k>-of-<n> | held by flock while share k of n runs here; the kernel frees them when it dies     |
 
 A task has an HDF5 file: frames and observables as in `jamlab.packing.hdf5`, and tables.
 
@@ -30,17 +30,18 @@ The checksum at the start of the file (`jamlab.storage.verified_file`) carries t
 
 import errno
 import fcntl
+import hashlib
 import json
 import os
-import shutil
 import stat
+import time
 import traceback
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,7 +181,10 @@ def _campaign(path: Path) -> Iterator[tuple[Any, Parameters]]:
 
 COPY = "campaign.toml"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)  # of file systems that lock nothing
-CERTIFICATE = ".certificate-"  # how folders with the certificate of a run on SLURM begin
+_PATIENCE = 10.0  # s in which another process has said which shares run here
+
+Share = tuple[int, int]  # (k, n): every n-th task from the k-th on, k from 1 to n
+WHOLE: Share = (1, 1)
 
 
 @dataclass(frozen=True)
@@ -268,41 +272,46 @@ class CampaignFolder:
             raise StorageError(f"{path} is a link out of the campaign folder, to {real}: remove the link")
 
     def sweep_up(self) -> None:
-        """Remove the half-written files of killed workers; hold the lock."""
+        """Remove the half-written files of killed workers; those of workers that run stay."""
         for part in ("tasks", "failed"):
             remove_abandoned(self.path / part)
-        with _changing(self.path):
-            for place in self.path.glob(f"{CERTIFICATE}*"):  # of a driver that was killed
-                shutil.rmtree(place)
 
     @contextmanager
-    def lock(self) -> Iterator[None]:
-        """Keep other drivers out until the block ends; the lock of a driver that dies is released."""
-        path = self.path / "lock"
-        with _changing(path):  # not through a link, which may lead anywhere
-            how = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-            handle = os.open(path, how, 0o666)
-        if not stat.S_ISREG(os.fstat(handle).st_mode):
-            os.close(handle)
-            raise StorageError(f"the lock {path} is not a file: remove it")
-        with open(handle, "r+", encoding="utf-8", errors="replace") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                holder = file.read().strip() or "another process"
-                said = f"{holder} is working in {self.path}"
-                raise StorageError(f"{said}: wait for it, stop it, or choose another folder with --out") from None
-            except OSError as error:
-                if error.errno not in _NO_LOCKS:
-                    said = system_said(error, "choose another folder")
-                    raise StorageError(f"cannot lock {self.path}: {said}") from error
-                said = f"{self.path}: {os.strerror(error.errno)}"
-                warnings.warn(f"{said}: nothing keeps a second driver out, so run one at a time", stacklevel=4)
-            file.seek(0)
-            file.truncate()
-            file.write(f"process {os.getpid()} on {os.uname().nodename}")
-            file.flush()
+    def lock(self, text: str, share: Share = WHOLE) -> Iterator[None]:
+        """Keep other processes out that would run the same tasks, until the block ends: the same share, shares of
+        another number, and shares of another campaign file than this text. The lock of a process that dies is
+        released."""
+        k, n = share
+        asked = f"{n} shares of a campaign file with SHA-256 {hashlib.sha256(text.encode()).hexdigest()}"
+        with _lock_file(self.path / f"lock.{k}-of-{n}") as own, _lock_file(self.path / "lock") as common:
+            with _changing(self.path):
+                try:
+                    free = _flock(own, fcntl.LOCK_EX)
+                except OSError as error:
+                    if error.errno not in _NO_LOCKS:
+                        raise
+                    said = f"{self.path}: {os.strerror(error.errno)}"
+                    warnings.warn(f"{said}: nothing keeps a second run out, so run each share once", stacklevel=4)
+                else:
+                    if not free:
+                        raise StorageError(f"{_read(own) or 'another process'} runs in {self.path}: wait for it")
+                    _write(own, f"share {k} of {n} by process {os.getpid()} on {os.uname().nodename}")
+                    self._agree(common, asked)
             yield
+
+    def _agree(self, common: TextIO, asked: str) -> None:
+        """Share the lock of all shares: the first one writes what they run, the others must ask for the same."""
+        end = time.monotonic() + _PATIENCE
+        while True:
+            if _flock(common, fcntl.LOCK_EX):
+                _write(common, asked)
+            shared = _flock(common, fcntl.LOCK_SH)
+            if shared and _read(common) == asked:
+                return
+            if shared or time.monotonic() > end:
+                said = _read(common) or "another process"
+                raise StorageError(f"{said} runs in {self.path}, not {asked}: wait for the end, or stop it")
+            time.sleep(0.05)
 
     def keep_copy(self, text: str) -> None:
         """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it."""
@@ -334,3 +343,36 @@ def _changing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise StorageError(f"cannot change {path}: {system_said(error, 'check its permissions')}") from error
+
+
+@contextmanager
+def _lock_file(path: Path) -> Iterator[TextIO]:
+    """Open a file to be locked, not through a link, which may lead anywhere."""
+    with _changing(path):
+        how = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        handle = os.open(path, how, 0o666)
+    with open(handle, "r+", encoding="utf-8", errors="replace") as file:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise StorageError(f"the lock {path} is not a file: remove it")
+        yield file
+
+
+def _flock(file: TextIO, how: int) -> bool:
+    """Lock a file, or change its lock; whether no other process has it."""
+    try:
+        fcntl.flock(file, how | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _write(file: TextIO, text: str) -> None:
+    file.seek(0)
+    file.truncate()
+    file.write(text)
+    file.flush()
+
+
+def _read(file: TextIO) -> str:
+    file.seek(0)
+    return file.read().strip()

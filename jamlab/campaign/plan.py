@@ -14,6 +14,7 @@ known before one is finished: `run` with `pilot` does one of each. A task whose 
 one did not measure. A task of several ranks holds as many cores all its time, also while one of them measures.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -22,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.campaign.file import site_count
-from jamlab.campaign.folder import CampaignFolder, read_last_state
+from jamlab.campaign.folder import CampaignFolder, Share, read_last_state
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import Batch, task_names
 from jamlab.checks import check_choice
@@ -211,3 +212,11 @@ def total_time(lines: list[SweepPlan], workers: int | None = None) -> tuple[floa
 def longest_first(batches: list[Batch]) -> list[Batch]:
     """Order batches by disks and vertices of a packing, so that no worker is left alone with a long task at the end."""
     return sorted(batches, key=lambda batch: -site_count(batch.parameters.n, batch.parameters.force_law))
+
+
+def share_names(batches: list[Batch], share: Share) -> set[str]:
+    """Names of the tasks of share k of n: every n-th of all tasks of a campaign, the longest first, from the k-th on.
+    They depend on the campaign file alone, so that no two shares have a task in common whatever is finished."""
+    k, n = share
+    names = dict.fromkeys(name for batch in longest_first(batches) for name in batch.names())
+    return set(itertools.islice(names, k - 1, None, n))

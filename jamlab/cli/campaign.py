@@ -46,13 +46,7 @@ Folder = Annotated[
     Path | None, typer.Option("--out", help="Folder of the tasks; default: beside the file, under the campaign's name.")
 ]
 Only = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Name of a sweep; repeatable.")]
-Count = Annotated[int | None, typer.Option(help="Number of worker processes (with --slurm: jobs); default: all cores.")]
-SLURM_HELP = (
-    "Run on SLURM: every worker is a job of 1 core, 2 GB and 24 h, unless the table [slurm] of the file "
-    'says otherwise: queue = "short", account, walltime = "04:00:00", memory = "4 GB", '
-    'job_extra_directives = ["--qos=low"], job_script_prologue = ["module load python"], interface = "ib0": '
-    "the keys of dask_jobqueue.SLURMCluster."
-)
+Count = Annotated[int | None, typer.Option(help="Number of worker processes; default: all cores.")]
 
 
 @app.command(epilog="Example: jamlab campaign new campaign.toml")
@@ -130,17 +124,15 @@ def run(
     file: Where,
     out: Folder = None,
     workers: Count = None,
-    scheduler: Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")] = None,
-    slurm: Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)] = False,
+    share: Annotated[
+        str, typer.Option(metavar="K/N", help="Run every N-th task only, from the K-th on, as in a job array.")
+    ] = "1/1",
     only: Only = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed tasks again.")] = False,
     pilot: Annotated[
         bool, typer.Option("--pilot", help="Run one task of each sweep, model and n only; `plan` then estimates times.")
     ] = False,
     no_verify: Annotated[bool, typer.Option("--no-verify", help="Skip the integrity check of finished files.")] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Run nothing; print the job script of --slurm and the number of jobs.")
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Run the remaining tasks.
@@ -150,13 +142,11 @@ def run(
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
-    if dry_run:
-        _print_scripts(campaign, only, workers)
-        return
     words = f"{file} --out {out}" if out else str(file)
+    words += f" --share {share}" if share != "1/1" else ""
     describe_kept(lambda: f"{_describe(campaign, only)}; `jamlab campaign resume {words}` resumes")
     with progress_bar(campaign.name, resumed=True) as progress:
-        where: dict[str, Any] = {"scheduler": scheduler, "slurm": slurm, "verify": not no_verify, "pilot": pilot}
+        where: dict[str, Any] = {"share": _share(share), "verify": not no_verify, "pilot": pilot}
         where |= {"only": only, "retry_failed": retry_failed, "progress": progress, "done": _print_failure}
         ran = campaign.run(workers, **where)
     for task, line in ran.repaired.items():
@@ -169,22 +159,19 @@ def run(
             print_line(f"Reasons: jamlab campaign status {file}")
     else:
         print_note(f"nothing left to run: {_describe(campaign, only)}")
+    if ran.left and not pilot and not as_json:
+        print_line(f"{ran.left} tasks are left to other shares, or to another run of all shares")
     raise typer.Exit(1 if ran.failed else 0)
 
 
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 
-def _print_scripts(campaign: "Campaign", only: list[str] | None, jobs: int | None) -> None:
-    """Print the script of a job for each number of ranks, and on stderr how many tasks and jobs there would be."""
-    from jamlab.campaign.slurm import job_script
-
-    lines = campaign.plan(only)
-    for ranks in sorted({line.ranks for line in lines}, reverse=True):
-        left = sum(line.left for line in lines if line.ranks == ranks)
-        print(job_script({"job_name": campaign.name} | campaign.content.slurm, ranks))
-        said = f"{left} tasks left for --slurm, by {min(jobs or 1, left)} jobs of {ranks} cores; nothing was run"
-        print_line(said, err_console)
+def _share(text: str) -> tuple[int, int]:
+    k, slash, n = text.partition("/")
+    if not (slash and k.isdecimal() and n.isdecimal()):
+        raise InputError(f"--share {text}: give K/N, such as 3/32")
+    return int(k), int(n)
 
 
 def _print_failure(outcome: "Outcome") -> None:

@@ -10,9 +10,9 @@ def available_cores() -> int:
     """Cores that this process may use: what its affinity and its control group leave, and `cores_given` allows."""
     if _given:
         return _given[-1]
-    from dask.system import cpu_count  # knows affinity and the quotas of containers
+    from joblib import cpu_count  # knows affinity and the quotas of containers
 
-    return max(1, int(cpu_count()))
+    return int(cpu_count())
 
 
 @contextmanager

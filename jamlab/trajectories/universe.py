@@ -292,9 +292,8 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     """Measure the frames of a trajectory, as `jamlab.measure` does those of `jamlab.from_universe(u)`.
 
     `PackingAnalysis(u, ("rho", "z")).run(step=10).results.rho` is (n_frames,) float64. With
-    `run(backend="multiprocessing", n_workers=4)` processes share the frames; so they do with "dask", which in a script
-    needs `if __name__ == "__main__":`. Frames are float32: moduli are refused unless `relaxed=True`, and z and rattlers
-    are nan where rounding could open or close a contact.
+    `run(backend="multiprocessing", n_workers=4)` processes share the frames. Frames are float32: moduli are refused
+    unless `relaxed=True`, and z and rattlers are nan where rounding could open or close a contact.
 
     Args:
         u: Universe, or an AtomGroup of it.
@@ -318,7 +317,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
     @classmethod
     def get_supported_backends(cls) -> tuple[str, ...]:
         """Names for `run(backend=...)`."""
-        return ("serial", "multiprocessing", "dask")
+        return ("serial", "multiprocessing")
 
     @checked
     def __init__(

@@ -5,32 +5,25 @@ from collections import deque
 
 import pytest
 
-from jamlab.campaign.workers import Workers
+from jamlab.campaign.workers import run_task
 
 
-class Here:
-    width, cause = 1, "none"
+class Here(contextlib.nullcontext):
+    width = 1
 
-    def __init__(self):
-        self.calls = deque()
+    def __init__(self, count):
+        super().__init__(self)
+        self.tasks = deque()
 
-    def submit(self, key, call):
-        self.calls.append((key, call))
+    def submit(self, name, arguments):
+        self.tasks.append((name, arguments))
 
     def wait(self):
-        key, (function, *arguments) = self.calls.popleft()
-        return key, function(*arguments)
+        name, arguments = self.tasks.popleft()
+        return name, run_task(*arguments)
 
 
 @pytest.fixture
 def here(monkeypatch):
     """Run tasks in this process."""
-    monkeypatch.setattr(Workers, "crew", lambda workers: contextlib.nullcontext(Here()))
-
-
-@pytest.fixture
-def scheduler():
-    from distributed import LocalCluster
-
-    with LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0") as cluster:
-        yield cluster.scheduler_address
+    monkeypatch.setattr("jamlab.campaign.campaign.Crew", Here)

@@ -100,7 +100,7 @@ def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     assert (status.failed, status.left) == (1, 0)
     (record,) = status.failures.values()
     assert (record["label"], record["error"]) == ("sp n=8 seed=1", "ConvergenceError")
-    assert campaign.run(1) == type(campaign.run(1))(0, 0, {})  # nothing is left: no worker starts
+    assert campaign.run(1) == type(campaign.run(1))(0, 0, {}, 0)  # nothing is left: no worker starts
     kept = campaign.folder.failure_file(task_name(Parameters.model_validate_json(record["parameters"])))
     first = kept.stat().st_mtime_ns
     done = campaign.run(1, retry_failed=True)
@@ -182,18 +182,18 @@ def test_a_file_that_is_edited_after_it_was_opened_does_not_change_the_run(tmp_p
 
 
 def test_two_drivers_do_not_share_a_folder(tmp_path):
-    folder = CampaignFolder(tmp_path)
+    folder, campaign = CampaignFolder(tmp_path), jamlab.open_campaign(written(tmp_path / "c.toml"), tmp_path)
     folder.prepare()
-    with folder.lock():
+    with folder.lock(campaign.text):
         with pytest.raises(StorageError) as caught:
-            jamlab.open_campaign(written(tmp_path / "c.toml"), tmp_path).run(1)
+            campaign.run(1)
         assert f"process {os.getpid()} on" in str(caught.value) and str(tmp_path) in str(caught.value)
-    with folder.lock():  # free again
+    with folder.lock(campaign.text):  # free again
         pass
     code = "import sys, os, pathlib; from jamlab.campaign.folder import CampaignFolder\n"
-    code += "lock = CampaignFolder(pathlib.Path(sys.argv[1])).lock(); lock.__enter__(); os.kill(os.getpid(), 9)"
+    code += "CampaignFolder(pathlib.Path(sys.argv[1])).lock('').__enter__(); os.kill(os.getpid(), 9)"
     assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
-    with folder.lock():  # the lock of a dead driver is none
+    with folder.lock(campaign.text):  # the lock of a dead driver is none
         pass
 
 

@@ -10,7 +10,7 @@ from commands import call
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.workers import Workers
+from jamlab.campaign.workers import count_workers
 from jamlab.errors import InputError
 from jamlab.processes.cores import cores_given
 
@@ -31,10 +31,10 @@ def test_ranks_do_not_enter_names_and_reach_the_protocols(tmp_path, monkeypatch)
 
 def test_workers_hold_the_cores_of_their_ranks():
     with cores_given(8):
-        assert [Workers(ranks=ranks).expected for ranks in (1, 2, 3, 8)] == [8, 4, 2, 1]
-        assert Workers(2, ranks=16).expected == 2
+        assert [count_workers(None, ranks) for ranks in (1, 2, 3, 8)] == [8, 4, 2, 1]
+        assert count_workers(2, 16) == 2
         with pytest.raises(InputError) as caught:
-            _ = Workers(ranks=9).expected
+            count_workers(None, 9)
         assert "ranks = 9" in str(caught.value) and "8 cores" in str(caught.value)
 
 

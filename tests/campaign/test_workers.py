@@ -1,25 +1,21 @@
-"""Where tasks run: schedulers, SLURM, workers that cannot live or are killed; nothing is left behind, all is whole."""
+"""Where tasks run: shares, workers that cannot live or are killed; nothing is left behind, all is whole."""
 
-import os
+import json
 import subprocess
 import sys
 import time
-import tomllib
 
 import psutil
 import pytest
-from campaigns import dask_worker
+from campaigns import written
 from commands import call
 
 import jamlab
 from jamlab.campaign import workers
-from jamlab.campaign.file import CampaignTable
-from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.slurm import job_script
-from jamlab.campaign.states import StoredStates
-from jamlab.campaign.tasks import batches
-from jamlab.campaign.workers import Workers
-from jamlab.errors import EngineError, InputError
+from jamlab.campaign.plan import share_names
+from jamlab.campaign.tasks import batches, task_names
+from jamlab.errors import EngineError, InputError, StorageError
+from jamlab.processes.child import child_environment
 
 FILE = """
 name = "c"
@@ -38,39 +34,6 @@ def campaign(tmp_path):
     return jamlab.open_campaign(tmp_path / "c.toml")
 
 
-@pytest.mark.slow
-def test_a_scheduler_that_is_there(campaign, scheduler):
-    with dask_worker(scheduler) as worker:
-        done = campaign.run(scheduler=scheduler)
-        assert (done.finished, done.failed) == (4, 0)
-        assert worker.poll() is None  # it is not ours
-
-
-def test_tasks_of_two_folders_have_two_keys_at_a_scheduler(tmp_path):
-    (task, *_) = batches(CampaignTable.model_validate(tomllib.loads(FILE)))[0].tasks()
-    one, other, again = (CampaignFolder(tmp_path / name) for name in ("a", "b", "b/../a"))
-    assert workers.task_key(one, task) == workers.task_key(again, task) != workers.task_key(other, task)
-
-
-def test_a_task_whose_file_is_not_there_is_not_finished(campaign):
-    """Workers that see another folder under the same name, as without a common disk."""
-
-    class Elsewhere:
-        width = 1
-
-        def submit(self, key, call):
-            self.key = key
-
-        def wait(self):
-            return self.key, workers.Outcome(workers.FINISHED, "done", 1.0)
-
-    campaign.folder.prepare()
-    chosen, nobody = batches(campaign.content), StoredStates(campaign.folder, [])
-    with pytest.raises(EngineError) as caught:
-        workers.drive(Elsewhere(), campaign.folder, chosen, nobody, [], print)
-    assert ".h5 is not there" in str(caught.value)
-
-
 def test_nobody_can_connect_to_workers_on_this_machine(campaign):
     """They are reached by pipes: no process of the run listens anywhere."""
     older = {p.pid for p in psutil.Process().children(recursive=True)}  # a browser of other tests among them
@@ -87,18 +50,6 @@ def test_nobody_can_connect_to_workers_on_this_machine(campaign):
     before = listening(psutil.Process())
     assert campaign.run(1, progress=listen).finished == 4
     assert seen and heard <= before
-
-
-def test_workers_with_threads_are_refused(campaign, scheduler):
-    line = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2", "--no-nanny"]
-    with subprocess.Popen([*line, "--no-dashboard"], stderr=subprocess.DEVNULL) as process:
-        try:
-            with pytest.raises(InputError):
-                for _ in range(200):  # until the worker is there
-                    with Workers(scheduler=scheduler).crew():
-                        time.sleep(0.1)
-        finally:
-            process.kill()
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
@@ -124,62 +75,82 @@ def test_a_task_that_kills_its_workers_is_recorded(tmp_path, monkeypatch):
     assert "seed=1: its workers died again and again" in record["reason"]
 
 
-def test_what_local_workers_raise_is_named_and_they_are_gone_afterwards():
-    before = psutil.Process().children()  # other tests have a browser
-    with Workers(1).crew() as crew:
-        crew.submit("a", (os.getppid,))
-        assert crew.wait() == ("a", os.getpid())
-        crew.submit("b", (int, "three"))
-        with pytest.raises(EngineError) as caught:
-            crew.wait()
-        assert "'three'" in str(caught.value)
-        assert len(psutil.Process().children()) == len(before) + 1  # one and the same
-    assert psutil.Process().children() == before
-
-
-@pytest.mark.parametrize(
-    ("sbatch", "options", "said"),
-    [
-        (None, "", "no command sbatch or scancel"),
-        ("echo sbatch: error: invalid partition: a >&2; exit 1", 'queue = "a"', "invalid partition: a"),
-    ],
-    ids=["no sbatch", "refused"],
-)
-def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options, said):
-    pytest.importorskip("dask_jobqueue")
-    pytest.importorskip("cryptography")
-    for name in ("sbatch", "scancel") if sbatch else ():
-        (tmp_path / name).write_text(f"#!/bin/sh\n{sbatch}\n")
-        (tmp_path / name).chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    (tmp_path / "c.toml").write_text(f"{FILE}\n[slurm]\n{options}\n")
-    done = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
-    assert done.exit_code == 1 and said in done.stderr
-    assert done.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    "options",
-    [{"qeue": "short"}, {"memory": "lots"}, {"cores": 4}, {"protocol": "tcp://"}],
-)
-def test_options_of_slurm_that_cannot_be_are_named(options):
-    """By dask_jobqueue, which knows its arguments, but for those that jamlab sets."""
-    pytest.importorskip("dask_jobqueue")
+@pytest.mark.parametrize("share", [(0, 4), (5, 4), (-1, 4), (1, 0)])
+def test_shares_that_there_cannot_be(campaign, share):
     with pytest.raises(InputError) as caught:
-        job_script(options, 1)
-    ((key, value),) = options.items()
-    assert key in str(caught.value) and str(value) in str(caught.value)
+        campaign.run(1, share=share)
+    assert f"{share[0]}/{share[1]}" in str(caught.value) and not campaign.folder.path.exists()
 
 
-@pytest.mark.parametrize("address", ["nonsense", "tcp://", "tcp://127.0.0.1:9", "inproc://a:1"])
-def test_no_scheduler_is_one_line_at_once(tmp_path, address):
-    (tmp_path / "c.toml").write_text(FILE)
-    done = call(tmp_path, "campaign", "run", "c.toml", "--scheduler", address)
-    assert done.exit_code == 1
-    assert done.stderr.count("\n") == 1 and f"no Dask scheduler answers at {address!r}: start one" in done.stderr
+@pytest.mark.parametrize("words", [("--share", "3"), ("--share", "a/4"), ("--share", "5/4"), ("--workers", "0")])
+def test_words_that_name_no_share_and_no_workers(campaign, words):
+    done = call(campaign.file.parent, "campaign", "run", "c.toml", *words)
+    assert done.exit_code == 1 and done.stderr.count("\n") == 1 and words[1] in done.stderr
 
 
-def test_workers_that_cannot_be_had():
-    for wrong in ({"count": 0}, {"count": 2, "scheduler": "tcp://127.0.0.1:1"}):
-        with pytest.raises(InputError):
-            Workers(**wrong)
+def test_shares_are_disjoint_even_and_of_the_file_alone(campaign, here):
+    """Whatever is finished, and whichever sweeps a share is told to run."""
+    everything = batches(campaign.content)
+    names = [share_names(everything, (k, 3)) for k in (1, 2, 3)]
+    assert sorted(map(len, names)) == [1, 1, 2] and set.union(*names) == task_names(everything)
+    first = campaign.run(1, share=(2, 3))
+    assert (first.finished, first.left) == (1, 3) and campaign.folder.finished() == names[1]
+    assert [campaign.run(1, share=(k, 3)).left for k in (1, 2, 3)] == [1, 1, 0]
+    assert share_names(everything, (9, 9)) == set()  # more shares than tasks
+
+
+def test_until_asks_for_another_run_of_the_shares(tmp_path, here):
+    """A share runs the seeds that are wanted when it looks; together they end with those of one run."""
+    path = written(tmp_path / "c.toml", n=8, compress=None, onset=True, seeds=10, until={"rho": 0.005})
+    whole, shared = (jamlab.open_campaign(path, tmp_path / name) for name in ("whole", "shared"))
+    whole.run(1)
+    runs = [shared.run(1, share=(k, 2)).left for _ in range(9) for k in (1, 2)]
+    assert runs[-1] == 0 and any(runs[1::2]) and shared.finished() == whole.finished()
+    assert jamlab.open_campaign(path, tmp_path / "whole").run(1, share=(1, 2)).left == 0
+
+
+def test_shares_run_at_once_in_one_folder(tmp_path):
+    """Three processes, one of them killed in the middle; each task is run once, and the rest by the same line again."""
+    (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 15"))
+
+    def start(k):
+        line = [sys.executable, "-m", "jamlab.cli", "campaign", "run", "c.toml", "--workers", "1", "--share", f"{k}/3"]
+        where = {"cwd": tmp_path, "env": child_environment(), "text": True}
+        return subprocess.Popen([*line, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **where)
+
+    campaign = jamlab.open_campaign(tmp_path / "c.toml")
+    processes = [start(k) for k in (1, 2, 3)]
+    while not (campaign.folder.finished() & share_names(batches(campaign.content), (3, 3))):
+        assert processes[2].poll() is None
+        time.sleep(0.02)
+    processes[2].kill()
+    outputs = [process.communicate(timeout=120) for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, -9], outputs
+    assert [json.loads(out)["finished"] for out, _ in outputs[:2]] == [5, 5]
+    left = campaign.status().left
+    assert 1 <= left <= 4 and not campaign.folder.damages(campaign.folder.finished())
+    again = start(3)
+    assert json.loads(again.communicate(timeout=120)[0]) == {"finished": left, "failed": 0, "repaired": {}, "left": 0}
+    assert not [*campaign.folder.path.rglob("*.tmp")]
+
+
+def test_runs_that_would_have_tasks_in_common_are_refused(campaign, monkeypatch):
+    """The same share, another number of shares, another campaign file, a run of all; not another share."""
+    folder, text = campaign.folder, campaign.text
+    folder.prepare()
+    monkeypatch.setattr("jamlab.campaign.folder._PATIENCE", 0.1)
+    with folder.lock(text, (1, 4)):
+        with folder.lock(text, (2, 4)):
+            pass
+        for other in ((text, (1, 4)), (text, (2, 3)), (text + " ", (2, 4)), (text, (1, 1))):
+            with pytest.raises(StorageError) as caught, folder.lock(*other):
+                pass
+            assert str(folder.path) in str(caught.value)
+    with folder.lock(text + " ", (1, 3)):  # the first again
+        pass
+
+
+def test_a_file_of_an_earlier_version_runs_and_is_told_that_its_slurm_table_is_not_read(campaign, here):
+    campaign.file.write_text(FILE + '[slurm]\nqueue = "short"\n')
+    with pytest.warns(jamlab.JamlabWarning):
+        assert jamlab.open_campaign(campaign.file).run(1).finished == 4

@@ -1,9 +1,6 @@
 """Campaign files for the tests, and campaigns that run in this process."""
 
-import contextlib
 import json
-import subprocess
-import sys
 
 import pandas as pd
 
@@ -13,7 +10,6 @@ from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.workers import remaining_tasks, run_task
-from jamlab.processes.child import child_environment
 
 
 def read_campaign_file(path) -> CampaignTable:
@@ -75,7 +71,7 @@ def names(path, only=None):
 
 
 def run_here(campaign):
-    """All tasks in this process, without Dask."""
+    """All tasks in this process."""
     campaign.folder.prepare()
     campaign.folder.keep_copy(campaign.text)
     stored, outcomes = StoredStates(campaign.folder, batches(campaign.content)), []
@@ -96,14 +92,3 @@ def assert_same(one, other, tables=TABLES):
     for name in one.finished():
         for p, q in zip(one.packings(name), other.packings(name), strict=True):
             assert (p.positions.tobytes(), p.box.tobytes()) == (q.positions.tobytes(), q.box.tobytes())
-
-
-@contextlib.contextmanager
-def dask_worker(scheduler, *words):
-    """A worker of a Dask scheduler, as a user would start it."""
-    line = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "1", "--no-nanny", *words]
-    with subprocess.Popen([*line, "--no-dashboard"], stderr=subprocess.DEVNULL, env=child_environment()) as process:
-        try:
-            yield process
-        finally:
-            process.kill()

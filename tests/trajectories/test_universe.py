@@ -203,7 +203,7 @@ def test_steps_and_single_quantities(long):
     assert (found.frames.tolist(), found.results.rho.shape) == ([0, 15, 30, 45], (4,))
     assert set(found.results) == {"rho"}
     assert jamlab.PackingAnalysis(long).run(stop=2).results.z.shape == (2,)
-    assert jamlab.PackingAnalysis.get_supported_backends() == ("serial", "multiprocessing", "dask")
+    assert jamlab.PackingAnalysis.get_supported_backends() == ("serial", "multiprocessing")
 
 
 def test_moduli_of_relaxed_frames_only(sp_jammed):
