@@ -302,8 +302,8 @@ class Campaign:
     ) -> Axes:
         """Draw means over packings with their 68 % intervals, one curve per model, and per n, ensemble and units.
 
-        The legend counts states that are not drawn. Intervals are of whole packings, by bootstrap, and wider for few
-        packings (Student's t); a point of one packing has none.
+        Intervals are of whole packings, by bootstrap, and wider for few packings (Student's t); a point of one packing
+        has none. A hollow point is the mean of a selection: fewer than half of the packings have a value there.
 
         Args:
             value: column to average, see `table`.

@@ -351,9 +351,10 @@ def _lock_file(path: Path) -> Iterator[TextIO]:
     with _changing(path):
         how = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
         handle = os.open(path, how, 0o666)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise StorageError(f"the lock {path} is not a file: remove it")
     with open(handle, "r+", encoding="utf-8", errors="replace") as file:
-        if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise StorageError(f"the lock {path} is not a file: remove it")
         yield file
 
 

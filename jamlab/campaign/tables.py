@@ -6,7 +6,6 @@ their mean, and the bootstrap draws whole packings.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -243,7 +242,6 @@ def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
 
 ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
 _FEW = 0.5  # share of the packings below which the mean of those that have a value is that of a selection
-_LEGEND_WIDTH = 44  # characters of a line, which fit into axes of 4 inches
 _RESAMPLES = 400  # a standard error to 4 %
 _LABELS = LABELS | {
     "d_rho": r"distance from onset $\rho - \rho_J$",
@@ -263,39 +261,28 @@ def draw_means(
     for name in (value, along):
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: plot one that does")
-    parts = [part for _, part in frame.groupby(by, dropna=False)]
-    mixed = {name for part in parts for name in _mixed(part, _UNLIKE)}
-    keys = [by, *(name for name in _UNLIKE if name in mixed and name != by)]  # a curve each, never a mean
     found = choose_bins(frame[along].to_numpy(np.float64))
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
-    drawn = 0
-    for k, (group, part) in enumerate(frame.groupby(keys, sort=True, dropna=False)):
-        means = aggregate(part, [value], (), along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
-        if len(means):
-            means = means[np.isfinite(means[value])]
-        few = means[f"{value}_packings"] < _FEW * means["packings"] if len(means) else np.empty(0, bool)
+    parts = [part for _, part in frame.groupby(by, dropna=False)]
+    keys = [by, *(name for name in _UNLIKE if name != by and any(_mixed(part, [name]) for part in parts))]
+    means = aggregate(frame, [value], keys, along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
+    means = means[np.isfinite(means[value])] if len(means) else means
+    if not len(means):
+        raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
+    selection = False
+    for k, (group, part) in enumerate(means.groupby(keys, sort=True, dropna=False)):
         plain = MODEL_STYLE.get(str(group[0])) if keys == ["model"] else None
         look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": _name(keys, group)}
         look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
-        notes = [str(look["label"]), *_left_out(part, value, along, edges)]
-        if few.any():  # means of a selection: fewer than half of the packings have a value
-            have, of = means.loc[few, [f"{value}_packings", "packings"]].to_numpy(np.int64).T
-            least = int(np.argmin(have / of))
-            notes.append(f"hollow: a selection, down to the {have[least]} of {of[least]} packings that have {value}")
-        look["label"] = "\n".join(
-            line for note in notes for line in textwrap.wrap(note, _LEGEND_WIDTH, break_on_hyphens=False)
-        )
-        if not len(means):
-            axes.plot([], [], **look)
-            continue
-        drawn += len(means)
-        x, y, low, high = means[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
+        x, y, low, high = part[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
         bars = axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
-        if few.any():
-            hollow = {name: getattr(bars.lines[0], f"get_{name}")() for name in ("marker", "markersize", "color")}
-            axes.plot(x[few], y[few], linestyle="none", markerfacecolor="white", **hollow)
-    if not drawn:
-        raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
+        few = (part[f"{value}_packings"] < _FEW * part["packings"]).to_numpy(bool)
+        hollow = {name: getattr(bars.lines[0], f"get_{name}")() for name in ("marker", "markersize", "color")}
+        axes.plot(x[few], y[few], linestyle="none", markerfacecolor="white", **hollow)
+        selection |= few.any()
+    if selection:
+        label = f"hollow: under {_FEW:.0%} of the packings have {value}"
+        axes.plot([], [], linestyle="none", marker="o", color="black", markerfacecolor="white", label=label)
     if logarithmic:
         axes.set_xscale("log")
     label_axes(axes, _label(frame, along), _label(frame, value))
@@ -309,15 +296,6 @@ def _name(keys: list[str], group: tuple[Any, ...]) -> str:
         known = MODEL_STYLE[value]["label"] if key == "model" and value in MODEL_STYLE else None
         words.append(str(known or (value if key in ("ensemble", "units") else f"{key} = {value}")))
     return ", ".join(words)
-
-
-def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
-    x = part[along].to_numpy(np.float64)
-    outside = ~((x >= edges[0]) & (x < edges[-1]))
-    missing = ~np.isfinite(part[value].to_numpy(np.float64)) & ~outside
-    counts = ((outside.sum(), "outside the bins"), (missing.sum(), f"without {value}"))
-    text = ", ".join(f"{count} {reason}" for count, reason in counts if count)
-    return [f"states left out: {text}"] if text else []
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:

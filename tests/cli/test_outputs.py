@@ -203,7 +203,7 @@ def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch,
     campaign.folder.prepare()
     for name in ("0" * 32, *names("c.toml")[:3]):  # one of another campaign
         campaign.folder.task_file(name).touch()
-    lines, nothing = [], CampaignRun(0, 0, {})
+    lines, nothing = [], CampaignRun(0, 0, {}, 0)
     monkeypatch.setattr("jamlab.campaign.campaign.Campaign.run", lambda *_, **__: lines.append(said()) or nothing)
     call(tmp_path, "campaign", "run", "c.toml", *(["--out", out] if out else []))
     assert f"3 of 12 tasks are finished in {out or 'c'}; " in lines[0]
