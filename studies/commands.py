@@ -20,7 +20,7 @@ from studies.other_codes.compare import CODES, LIBRARIES, compare, compare_analy
 from studies.pages import file_names, write_page, write_verdicts
 from studies.panels import Drawing
 from studies.reference_data import open_tables, write_tables
-from studies.registry import chosen, groups
+from studies.registry import GROUPS, chosen
 from studies.tables import measure
 
 app = typer.Typer(
@@ -50,7 +50,7 @@ def say(text: str | Text) -> None:
 @app.command("list", short_help="List all studies.", epilog="Example: python -m studies list")
 def list_studies() -> None:
     """List all studies by group."""
-    lines = [[study.name, name, study.title] for name, group in groups().items() for study in group.studies]
+    lines = [[study.name, name, study.title] for name, group in GROUPS.items() for study in group.studies]
     print_table("studies", ["name", "group", "shows"], lines)
 
 
@@ -74,8 +74,8 @@ def draw(
     drawn: list[Drawing] = []
     missing: dict[str, str] = {}
     for page, group in pages.items():
-        opening, pdf = group.opening() if source is None else (), page == "studies"  # PDF of those that were named
-        found, failed = write_page(out, page, group, tables, opening=opening, pdf=pdf, progress=tell)
+        pdf = page == "studies"  # of those that were named
+        found, failed = write_page(out, page, group, tables, pdf=pdf, progress=tell)
         drawn += found
         missing |= failed
         if not as_json:

@@ -98,26 +98,14 @@ def side_by_side(found: Iterable[Interval]) -> Interval:
     return Interval(*np.array([[float(f.value), float(f.low), float(f.high)] for f in found]).T)
 
 
-class SizeLaw(NamedTuple):
-    """y(N) = limit + amplitude N^-exponent."""
-
-    limit: float
-    amplitude: float
-    exponent: float
-
-    def __call__(self, n: ArrayLike) -> Array:
-        """y at sizes n."""
-        return np.asarray(self.limit + self.amplitude * np.asarray(n, dtype=np.float64) ** -self.exponent)
-
-
-def size_law(n: Sequence[float], groups: Sequence[Array], exponent: float = 1.0) -> SizeLaw:
-    """Fit means over packings of several sizes by such a law, each weighted by its standard error; nan without."""
+def limit_of_sizes(n: Sequence[float], groups: Sequence[Array], exponent: float = 1.0) -> float:
+    """Fit means over packings of several sizes by y = limit + amplitude N^-exponent, each weighted by its standard
+    error; returns the limit, nan without errors."""
     means, errors = np.array([[v.mean(), v.std(ddof=1) / len(v) ** 0.5] for v in groups]).T
     if not (errors > 0).all():
-        return SizeLaw(np.nan, np.nan, exponent)
+        return float("nan")
     columns = np.column_stack([np.ones(len(means)), np.array(n, dtype=np.float64) ** -exponent]) / errors[:, None]
-    limit, amplitude = np.linalg.lstsq(columns, means / errors, rcond=None)[0]
-    return SizeLaw(float(limit), float(amplitude), exponent)
+    return float(np.linalg.lstsq(columns, means / errors, rcond=None)[0][0])
 
 
 # numbers of resampled packings ----------------------------------------------------------------------------------------
@@ -229,9 +217,3 @@ def at_places(curves: Sequence[PchipInterpolator], places: ArrayLike, column: in
     kept = np.isfinite(found).sum(axis=0) >= max(SHARE * len(found), min(FEWEST, len(found)))
     found = found[:, kept]
     return Ensemble(np.where(np.isfinite(found), at[kept], np.nan), found)
-
-
-def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
-    """Interpolate each packing of one model and size at the same places, of a column x >= 0 of states."""
-    rows = states[(states["n"] == n) & (states["model"] == model)]
-    return at_places(interpolators(rows, x, [y], np.asarray(places)[0] <= 0), places)

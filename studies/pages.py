@@ -1,26 +1,52 @@
-"""Write studies as files: a picture, its numbers, and one page of several."""
+"""Write studies as files: a picture, its numbers, and one self-contained HTML page of several."""
 
+import base64
+import re
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from jamlab.errors import JamlabError
-from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.save_picture import save_picture
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
-from studies import registry
 from studies.ensemble_tables import EnsembleTables
-from studies.html_page import Section, TextTable, write_report
-from studies.panels import Drawing, write_interval
+from studies.html_page import render
+from studies.panels import Drawing, TextTable, write_interval
+from studies.papers.forest import TITLE, forest, forest_rows
 from studies.papers.statements import caption
-from studies.papers.verdicts import COLUMNS, SUMMARY, Comparison, compare, summary
+from studies.papers.verdicts import COLUMNS, RULE, SUMMARY, Comparison, compare, first_line, summary
+from studies.registry import STUDIES
 from studies.study import Group, Study
 
 VERDICTS = "verdicts.csv"
+_WIDE = 1.7  # width over height of a picture: a phone lets it slide instead of making it illegible
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of a page: picture first, then what was measured."""
+
+    heading: str  # also in the table of contents
+    picture: str = ""  # PNG as base64, held inside the page; none by default
+    wide: bool = False  # whether it holds panels side by side
+    caption: str = ""  # of the picture
+    tables: Sequence[TextTable] = ()  # in their order
+    fragment: str = ""  # HTML above all of them
+
+    @property
+    def anchor(self) -> str:
+        """Name of the section in links."""
+        return re.sub(r"[^a-z0-9]+", "-", self.heading.lower()).strip("-")
+
+    @property
+    def marks(self) -> Counter[str]:
+        """How often each mark stands in the tables of the section."""
+        return Counter(mark for table in self.tables for mark in table.marks)
 
 
 def file_names(names: Sequence[str], page: str) -> list[str]:
@@ -34,16 +60,16 @@ def write_page(
     group: Group,
     tables: EnsembleTables,
     *,
-    opening: Sequence[Section] = (),
     pdf: bool = True,
     progress: Progress = no_progress,
 ) -> tuple[list[Drawing], dict[str, str]]:
-    """Draw the studies of a group, and write PNG, CSV and with `pdf` PDF of each, and one page NAME.html of all.
-    Returns what was drawn, and by name why another was not. What was drawn before an interruption is there."""
+    """Draw the studies of a group, and write PNG, CSV and with `pdf` PDF of each, and one page NAME.html of all, with a
+    choice of rows by their marks. Returns what was drawn, and by name why another was not. What was drawn before an
+    interruption is there."""
     make_folder(folder)
     drawn: list[Drawing] = []
     failed: dict[str, str] = {}
-    sections = list(opening)
+    sections: list[Section] = []
     for k, study in enumerate(group.studies):
         progress(k / len(group.studies), study.name)
         try:
@@ -52,23 +78,26 @@ def write_page(
             failed[study.name] = str(error)
             continue
         sections.append(_section(study, drawn[-1], write_files(folder, drawn[-1], pdf), tables))
-    claims = [claim for drawing in drawn for claim in drawing.claims]
-    if group.overview is not None and claims:
-        write_files(folder, group.overview.forest(claims), pdf)
+    claims, lead = [claim for drawing in drawn for claim in drawing.claims], group.lead
+    if group.overview and claims:
+        lead = f"{lead} {first_line(claims)} {RULE}"
+        write_files(folder, forest(claims), pdf)
         anchors = {section.heading.partition(":")[0]: section.anchor for section in sections}
-        sections.insert(0, Section(group.overview.TITLE, fragment=group.overview.forest_rows(claims, anchors)))
+        sections.insert(0, Section(TITLE, fragment=forest_rows(claims, anchors)))
     if failed:
         rows = [list(item) for item in failed.items()]
         sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), rows, words=True)]))
-    words: dict[str, Any] = {"title": group.title, "lead": group.lead(drawn), "columns": group.columns}
-    words |= {"facts": {**tables.facts, **versions()}, "assets": "" if group.columns else explorer_assets()}
-    write_report(folder / f"{name}.html", sections, **words)
+    marks: Counter[str] = sum((section.marks for section in sections), Counter())
+    with atomic_file(folder / f"{name}.html") as temporary:
+        facts = {**tables.facts, **versions()}
+        page = render("page.html", group=group, lead=lead, sections=sections, marks=marks, facts=facts)
+        temporary.write_text(page, encoding="utf-8")
     return drawn, failed
 
 
 def draw(study: Study | str, tables: EnsembleTables) -> Drawing:
     """Draw one study, by its name one of all that there are."""
-    known = registry.studies()[study] if isinstance(study, str) else study
+    known = STUDIES[study] if isinstance(study, str) else study
     drawing = known.draw(tables)
     drawing.name, drawing.claims = known.name, compare(known.name, tables)
     drawing.caption = drawing.caption or caption(known.name)
@@ -91,8 +120,9 @@ def _section(study: Study, drawing: Drawing, png: bytes, tables: EnsembleTables)
     shown = [TextTable(COLUMNS, cells, marks=marks, words=True)] if cells else []
     rows = [[name, *write_interval(v, 4).split(" ", 1)] for name, v in drawing.values.items()]
     more = [TextTable(("number", "value", "95 % interval"), rows, folded=f"{len(rows)} more numbers")] if rows else []
-    heading = f"{study.name}: {study.title}"
-    return Section(heading, png, f"{drawing.caption}{made}", [*shown, *drawing.text, *more])
+    width, height = drawing.figure.get_size_inches()
+    picture = base64.b64encode(png).decode("ascii"), width > _WIDE * height
+    return Section(f"{study.name}: {study.title}", *picture, f"{drawing.caption}{made}", [*shown, *drawing.text, *more])
 
 
 def write_verdicts(folder: Path, claims: Sequence[Comparison]) -> None:

@@ -1,6 +1,6 @@
 """A drawing is a figure that keeps every point and every number behind it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 from jamlab.statistics.confidence import Interval
-from studies.html_page import TextTable
 
 if TYPE_CHECKING:
     from studies.papers.verdicts import Comparison
@@ -63,6 +62,19 @@ def sequence(index: int, count: int) -> dict[str, Any]:
 def size_style(n: int) -> dict[str, Any]:
     """Choose colour and marker of a system size."""
     return SIZE_STYLE.get(n, style(int(np.log2(max(n, 1))) + 2))
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table as the reader sees it."""
+
+    columns: Sequence[str]  # their names, with units
+    rows: Sequence[Sequence[str]]  # cells
+    heading: str = ""  # above the table; none by default
+    # a word for each row, such as its verdict, by which the reader can filter; none by default
+    marks: Sequence[str] = ()
+    words: bool = False  # columns of text: they are set left, and wrap
+    folded: str = ""  # what stands in place of the table until the reader opens it; "" shows it at once
 
 
 @dataclass
@@ -160,10 +172,6 @@ class Drawing:
         place: dict[str, Any] = {"loc": "outside upper center", "frameon": False}
         self.figure.legend(handles, names, ncols=ncols or len(names), fontsize=fontsize, **place)
 
-    def window(self, axes: Any, low: float, high: float) -> None:
-        """Shade the window of a fit."""
-        axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
-
 
 # of a legend, where curves fill a panel
 BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
@@ -212,12 +220,6 @@ def _row(values: ArrayLike) -> Array:
 def write_interval(found: Interval, digits: int = 2) -> str:
     """Write a number with its 95 % interval, such as "0.21 [0.19, 0.23]"."""
     return f"{_fixed(found.value, digits)} [{_fixed(found.low, digits)}, {_fixed(found.high, digits)}]"
-
-
-def write_list(values: Iterable[Any], form: str = "g") -> str:
-    """Write numbers in one format, with commas between; None and nan are "none"."""
-    numbers = [np.nan if v is None else float(v.value if isinstance(v, Interval) else v) for v in values]
-    return ", ".join(f"{v:{form}}" if np.isfinite(v) else "none" for v in numbers)
 
 
 def _fixed(value: ArrayLike, digits: int) -> str:

@@ -9,13 +9,9 @@ import pandas as pd
 
 from jamlab.campaign.campaign import open_campaign
 from jamlab.errors import InputError
-from jamlab.figures.explorer.write_page import explorer_fragment
-from jamlab.packing.hdf5 import read_all, read_observables
-from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.storage.atomic_file import make_folder
 from jamlab.storage.verified_file import versions
 from studies.ensemble_tables import COLUMNS, NAMES, EnsembleTables
-from studies.html_page import Section
 from studies.tables import DATA, MANIFEST, AbsentTableError, read_manifest, read_table, write_table
 
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
@@ -66,13 +62,3 @@ MODELS = ("sp", "dp")
 def example_file(model: str, n: int = 32) -> Path:
     """File of the packings of a model and size."""
     return DATA / f"packings_{model}{'' if n == 32 else f'_{n}'}.h5"  # of 32 a whole sweep
-
-
-def example_sections() -> list[Section]:
-    """One section for each model with an explorer of its packings."""
-    sections = []
-    for model in MODELS:
-        path = example_file(model)
-        fragment = explorer_fragment(read_all(path), observables=read_observables(path))
-        sections.append(Section(f"One packing of N = 32: {MODEL_STYLE[model]['label']}", fragment=fragment))
-    return sections

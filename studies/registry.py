@@ -1,19 +1,15 @@
 """All studies by name, in the groups that are drawn on one page."""
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Mapping
 
 from jamlab.checks import check_choice
-from studies.beyond import dilatancy, droplet_modes, droplet_voids, polydispersity
+from studies.beyond import dilatancy, droplet_modes, droplet_voids, polydispersity, sticky
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
-from studies.papers import forest
 from studies.papers.baumgarten import motion, spectra
 from studies.papers.boromand import contacts_and_modulus, geometry, onset_and_confluence, pictures, voids
-from studies.papers.verdicts import RULE, first_line
-from studies.reference_data import example_sections
 from studies.speed_accuracy import flow, moduli, other_codes, packings, size_scaling
 from studies.speed_accuracy.chart import LEAD as LEAD_OF_CHARTS
 from studies.speed_accuracy.chart import Chart
@@ -59,47 +55,35 @@ PAPERS = _figures(
         **collapse.FIGURES,
     }
 )
-BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), polydispersity.STUDY, dilatancy.STUDY)
+BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), polydispersity.STUDY, dilatancy.STUDY, sticky.STUDY)
 CHARTS: dict[str, Chart] = {each.name: each for file in (packings, moduli, flow, other_codes) for each in file.CHARTS}
 MAPS: dict[str, Map] = {
     each.name: each for file in (packings_of_maps, moduli_of_maps, flow_of_maps) for each in file.MAPS
 }
 
 
-def _lead_of_papers(drawings: Sequence[Drawing]) -> str:
-    count = first_line([claim for drawing in drawings for claim in drawing.claims])
-    return f"Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. {count} {RULE}"
-
-
-@cache
-def groups() -> dict[str, Group]:
-    """The groups by name, which is that of their page."""
-    charts, maps = ([each.study for each in of.values()] for of in (CHARTS, MAPS))
-    found = Group("Figures of both papers", _lead_of_papers, PAPERS, overview=forest, opening=example_sections)
-    return {
-        "papers": found,
-        "beyond": Group("Beyond the papers", lambda _: "What other laws of jamming and of foams say.", BEYOND),
-        "speed-accuracy": Group(
-            "Cost against error", lambda _: LEAD_OF_CHARTS, [*charts, size_scaling.STUDY], columns=1
-        ),
-        "stability": Group("Where methods fail", lambda _: LEAD_OF_MAPS, maps, columns=2),
-    }
-
-
-@cache
-def studies() -> dict[str, Study]:
-    """All studies by name."""
-    return {study.name: study for group in groups().values() for study in group.studies}
+GROUPS = {  # by name, which is that of their page
+    "papers": Group(
+        "Figures of both papers",
+        "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings.",
+        PAPERS,
+        overview=True,
+    ),
+    "beyond": Group("Beyond the papers", "What other laws of jamming and of foams say.", BEYOND),
+    "speed-accuracy": Group(
+        "Cost against error", LEAD_OF_CHARTS, [*(each.study for each in CHARTS.values()), size_scaling.STUDY], 1
+    ),
+    "stability": Group("Where methods fail", LEAD_OF_MAPS, [each.study for each in MAPS.values()], 2),
+}
+STUDIES = {study.name: study for group in GROUPS.values() for study in group.studies}
 
 
 def chosen(names: list[str]) -> dict[str, Group]:
     """Groups of these names; "all" stands for every one, and names of studies are a group of their own."""
-    every, known = groups(), studies()
     for name in names:
-        check_choice("study", name, ["all", *every, *known])
-    found = {name: group for name, group in every.items() if name in names or "all" in names}
-    single = [known[name] for name in dict.fromkeys(names) if name in known]
+        check_choice("study", name, ["all", *GROUPS, *STUDIES])
+    found = {name: group for name, group in GROUPS.items() if name in names or "all" in names}
+    single = [STUDIES[name] for name in dict.fromkeys(names) if name in STUDIES]
     if single:
-        lead = "; ".join(study.title for study in single) + "."
-        found["studies"] = Group("Studies", lambda _: lead, single)
+        found["studies"] = Group("Studies", "; ".join(study.title for study in single) + ".", single)
     return found

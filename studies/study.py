@@ -2,10 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from studies.ensemble_tables import EnsembleTables
-from studies.html_page import Section
 from studies.panels import Drawing
 from studies.tables import Task
 
@@ -26,10 +24,7 @@ class Group:
     """Studies that are drawn on one page."""
 
     title: str  # its heading
-    lead: Callable[[Sequence[Drawing]], str]  # function of all drawings that gives its first paragraph
+    lead: str  # its first paragraph
     studies: Sequence[Study]
-    columns: int = 0  # of sections, see `studies.html_page.write_report`
-    # module that draws all numbers of papers beside ours in one picture, first on the page: TITLE, `forest`, a function
-    # of all comparisons, and `forest_rows`, of these and of the anchors of studies: a line with a link for each
-    overview: Any = None
-    opening: Callable[[], Sequence[Section]] = lambda: ()  # sections at the top, where shipped tables are drawn
+    columns: int = 0  # of sections that fit on a screen; 0: pictures as wide as the page
+    overview: bool = False  # whether the page begins with all numbers of the papers in one picture

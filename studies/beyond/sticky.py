@@ -116,4 +116,4 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
     return out
 
 
-STUDIES = (Study("sticky", "Sticky disks: rigidity, moduli and contacts against stickiness", _tasks(), draw_sticky),)
+STUDY = Study("sticky", "Sticky disks: rigidity, moduli and contacts against stickiness", _tasks(), draw_sticky)

@@ -6,12 +6,11 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from studies.html_page import typeset
+from studies.html_page import render
 from studies.panels import Drawing, drawing
 from studies.papers.statements import caption
 from studies.papers.verdicts import LOOKS, TOLERANCE, Comparison, Verdict, scale
@@ -196,10 +195,6 @@ def _draw_bar(out: Drawing, axes: Any, bar: Bar, y: float) -> None:
 
 def forest_rows(comparisons: Sequence[Comparison], anchors: Mapping[str, str]) -> Markup:
     """Write the same as rows of a page, each a link to the section of its figure; anchors are by figure."""
-    environment = Environment(loader=PackageLoader("studies", ""), autoescape=select_autoescape())
-    environment.filters["typeset"] = typeset
     looks = {verdict: colour for verdict, (colour, _) in LOOKS.items() if verdict != Verdict.MISSING}
-    page = environment.get_template("forest.html").render(
-        groups=by_figure(bars(comparisons)), anchors=anchors, looks=looks, text=caption(NAME), span=SPAN
-    )
-    return Markup(page)
+    words = {"groups": by_figure(bars(comparisons)), "anchors": anchors, "looks": looks, "text": caption(NAME)}
+    return render("forest.html", span=SPAN, **words)

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from jamlab.errors import ConvergenceError, EngineError
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from studies.ensemble_tables import EnsembleTables
-from studies.html_page import TextTable
-from studies.panels import Drawing
+from studies.panels import Drawing, TextTable
 from studies.study import Study
 from studies.tables import shortest
 

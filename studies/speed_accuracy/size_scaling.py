@@ -31,8 +31,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.statistics.power_laws import fit_exponent
 from studies.ensemble_tables import EnsembleTables
-from studies.html_page import TextTable
-from studies.panels import BESIDE, Drawing, drawing, label, scale, sequence
+from studies.panels import BESIDE, Drawing, TextTable, drawing, label, scale, sequence
 from studies.reference_data import example_file
 from studies.study import Study
 from studies.tables import one_core, shortest

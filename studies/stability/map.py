@@ -21,8 +21,7 @@ from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from studies.ensemble_tables import EnsembleTables
-from studies.html_page import TextTable
-from studies.panels import Drawing
+from studies.panels import Drawing, TextTable
 from studies.stability.plain_physics import plain_max_force
 from studies.study import Study
 

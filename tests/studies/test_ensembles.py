@@ -11,7 +11,7 @@ from jamlab.errors import InputError
 from studies import pages
 from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
-from studies.ensembles import ensemble, log_places, size_law
+from studies.ensembles import at_places, interpolators, limit_of_sizes
 from studies.papers.baumgarten.motion import correlations
 from studies.papers.baumgarten.spectra import Group, same_packings
 
@@ -40,11 +40,11 @@ def test_distances_to_confluence_end_where_a_packing_first_has_six_contacts():
 
 def test_places_that_few_packings_reach_are_left_out():
     d, places = add_distances(states(sizes=(32,))), np.linspace(0.0, 0.4, 41)
-    full = ensemble(d, "sp", 32, "d_phi", "z", places)
-    cut = ensemble(d[(d["d_phi"] < 0.1) | (d["seed"] <= 2)], "sp", 32, "d_phi", "z", places)
+    some = d[(d["d_phi"] < 0.1) | (d["seed"] <= 2)]
+    full, cut = (at_places(interpolators(rows, "d_phi", ["z"], True), places) for rows in (d, some))
     assert full.y.shape[0] == cut.y.shape[0] == 5
     assert cut.mean[0].max() < 0.1 < full.mean[0].max()
-    assert ensemble(d, "dp", 32, "d_phi", "z", log_places(1e-6, 1)).y.shape == (1, 1)
+    assert at_places([], places).y.shape == (1, 1)
 
 
 @pytest.mark.parametrize("law", [lambda v: 3.7 * v**0.5, lambda v: 2.0 * v, lambda v: 3.7 * v**0.5 + 4.0 * v])
@@ -53,7 +53,7 @@ def test_every_packing_is_interpolated_at_the_same_places(law):
     x = np.array([0.02, 0.0, 0.08, 0.01, 0.04, 0.04])
     places = np.array([0.005, 0.015, 0.03, 0.06, 0.1])
     rows = pd.concat(pd.DataFrame({"model": "sp", "n": 8, "seed": s, "x": x, "y": s * law(x)}) for s in (1, 2))
-    found = ensemble(rows, "sp", 8, "x", "y", places)
+    found = at_places(interpolators(rows, "x", ["y"], False), places)
     assert found.x[0] == pytest.approx(places[1:4])  # nothing is known before the first state, nor beyond the last
     for seed, y in zip((1, 2), found.y, strict=True):
         assert y == pytest.approx(seed * law(places[1:4]), rel=2e-3)
@@ -68,9 +68,8 @@ def test_the_limit_of_large_systems_is_recovered_by_sizes_that_count_by_their_er
     w = np.diag([len(g) / g.var(ddof=1) for g in groups])
     columns = np.column_stack([np.ones(4), n**-0.7])
     wanted = np.linalg.solve(columns.T @ w @ columns, columns.T @ w @ [g.mean() for g in groups])
-    found = size_law(n, groups, 0.7)
-    assert found[:2] == pytest.approx(wanted, rel=1e-9) and found(1e9) == pytest.approx(found.limit, abs=1e-6)
-    assert np.isnan(size_law(n, [np.ones(3)] * 4).limit)
+    assert limit_of_sizes(n, groups, 0.7) == pytest.approx(wanted[0], rel=1e-9)
+    assert np.isnan(limit_of_sizes(n, [np.ones(3)] * 4))
 
 
 def test_packings_of_two_laws_are_paired_by_seed():

@@ -17,7 +17,7 @@ from studies.ensemble_tables import EnsembleTables
 from studies.panels import drawing
 from studies.papers import forest
 from studies.papers.verdicts import SUMMARY
-from studies.registry import groups, studies
+from studies.registry import STUDIES
 from studies.study import Group, Study
 
 
@@ -43,8 +43,7 @@ def test_every_figure_keeps_what_it_draws(name):
 
 
 def write(folder, *names, given=None):
-    overview = groups()["papers"].overview
-    group = Group("Figures", lambda drawings: "Lead.", [studies()[name] for name in names], overview=overview)
+    group = Group("Figures", "Lead.", [STUDIES[name] for name in names], overview=True)
     return pages.write_page(folder, "figures", group, given or tables())
 
 
@@ -84,7 +83,7 @@ def test_a_fault_of_a_figure_is_no_lack_of_data(tmp_path):
     """A column that the code names wrongly is no table that lacks it."""
     broken = Study("broken", "Broken", {}, lambda tables: tables.read("states")["no such column"])
     with pytest.raises(KeyError):
-        pages.write_page(tmp_path, "page", Group("Title", lambda drawings: "", [broken]), tables())
+        pages.write_page(tmp_path, "page", Group("Title", "", [broken]), tables())
 
 
 def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):

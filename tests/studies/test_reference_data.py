@@ -13,7 +13,7 @@ from studies.ensemble_tables import NAMES, EnsembleTables
 from studies.papers.statements import explanations, measure
 from studies.papers.verdicts import SUMMARY, Verdict
 from studies.reference_data import read_folder, reference_tables, write_tables
-from studies.registry import PAPERS, groups
+from studies.registry import GROUPS, PAPERS
 from studies.tables import DATA, AbsentTableError, read_manifest
 
 
@@ -59,7 +59,7 @@ def test_limits_repeat_where_the_models_part():
 @pytest.mark.slow
 def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
     """Drawn once more: the same numbers and verdicts, and no legend covers a point."""
-    drawn, failures = pages.write_page(tmp_path, "papers", groups()["papers"], reference_tables())
+    drawn, failures = pages.write_page(tmp_path, "papers", GROUPS["papers"], reference_tables())
     assert not failures and [d.name for d in drawn] == [study.name for study in PAPERS]
     claims = [c for d in drawn for c in d.claims]
     assert sum(c.measured.known for c in claims) > 120

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from studies import pages, registry
-from studies.html_page import TextTable
-from studies.panels import Drawing
+from studies.panels import Drawing, TextTable
 from studies.reference_data import open_tables, read_folder
 from studies.study import Group, Study
 from studies.tables import DATA, MANIFEST, AbsentTableError, measure, read_manifest, read_table
@@ -75,7 +74,7 @@ def test_the_manifest_names_every_table_that_ships():
 
 
 def test_every_study_has_a_name_of_its_own_a_title_and_a_table():
-    groups, known = registry.groups(), registry.studies()
+    groups, known = registry.GROUPS, registry.STUDIES
     assert sum(len(group.studies) for group in groups.values()) == len(known)
     assert all(study.title and name == study.name for name, study in known.items())
     assert {f"{name}.csv" for name, study in known.items() if study.tasks} <= set(read_manifest(DATA))
@@ -94,7 +93,7 @@ def test_a_page_holds_what_could_be_drawn_and_why_the_rest_could_not(tmp_path):
     studies = [Study(name, f"chart {name}", {}, partial(drawing, name)) for name in ("t", "a", "absent")]
     told = []
     drawn, failed = pages.write_page(
-        tmp_path, "all", Group("Title", lambda drawings: f"{len(drawings)} drawings.", studies), tables,
+        tmp_path, "all", Group("Title", "A lead.", studies), tables,
         progress=lambda *step: told.append(step),
     )  # fmt: skip
     assert [each.name for each in drawn] == ["t", "a"] and failed == {"absent": "no data"}
@@ -103,12 +102,12 @@ def test_a_page_holds_what_could_be_drawn_and_why_the_rest_could_not(tmp_path):
     assert {path.name for path in tmp_path.iterdir() if path.is_file()} == files
     page = (tmp_path / "all.html").read_text()
     assert page.index("caption of t. Measured") < page.index("caption of a") < page.index("no data")
-    assert "cell &lt;&amp;&gt;" in page and "2 drawings." in page and "<details><summary>1 row</summary>" in page
+    assert "cell &lt;&amp;&gt;" in page and "A lead." in page and "<details><summary>1 row</summary>" in page
 
 
 def test_commands(tmp_path):
     listed = call_studies(tmp_path, "list").stdout
-    assert all(name in listed for name in registry.studies())
+    assert all(name in listed for name in registry.STUDIES)
     done = call_studies(tmp_path, "draw", "baumgarten-5", "moved", "--out", "d", "--json")
     assert done.exit_code == 0, done.stderr
     assert set(json.loads(done.stdout)["captions"]) == {"baumgarten-5", "moved"}
@@ -126,7 +125,7 @@ def test_commands(tmp_path):
 
 def test_results_of_ones_own_are_drawn_and_their_gaps_named(tmp_path, monkeypatch):
     squares = Study("t", "Squares", {"1": lambda: [{"x": 1}]}, partial(drawing, "t"))
-    monkeypatch.setattr(registry, "studies", lambda: {"t": squares, "moved": registry.MAPS["moved"].study})
+    monkeypatch.setattr(registry, "STUDIES", {"t": squares, "moved": registry.STUDIES["moved"]})
     assert "task 1 of 1" in call_studies(tmp_path, "run", "t", "--out", "results").stderr
     done = call_studies(tmp_path, "draw", "t", "moved", "--from", "results", "--out", "d", "--json")
     said = json.loads(done.stdout)

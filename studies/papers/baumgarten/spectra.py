@@ -22,7 +22,7 @@ from jamlab.rheology.displacement_correlation import displacement_response
 from jamlab.statistics.power_laws import power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import FEWEST, Sample, mean_over_packings, scaled, select, vary_bootstrap
-from studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence, write_list
+from studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 from studies.papers.statements import Measured, caption
 from studies.tables import DATA
 
@@ -271,7 +271,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     draw(out, axes, group, f"$p = {format_power(SHOWN)}$", {"color": GREEN, "marker": "o"})
     low, high, w = CRITICAL * SHOWN, HIGHEST, group.omega
     storage, loss = group.storage.mean(axis=0), group.loss.mean(axis=0)
-    out.window(axes, low, high)
+    axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
     out.slope(axes, 1.0, (w[0], 0.1 * SHOWN), 0.4 * loss[0])
     out.slope(axes, 0.5, (low, high), 2.0 * np.interp(low, w, storage), above=True)
     out.slope(axes, 1.0, (10, w[-1]), 0.4 * np.interp(10, w, loss))
@@ -311,7 +311,7 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
             else:
                 axes.text(0.5, 0.5, "no displacement", transform=axes.transAxes, fontsize=14, ha="center")
             axes.set_title(rf"{when} stress, $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
-    out.caption = caption(out.name, strain=STRAIN, n=packing.n, ratios=write_list(ratios, ".2f"))
+    out.caption = caption(out.name, strain=STRAIN, n=packing.n, ratios=", ".join(f"{ratio:.2f}" for ratio in ratios))
     return out
 
 

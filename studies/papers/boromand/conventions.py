@@ -13,14 +13,12 @@ from studies.ensemble_tables import PACKINGS, EnsembleTables
 from studies.ensembles import (
     Ensemble,
     Sample,
-    SizeLaw,
     average,
     groups_by,
     log_places,
     median,
     scaled,
     select,
-    size_law,
 )
 from studies.panels import Drawing, size_style
 from studies.papers.statements import paper
@@ -189,8 +187,3 @@ def table_fit(series: str, column: str) -> Callable[[ArrayLike], Array]:
     c_0 = paper(f"BT-{column}0-{name}")
     c_1 = 0.0 if series == "SP(φ)" else paper(f"BT-{column}1-{name}")  # not fitted, for lack of need
     return lambda d: np.asarray(c_0 * np.asarray(d) ** 0.5 + c_1 * np.asarray(d))
-
-
-def onset_law(n: Sequence[int], groups: Sequence[Array], correction: float = ONSET_CORRECTION) -> SizeLaw:
-    """Fit the mean onset against N, each size weighted by its standard error."""
-    return size_law(n, groups, correction)

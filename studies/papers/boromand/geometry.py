@@ -10,8 +10,7 @@ from jamlab.plotting.palette import GREEN, ORANGE
 from jamlab.statistics.power_laws import fit_exponent, power_law
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import Ensemble, log_places
-from studies.html_page import TextTable
-from studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
+from studies.panels import FIT, PAPER, Drawing, TextTable, drawing, label, model_style, scale
 from studies.papers.boromand.conventions import (
     DISTANCES,
     ENERGIES,

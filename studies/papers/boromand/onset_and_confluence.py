@@ -8,9 +8,8 @@ from scipy.stats import ks_2samp
 
 from jamlab.arrays import Array
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import Sample, bootstrap, groups_by, mean_over_packings, size_law, sizes
-from studies.html_page import TextTable
-from studies.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
+from studies.ensembles import Sample, bootstrap, groups_by, limit_of_sizes, mean_over_packings, sizes
+from studies.panels import PAPER, Drawing, TextTable, drawing, label, model_style, scale, size_style
 from studies.papers.boromand.conventions import (
     COMPRESSED,
     FRACTIONS,
@@ -22,7 +21,6 @@ from studies.papers.boromand.conventions import (
     Curve,
     draw_sizes,
     mean,
-    onset_law,
     onsets,
     table_fit,
 )
@@ -60,7 +58,7 @@ def left_at_confluence(tables: EnsembleTables) -> Sample:
 def limit_of_confluence(groups: list[Any], without: int = -1) -> float:
     """Extend 1 - rho* linearly in 1/N to large packings."""
     kept = [k for k in range(len(groups)) if k != without]
-    return size_law([COMPRESSED["dp"][k] for k in kept], [groups[k] for k in kept])[0]
+    return limit_of_sizes([COMPRESSED["dp"][k] for k in kept], [groups[k] for k in kept])
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:
@@ -125,7 +123,7 @@ def width_exponent(groups: list[Array], quartiles: bool = False, first: int = 0)
 
 def limit(groups: list[Array], correction: float = ONSET_CORRECTION, first: int = 0) -> float:
     """Extend the mean onset to large packings, with a correction N^-0.7 (O'Hern et al. 2003)."""
-    return onset_law(SIZES[first:], groups[first:], correction).limit
+    return limit_of_sizes(SIZES[first:], groups[first:], correction)
 
 
 def difference(groups: list[Array], of: str = "mean") -> float:
