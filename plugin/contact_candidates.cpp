@@ -30,15 +30,9 @@ void ContactCandidates::build(const FixPolygonOutline *fix, const NeighList *lis
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
-    const bool disk = laws.disk(atom->type[i]);
-    const int head = disk ? i : outline->next(i);
-    const Neighbors neighbors = {list->firstneigh[i], list->numneigh[i]};
     of_point.clear();
-    if (form != SEGMENT)
-      find_near_point(i, neighbors, laws, form);
-    else if (head >= 0)
-      find_near_edge(i, head, neighbors, laws);
-    if (!of_point.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
+    find_near_point(i, {list->firstneigh[i], list->numneigh[i]}, laws, form);
+    keep(i);
     if (static_cast<int>(row_list.size()) >= (block_list.empty() ? 0 : block_list.back().end) + BLOCK) end_block();
   }
   end_block();
@@ -114,24 +108,6 @@ void ContactCandidates::find_near_point(int i, Neighbors neighbors, const Contac
   }
 }
 
-/* edges near the edge from i to its head, form segment: every pair once. The
-   neighbor list of i holds their tails. */
-void ContactCandidates::find_near_edge(int i, int head, Neighbors neighbors, const ContactLaws &laws)
-{
-  const double *const *const x = atom->x;
-  const int itype = atom->type[i];
-  for (const int listed : neighbors) {
-    const int j = listed & NEIGHMASK, jtype = atom->type[j];
-    if (laws.form[itype][jtype] != SEGMENT || earlier(j, i) || one_outline(i, j, laws)) continue;
-    const int jhead = laws.disk(jtype) ? j : outline->next(j);
-    if (jhead < 0) continue;    // the end of a chain, or an edge whose head is beyond reach
-    const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
-                                 foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
-    if (rsq < reaches[itype * (atom->ntypes + 1) + jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead]))
-      add(i, listed, {j, jhead});
-  }
-}
-
 /* the same outline, not its periodic image: no contact with itself */
 bool ContactCandidates::one_outline(int i, int j, const ContactLaws &laws) const
 {
@@ -148,8 +124,8 @@ void ContactCandidates::add(int i, int listed, Edge edge)
 }
 
 /* in an order that does not depend on where atoms are stored: sums have the same
-   digits. One facing for each outline near a point, or for each edge. */
-void ContactCandidates::keep(int i, int j, bool by_outline)
+   digits. One row for each outline near a point. */
+void ContactCandidates::keep(int i)
 {
   std::sort(of_point.begin(), of_point.end());
   for (std::size_t n = 0; n < of_point.size(); n++) {
@@ -161,9 +137,8 @@ void ContactCandidates::keep(int i, int j, bool by_outline)
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
-    const bool same =
-        n > 0 && row_list.back().law == candidate.law && (!by_outline || candidate.same_outline(of_point[n - 1]));
-    if (!same) row_list.push_back({i, j, candidate.law, size, size});
+    const bool same = n > 0 && row_list.back().law == candidate.law && candidate.same_outline(of_point[n - 1]);
+    if (!same) row_list.push_back({i, candidate.law, size, size});
     near_list.push_back(number);
     row_list.back().end++;
   }

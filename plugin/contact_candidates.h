@@ -11,7 +11,7 @@
 
 namespace LAMMPS_NS {
 
-/* Which edges can touch which vertex, disk or edge until the next neighbor build.
+/* Which edges can touch which vertex or disk until the next neighbor build.
 
    A wall is an outline like that of a polygon. A disk is a point; to another disk
    it is an edge without length. */
@@ -22,8 +22,8 @@ class ContactCandidates : protected Pointers {
   struct Edge {
     int tail, head;
   };
-  struct CandidateRow {      // what is near a point; form segment: near an edge
-    int i, j;          // the point; the other end of its edge (itself if none)
+  struct CandidateRow {      // what is near a point
+    int i;             // the point
     int law;           // number in PairLaws, of all that is near
     int begin, end;    // range in near()
   };
@@ -90,10 +90,9 @@ class ContactCandidates : protected Pointers {
   void find_reaches(const ContactLaws &);
   void find_edges(const ContactLaws &);
   void find_near_point(int, Neighbors, const ContactLaws &, ContactForm);
-  void find_near_edge(int, int, Neighbors, const ContactLaws &);
   void add(int, int, Edge);
   void end_block();
-  void keep(int, int, bool);
+  void keep(int);
   bool earlier(int, int) const;
   bool one_outline(int, int, const ContactLaws &) const;
 };

@@ -67,53 +67,11 @@ inline std::size_t smooth_segment_contacts(const ContactCandidates &candidates, 
   return count;
 }
 
-/* segment: Boromand et al. eq 8 to the letter: every pair of edges meets once, at
-   its smallest distance. That is one of the four distances of an end to the other
-   edge, or 0 if they cross. */
-inline std::size_t segment_contacts(const ContactCandidates &candidates, ContactCandidates::Block block,
-                                    const Position *x, const PairLaws &laws,
-                                    Contact *contacts)
-{
-  using Edge = ContactCandidates::Edge;
-  std::size_t count = 0;
-  for (int k = block.begin; k < block.end; k++) {
-    const ContactCandidates::CandidateRow &row = candidates.rows()[k];
-    const Edge a = {row.i, row.j};
-    for (int n = row.begin; n < row.end; n++) {
-      const Edge b = candidates.edges(block)[candidates.near()[n]];
-      const int vertex[4] = {a.tail, a.head, b.tail, b.head};
-      const Edge edge[4] = {b, b, a, a};
-
-      Foot nearest = {0.0, 0.0, laws[row.law].widthsq, 0.0};
-      int found = -1;
-      for (int m = 0; m < 4; m++) {
-        const Foot foot = foot_on_edge(x[vertex[m]], x[edge[m].tail], x[edge[m].head]);
-        if (foot.rsq < nearest.rsq) {
-          nearest = foot;
-          found = m;
-        }
-      }
-      if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head]))
-        contacts[count++] = {a.tail, b.tail, b.head, row.law, {0.0, 0.0, 0.0, 0.0}};
-      else if (found >= 0)
-        contacts[count++] = {vertex[found], edge[found].tail, edge[found].head, row.law, nearest};
-    }
-  }
-  return count;
-}
-
 inline std::size_t find_contacts(ContactForm form, const ContactCandidates &candidates, ContactCandidates::Block block,
                                  const Position *x, const PairLaws &laws, Contact *contacts)
 {
-  switch (form) {
-    case SEGMENT:
-      return segment_contacts(candidates, block, x, laws, contacts);
-    case OUTLINE:
-      return outline_contacts(candidates, block, x, laws, contacts);
-    case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(candidates, block, x, laws, contacts);
-  }
-  return 0;
+  return form == OUTLINE ? outline_contacts(candidates, block, x, laws, contacts)
+                         : smooth_segment_contacts(candidates, block, x, laws, contacts);
 }
 
 }    // namespace LAMMPS_NS

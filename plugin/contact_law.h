@@ -8,11 +8,10 @@
 
 namespace LAMMPS_NS {
 
-/* The contact forms: who meets whom. This list is the only one in C++, and in the
-   order of CONTACT_FORMS of Python, whose numbers stand in data files: append only. */
-enum ContactForm { OUTLINE, SEGMENT, SEGMENT_SMOOTH };
+/* The contact forms: who meets whom. Their numbers stand in restart files. */
+enum ContactForm { OUTLINE, SEGMENT_SMOOTH };
 
-inline constexpr const char *CONTACT_FORMS[] = {"outline", "segment", "segment/smooth"};
+inline constexpr const char *CONTACT_FORMS[] = {"outline", "segment/smooth"};
 inline constexpr int NUMBER_OF_CONTACT_FORMS = sizeof(CONTACT_FORMS) / sizeof(CONTACT_FORMS[0]);
 static_assert(NUMBER_OF_CONTACT_FORMS == SEGMENT_SMOOTH + 1, "one name for each ContactForm");
 
@@ -42,12 +41,11 @@ struct ContactLaws {
   bool disk(int type) const { return role[type] == DISK; }
 
   /* how far apart two atoms may be whose contact has its width at the start of the run: an
-     edge within reach of a point has one end no farther than half its length beyond the foot;
-     form segment looks from tail to tail */
+     edge within reach of a point has one end no farther than half its length beyond the foot */
   double cutoff(int i, int j) const
   {
     const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
-    return form[i][j] == SEGMENT ? start[i][j] + 2.0 * edge : std::hypot(start[i][j], 0.5 * edge);
+    return std::hypot(start[i][j], 0.5 * edge);
   }
 };
 

@@ -28,16 +28,6 @@ struct Foot {
   double dx, dy, rsq, t;
 };
 
-inline Foot foot_on_edge(const double *vertex, const double *tail, const double *head)
-{
-  const double ex = head[0] - tail[0], ey = head[1] - tail[1];
-  const double rx = vertex[0] - tail[0], ry = vertex[1] - tail[1];
-  const double lsq = ex * ex + ey * ey;
-  const double t = clamped(lsq > 0.0 ? (rx * ex + ry * ey) / lsq : 0.0);
-  const double dx = rx - t * ex, dy = ry - t * ey;
-  return {dx, dy, dx * dx + dy * dy, t};
-}
-
 /* The same for an edge whose length has been taken once for all that it meets. */
 struct EdgeFrame {
   double x, y, ex, ey, per_lsq;    // tail, from tail to head, 1 / length^2 (0 for a point)

@@ -192,12 +192,10 @@ _SHARES |= {"slope_least", "slope", "slope_most"}
 
 
 def _choices() -> dict[str, tuple[str, ...]]:
-    from jamlab.packing.law_parameters import CONTACT_FORMS
-
     return {
         "law": ("eps", "k"),
         "minimizer": ("cg", "fire"),
-        "contact": tuple(CONTACT_FORMS),
+        "contact": ("outline", "segment/smooth"),
         "arms": ("radius", "contact"),
         "viscous": ("contact", "stokes"),
     }

@@ -23,7 +23,7 @@ def jam(
     n: options.N = 64,
     seed: options.Seed = 1,
     contact: Annotated[
-        str | None, typer.Option(metavar="{outline,segment,segment/smooth}", help="Contact form of droplets.")
+        str | None, typer.Option(metavar="{outline,segment/smooth}", help="Contact form of droplets.")
     ] = None,
     gamma: Annotated[float | None, typer.Option(help="Line tension of droplets (eps/l), default 0.4.")] = None,
     ka: Annotated[float | None, typer.Option(help="Area stiffness of droplets (eps/l^4), default 300.")] = None,

@@ -26,7 +26,6 @@ from jamlab.errors import InputError
 from jamlab.geometry.particle_shape import disk_radii
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
-from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
 from jamlab.packing.packing import Packing
 
@@ -84,14 +83,25 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
         vertex, tail, place = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
         separation, shift = np.empty((room, 2)), np.empty((room, 2))
         count = _meetings(
-            packing.n, offsets, packing.positions, packing.box, delta, CONTACT_FORMS.index(form), MOST_IMAGES, room,
+            packing.n, offsets, packing.positions, packing.box, delta, form == "outline", MOST_IMAGES, room,
             vertex, tail, place, separation, shift, crossing, search,
         )  # fmt: skip
         if count == _OUTLINES_CROSS:
             raise crossing_error(*crossing)
         return count, (vertex, tail, place, separation, shift)
 
-    return VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
+    found = VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
+    return found.select(_closest_of_edges(packing, found)) if form == "segment" else found
+
+
+def _closest_of_edges(packing: Packing, found: VertexContacts) -> Indices:
+    """(k,) row of the closest meeting of each pair of edges. A meeting belongs to both edges that end in its vertex."""
+    refuse_crossings(packing)
+    before, image = np.argsort(packing.successor), _images(packing, found)
+    own = np.concatenate([found.vertex, before[found.vertex]])
+    _, pair, _ = _named_pairs(own, np.tile(found.tail, 2), np.tile(image, (2, 1)))
+    order = np.lexsort([np.tile(found.tail, 2), np.tile(found.distance, 2), pair])
+    return np.asarray(order[np.unique(pair[order], return_index=True)[1]] % len(found.vertex))
 
 
 def _check_apart(packing: Packing) -> None:
@@ -144,9 +154,16 @@ PairNames = tuple[Indices, Indices, NDArray[np.bool_]]
 def name_pairs(packing: Packing) -> PairNames:
     """Name the pairs of polygons that meet, alike from both sides. Returns (k, 4) int64, sorted: i <= j and the image
     of j; (m,) which of them each meeting belongs to; (m,) bool: the vertex is one of j, not of i."""
-    particle, contacts = packing.particle, vertex_contacts(packing)
-    i, j = particle[contacts.vertex], particle[contacts.tail]
-    image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
+    particle, found = packing.particle, vertex_contacts(packing)
+    return _named_pairs(particle[found.vertex], particle[found.tail], _images(packing, found))
+
+
+def _images(packing: Packing, found: VertexContacts) -> NDArray[np.int64]:
+    return np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
+
+
+def _named_pairs(i: Indices, j: Indices, image: NDArray[np.int64]) -> PairNames:
+    """Seen from both sides a pair has one name: the lower number first, and the image counted from it."""
     swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
     return *_unique_rows(np.column_stack([np.minimum(i, j), np.maximum(i, j), image])), swapped

@@ -233,6 +233,11 @@ class Droplets:
 
     def check_for_lammps(self, packing: Packing) -> None:
         """An edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
+        if packing.params["contact"] == "segment":
+            raise InputError(
+                "contact form 'segment' has no minima, since its forces jump where edges are parallel: `evaluate` "
+                "takes it; give contact='outline' to all else"
+            )
         edges = packing.edges
         if (wrong := np.flatnonzero(shortest_images((1 + _AT_HALF) * edges, packing.box).any(axis=1))).size:
             raise EngineError(

@@ -62,7 +62,7 @@ def check_box(box: Array) -> None:
 UNITS = ("eps", "k")  # names of the strength that is 1, and of the parameter that holds it
 ENSEMBLES = ("fixed-box", "shear-stabilized")
 NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble='shear-stabilized' lets it"
-CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # in the order of ContactForm of plugin/contact_law.h
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # data files hold their places: append only
 LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
 
 

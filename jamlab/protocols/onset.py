@@ -93,7 +93,7 @@ def jam(
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation with the share of the work that is done, and in words.
         parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
-            `contact="segment"` of droplets; DP: `vertices`, of all droplets or (n,) of each.
+            `contact="segment/smooth"` of droplets; DP: `vertices`, of all droplets or (n,) of each.
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.

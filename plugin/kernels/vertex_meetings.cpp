@@ -1,6 +1,5 @@
-// Meetings of vertices with edges of other polygons, and of other images of their own, in every contact form.
+// Meetings of vertices with edges of other polygons, and of other images of their own.
 
-#include "../contact_law.h"
 #include "kernel.h"
 #include "periodic_grid.h"
 
@@ -18,16 +17,15 @@ struct Meeting {
 struct Polygons {
   int64_t n;
   const double *x;
-  std::vector<int64_t> particle, after, before;
+  std::vector<int64_t> particle, after;
 
   Polygons(int64_t count, const int64_t *offsets, const double *positions)
-    : n(offsets[count]), x(positions), particle(n), after(n), before(n)
+    : n(offsets[count]), x(positions), particle(n), after(n)
   {
     for (int64_t p = 0; p < count; ++p)
       for (int64_t v = offsets[p]; v < offsets[p + 1]; ++v) {
         particle[v] = p;
         after[v] = v + 1 < offsets[p + 1] ? v + 1 : offsets[p];
-        before[after[v]] = v;
       }
   }
   Vector at(int64_t v) const { return point(x, v); }
@@ -98,92 +96,47 @@ bool crosses(const Polygons &polygons, int64_t own, const Meeting &meeting)
   return cross(b - a, c - a) * cross(b - a, d - a) < 0 && cross(d - c, a - c) * cross(d - c, b - c) < 0;
 }
 
-bool find_crossing(const Polygons &polygons, const std::vector<Meeting> &all, bool before, int64_t *crossing)
+bool find_crossing(const Polygons &polygons, const std::vector<Meeting> &all, int64_t *crossing)
 {
   for (const Meeting &meeting : all) {
-    const int64_t own = before ? polygons.before[meeting.vertex] : meeting.vertex;
-    if (!crosses(polygons, own, meeting)) continue;
-    crossing[0] = polygons.particle[own];
+    if (!crosses(polygons, meeting.vertex, meeting)) continue;
+    crossing[0] = polygons.particle[meeting.vertex];
     crossing[1] = polygons.particle[meeting.tail];
     return true;
   }
   return false;
 }
 
-// Name of what meets only once, the first and the second in it, and which meeting it is.
-struct Named {
-  int64_t first, second;
-  Image image;
-  const Meeting *meeting;
-  int64_t turn;
-
-  bool same(const Named &other) const
-  {
-    return first == other.first && second == other.second && image == other.image;
+// The closest meeting of each vertex with each polygon, of equals that with the lowest tail.
+void keep_closest(const Polygons &polygons, std::vector<Meeting> &all)
+{
+  const auto same = [&](const Meeting &a, const Meeting &b) {
+    return a.vertex == b.vertex && polygons.particle[a.tail] == polygons.particle[b.tail] && a.image == b.image;
+  };
+  const auto earlier = [&](const Meeting &a, const Meeting &b) {
+    if (polygons.particle[a.tail] != polygons.particle[b.tail]) return a.tail < b.tail;
+    if (!(a.image == b.image)) return a.image < b.image;
+    return a.distance != b.distance ? a.distance < b.distance : a.tail < b.tail;
+  };
+  for (auto first = all.begin(); first != all.end();) {
+    const auto last = std::find_if(first, all.end(), [&](const Meeting &m) { return m.vertex != first->vertex; });
+    std::sort(first, last, earlier);
+    first = last;
   }
-  bool operator<(const Named &other) const
-  {
-    if (first != other.first) return first < other.first;
-    if (second != other.second) return second < other.second;
-    if (!(image == other.image)) return image < other.image;
-    if (meeting->distance != other.meeting->distance) return meeting->distance < other.meeting->distance;
-    if (meeting->tail != other.meeting->tail) return meeting->tail < other.meeting->tail;
-    return turn < other.turn;
-  }
-};
-
-// The closest meeting of every name, of equals that with the lowest tail.
-std::vector<Meeting> keep_closest(int64_t n, const std::vector<Named> &names)
-{
-  std::vector<int64_t> start(n + 1, 0);
-  for (const Named &name : names) ++start[name.first + 1];
-  for (int64_t k = 0; k < n; ++k) start[k + 1] += start[k];
-  std::vector<int64_t> next(start.begin(), start.end() - 1);
-  std::vector<Named> sorted(names.size());
-  for (const Named &name : names) sorted[next[name.first]++] = name;
-  for (int64_t k = 0; k < n; ++k) std::sort(sorted.begin() + start[k], sorted.begin() + start[k + 1]);
-  std::vector<Meeting> closest;
-  for (std::size_t k = 0; k < sorted.size(); ++k)
-    if (!k || !sorted[k].same(sorted[k - 1])) closest.push_back(*sorted[k].meeting);
-  return closest;
-}
-
-std::vector<Named> name_polygons(const Polygons &polygons, const std::vector<Meeting> &all)
-{
-  std::vector<Named> names;
-  names.reserve(all.size());
-  for (const Meeting &m : all) names.push_back({m.vertex, polygons.particle[m.tail], m.image, &m, 0});
-  return names;
-}
-
-// Every meeting belongs to two pairs of edges: that of either edge that starts or ends in the vertex. Seen from both
-// sides a pair has one name: the lower edge first, the image counted from it.
-std::vector<Named> name_edge_pairs(const Polygons &polygons, const std::vector<Meeting> &all)
-{
-  std::vector<Named> names;
-  names.reserve(2 * all.size());
-  for (int before = 0; before < 2; ++before)
-    for (const Meeting &m : all) {
-      const int64_t own = before ? polygons.before[m.vertex] : m.vertex, turn = static_cast<int64_t>(names.size());
-      if (own < m.tail || (own == m.tail && m.image.positive()))
-        names.push_back({own, m.tail, m.image, &m, turn});
-      else
-        names.push_back({m.tail, own, Image{0, 0} - m.image, &m, turn});
-    }
-  return names;
+  all.erase(std::unique(all.begin(), all.end(), same), all.end());
 }
 
 }  // namespace
 
 constexpr int64_t OUTLINES_CROSS = -3;
 
-// Meetings nearer than reach in one of the contact forms; sorted by what each form counts once.
-//   offsets (particles + 1), x (vertices, 2), box (2, 2), form: a ContactForm; vertex, tail, place (room), separation,
+// Meetings nearer than reach, sorted by vertex, tail and image.
+//   offsets (particles + 1), x (vertices, 2), box (2, 2), closest: only one of a vertex with each polygon; vertex, tail, place (room), separation,
 //   shift (room, 2) out: see VertexContacts; crossing (2) out: polygons that cross; search (5) out: see
 //   periodic_neighbors.
 // Returns the number of meetings, of which the first `room` are written, or why there are none.
 JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const double *x, const double *box,
-                              double reach, int64_t form, double most_copies, int64_t room, int64_t *vertex,
+                              double reach, int64_t closest, double most_copies, int64_t room, int64_t *vertex,
                               int64_t *tail, double *place, double *separation, double *shift, int64_t *crossing,
                               double *search)
 try {
@@ -191,11 +144,8 @@ try {
   std::vector<Meeting> all;
   const int64_t refusal = find_all(polygons, Lattice(box), reach, most_copies, search, all);
   if (refusal < 0) return refusal;
-  const bool segments = form == LAMMPS_NS::SEGMENT;    // one meeting for each pair of edges; of segment/smooth all
-  if (find_crossing(polygons, all, false, crossing) || (segments && find_crossing(polygons, all, true, crossing)))
-    return OUTLINES_CROSS;
-  if (form == LAMMPS_NS::OUTLINE) all = keep_closest(polygons.n, name_polygons(polygons, all));
-  if (segments) all = keep_closest(polygons.n, name_edge_pairs(polygons, all));
+  if (find_crossing(polygons, all, crossing)) return OUTLINES_CROSS;
+  if (closest) keep_closest(polygons, all);
   const int64_t count = static_cast<int64_t>(all.size());
   for (int64_t k = 0; k < std::min(count, room); ++k) {
     vertex[k] = all[k].vertex;

@@ -8,8 +8,6 @@ import outlines
 import pytest
 from outlines import DISK, RING, WALL
 
-from jamlab.packing.law_parameters import CONTACT_FORMS
-
 from .test_plugin_on_ranks import columns, run
 
 ASK = """
@@ -30,20 +28,20 @@ def by_place(rows):
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
 def test_energy_forces_and_contacts_are_those_of_the_law(tmp_path, ranks):
-    """Each kind meets each other; either of two disks, and of form segment of two corners, is the vertex."""
+    """Each kind meets each other; either of two disks is the vertex."""
     state, deck = outlines.scene(3), ""
     (tmp_path / "data").write_text(outlines.data(state))
     kinds = np.repeat([o.type for o in state.outlines], np.diff(state.starts))
     met = {tuple(sorted(kinds[[c.vertex, c.tail]])) for c in outlines.contacts(state)}
     assert met >= {(RING, RING), (RING, WALL), (RING, DISK), (DISK, DISK)}
-    for k, form in enumerate(CONTACT_FORMS):
+    for k, form in enumerate(outlines.FORMS):
         for newton in ("on", "off"):
             here = outlines.deck("data", newton).replace("1.2 walls", f"1.2 contact {form} walls")
             deck += here + ASK.format(name=f"state-{k}-{newton}")
     printed = run(tmp_path, deck.replace("state-state", "state"), ranks)
-    assert len(printed) == 2 * len(CONTACT_FORMS)
+    assert len(printed) == 2 * len(outlines.FORMS)
     for name, (pe,) in printed.items():
-        form = CONTACT_FORMS[int(name.split("-")[1])]
+        form = outlines.FORMS[int(name.split("-")[1])]
         contacts, forces = outlines.contacts(state, form=form), outlines.forces(state, form)
         scale = np.abs(forces).max()
         assert pe == pytest.approx(outlines.energy(state, form=form), rel=1e-12), name
@@ -52,11 +50,8 @@ def test_energy_forces_and_contacts_are_those_of_the_law(tmp_path, ranks):
         wanted = np.array([[c.vertex + 1, c.tail + 1, *c.force, *c.separation] for c in contacts])
         found = listed[:, [2, 3, 6, 7, 8, 9]]
         assert len(found) == len(wanted) > 20
-        if form == "segment":
-            found, wanted = (np.sort(np.hypot(*rows[:, 4:].T)) for rows in (found, wanted))
-        else:
-            found, wanted = (by_place(np.delete(rows, 1, axis=1)[(kinds[rows[:, :2].astype(int) - 1] != DISK).any(1)])
-                             for rows in (found, wanted))  # fmt: skip
+        found, wanted = (by_place(np.delete(rows, 1, axis=1)[(kinds[rows[:, :2].astype(int) - 1] != DISK).any(1)])
+                         for rows in (found, wanted))  # fmt: skip
         assert np.abs(found - wanted).max() < 1e-12 * max(scale, 1.0), name
 
 
@@ -83,7 +78,7 @@ def test_forces_and_virial_are_slopes_of_the_energy(tmp_path):
     state = outlines.Scene([ring, other, *disks, wall], np.array([2.6, 3.0]))
     (tmp_path / "data").write_text(outlines.data(state))
     deck = ""
-    for k, form in enumerate(CONTACT_FORMS):
+    for k, form in enumerate(outlines.FORMS):
         here = outlines.deck("data").replace("1.2 walls", f"1.2 contact {form} walls").replace(outlines.AREA, "")
         deck += here.replace(f"bond_coeff * {outlines.GAMMA}", "bond_coeff * 0.0") + NUMERICAL.format(name=k)
     for name, values in run(tmp_path, deck, 1).items():

@@ -1,9 +1,8 @@
 """Contacts of outlines and disks under settings of LAMMPS: edges that grow, moving boxes, exclude, special_bonds."""
 
 import numpy as np
+import outlines
 import pytest
-
-from jamlab.packing.law_parameters import CONTACT_FORMS
 
 from .test_plugin_on_ranks import columns, run
 
@@ -57,7 +56,7 @@ EXCLUDE = "group one molecule 1\ngroup two molecule 2\nneigh_modify exclude {}\n
 
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("form", CONTACT_FORMS)
+@pytest.mark.parametrize("form", outlines.FORMS)
 @pytest.mark.parametrize("excluded", ["", "group one two", "molecule/inter all"])
 def test_contacts_of_edges_that_grew(tmp_path, form, ranks, excluded):
     """0.4 long at the start, 2.3 at the end of the run: energy and forces as in a run that starts there. `neigh_modify
@@ -122,11 +121,10 @@ def chain(lmp, special, roles, more=()):
         lmp.command(line)
 
 
-@pytest.mark.parametrize("form", ["outline", "segment"])
 @pytest.mark.parametrize("factor", [1.0, 0.5, 0.0])
-def test_special_bonds_weaken_contacts_of_disks(lmp, factor, form):
+def test_special_bonds_weaken_contacts_of_disks(lmp, factor):
     """Four overlaps of 0.1, all between bonded disks: each has the factor of bonded pairs."""
-    chain(lmp, f"lj {factor} 1 1", f"contact {form} disks 1")
+    chain(lmp, f"lj {factor} 1 1", "disks 1")
     assert lmp.get_thermo("pe") * 5 == pytest.approx(factor * 4 * 0.5 * 0.1**2, abs=1e-14)
     assert lmp.numpy.extract_atom("f")[0, 0] == pytest.approx(-0.1 * factor, abs=1e-14)
 

@@ -6,8 +6,6 @@ import pytest
 from engine.test_plugin_on_ranks import run
 from outlines import DISK, EPS, RING, WALL, WIDTH
 
-from jamlab.packing.law_parameters import CONTACT_FORMS
-
 
 def test_pairs_of_types_by_hand(lmp, tmp_path):
     """A width and eps of their own, or eps alone with the mean of both widths; then the mixed ones, by hand."""
@@ -31,10 +29,10 @@ def test_pairs_of_types_by_hand(lmp, tmp_path):
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_contact_forms_by_type(tmp_path, ranks):
-    """Two types of droplets: energy of three forms at once is the sum of each alone, the others without strength."""
+    """Two types of droplets: energy of both forms at once is the sum of each alone, the others without strength."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(23, foreign=False)))
     pairs = {(1, 1): (1.7, 0.25), (2, 2): (0.9, 0.3), (1, 2): (1.2, 0.27)}
-    parts = dict(zip(pairs, CONTACT_FORMS, strict=True))
+    parts = dict(zip(pairs, [*outlines.FORMS, "outline"], strict=True))
     plain = outlines.deck("data").replace(f"walls {WALL} disks {DISK}", f"disks {DISK}")
     plain = plain.replace("group rings type 1", "set mol 1*8 type 2\ngroup rings type 1 2")
     plain += "pair_coeff 1*2 3 1.0 1.0\n"  # of a type that has no atoms here
@@ -97,7 +95,7 @@ pair_style circuloline 0.25 1.2 contact segment/smooth walls 2 disks 3
 pair_coeff 1 1 1.7 0.25 outline
 pair_coeff 2 2 0.9 0.3
 pair_coeff 3 3 2.5 1.25 outline
-pair_coeff 1 2 1.1 0.26 segment
+pair_coeff 1 2 1.1 0.26 outline
 pair_coeff 1 3 0.4 0.8
 pair_coeff 2 3 1.0 0.7 outline
 """

@@ -6,8 +6,6 @@ import pytest
 from engine.test_plugin_on_ranks import columns, run
 from outlines import DISK, RING
 
-from jamlab.packing.law_parameters import CONTACT_FORMS
-
 TALLIES = """
 compute e all pe/atom
 compute s all stress/atom NULL virial
@@ -103,15 +101,15 @@ run 25
 
 @RANKS
 def test_shares_add_up_in_all_forms_and_runs(tmp_path, ranks):
-    """The three contact forms; during a run, in a minimization; virial per atom asked or not."""
+    """Both contact forms; during a run, in a minimization; virial per atom asked or not."""
     state = outlines.scene(12)
     (tmp_path / "data").write_text(outlines.data(state))
     deck = ""
-    ends = {form: "run 0\n" for form in CONTACT_FORMS}
+    ends = {form: "run 0\n" for form in outlines.FORMS}
     ends |= {"verlet": INTEGRATE, "minimize": "minimize 0 1e-9 20 20\n"}
     for name, end in ends.items():
         for newton in ("on", "off"):
-            form = name if name in CONTACT_FORMS else "outline"
+            form = name if name in outlines.FORMS else "outline"
             here = outlines.deck("data", newton).replace("1.2 walls", f"1.2 contact {form} walls")
             deck += here + TALLIES + "thermo 5\n" + end + SHOW.format(f"{name}-{newton}")
     found = run(tmp_path, deck, ranks)

@@ -78,12 +78,9 @@ def states(random_disks, random_polygons, spanning, sp_jammed, dp_dense):
         "k": random_disks(0.7, "k", 2),
         "jammed-sp": sheared(sp_jammed, 0.01),
         "outline": random_polygons(0.3, "outline", 1),
-        "segment": random_polygons(0.7, "segment", 2),
         "jammed-outline": dense,
-        "jammed-segment": dense.with_state(params=dense.params | {"contact": "segment"}),
         "jammed-smooth": dense.with_state(params=dense.params | {"contact": "segment/smooth"}),
         "spanning-outline": spanning("outline", -0.9),  # meet their own images; larger than a subdomain
-        "spanning-segment": spanning("segment", 0.5),
         "spanning-smooth": spanning("segment/smooth", 0.0),
     }
 

@@ -1,21 +1,19 @@
 """LAMMPS against plain loops, its own energy, jamlab.hessian and symmetry; contact forms, jammed and along paths."""
 
 import ctypes
+from functools import partial
 
 import numpy as np
 import pytest
 import reference
-import shapely
+from outlines import FORMS
 
 import jamlab
-from jamlab.engine.session import Session
 from jamlab.kernels.library import INTEGER, kernel
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
-from jamlab.packing.law_parameters import CONTACT_FORMS
 
-FORMS = list(CONTACT_FORMS)
-KINDS = ["eps", "k", *FORMS]  # units of disks, contact forms of polygons
+KINDS = ["eps", "k", *FORMS]  # units of disks, contact forms of polygons in LAMMPS
 
 
 @pytest.fixture
@@ -60,7 +58,7 @@ def slope(function, positions, step=1e-6):
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 @pytest.mark.parametrize("tilt", [0.0, 0.3, 0.7, -0.45])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, "segment"])
 def test_random_states_equal_the_reference(make, kind, tilt, seed):
     """Energy, forces and stress of LAMMPS, in square and sheared boxes, particles across the boundary."""
     p = make(kind, tilt, seed)
@@ -84,7 +82,7 @@ def test_a_vertex_between_two_images_of_one_polygon(wedge, place):
     assert differ(forces(p), wanted.forces) < 1e-10
 
 
-@pytest.mark.parametrize("contact", FORMS)
+@pytest.mark.parametrize("contact", [*FORMS, "segment"])
 @pytest.mark.parametrize("eta", [0.0, 0.2])
 def test_edges_of_zero_length(random_polygons, contact, eta):
     """Plateau borders shrink edges to nothing: eta smooths the tension, without it they pull nowhere."""
@@ -110,7 +108,7 @@ def test_forces_and_hessian_are_slopes_of_the_energy(make, kind, tilt):
     assert differ(jamlab.hessian(p).toarray(), stiffness) < 1e-6
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, "segment"])
 def test_stress_is_minus_the_slope_of_the_energy_in_strain(make, kind):
     """Box and positions strained together: -(1/A) dE/dE_kl for each of the four gradients."""
     p, step = make(kind, 0.3, 4), 1e-6
@@ -152,7 +150,7 @@ def test_newton_on_and_off_agree(make, kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_reused_session_equals_a_fresh_one(make, kind):
     """Other positions, box, tilt, law, sizes and number of particles, in one session."""
-    other = {"eps": "k", "k": "eps", "outline": "segment", "segment": "segment/smooth"}.get(kind, "outline")
+    other = {"eps": "k", "k": "eps", "outline": "segment/smooth"}.get(kind, "outline")
     sizes = {"n": 14} if kind in ("eps", "k") else {"sizes": (6, 12, 8, 10)}
     first = make(kind, 0.3, 0)
     moved = first.with_state(positions=first.positions + 0.01 * np.sin(np.arange(first.positions.size)).reshape(-1, 2))
@@ -238,27 +236,24 @@ def test_polygons_that_span_the_box_meet_their_own_images(spanning, form, tilt):
 
 
 def squares(form, shift):
-    """Corners of two squares, and the energy of their contacts in LAMMPS; their width is 0.1."""
+    """Energy of the contacts of two squares; their width is 0.1."""
     law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": form, "a0": [1.0, 1.0]}
     square = np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]])
-    corners = np.stack([square, square + np.array(shift)])
-    packing = jamlab.Packing("dp", 5 * np.eye(2), corners.reshape(-1, 2), law, offsets=np.array([0, 4, 8]))
-    with Session(packing) as session:
-        return corners, session.evaluate().contact_energy
+    corners = np.concatenate([square, square + np.array(shift)])
+    packing = jamlab.Packing("dp", 5 * np.eye(2), corners, law, offsets=np.array([0, 4, 8]))
+    return jamlab.evaluate(packing).contact_energy
 
 
-def test_edges_that_cross_have_no_distance():
-    """Of form segment, where a contact is a pair of edges: each pair that crosses has the energy of contact at 0."""
-    corners, energy = squares("segment", (0.55, 0.45))
-    first, second = shapely.linestrings(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2))
-    distances = shapely.distance(first[:, None], second)
-    assert np.sum(distances == 0) == 2
-    assert energy == pytest.approx(0.5 * np.sum(np.maximum(0.0, 1 - distances / 0.1) ** 2), rel=1e-12)
-
-
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", [*FORMS, "segment"])
 def test_contacts_end_where_rims_part(form):
-    assert squares(form, (1.1 - 1e-6, 0.4))[1] > 0 == squares(form, (1.1 + 1e-6, 0.4))[1]
+    assert squares(form, (1.1 - 1e-6, 0.4)) > 0 == squares(form, (1.1 + 1e-6, 0.4))
+
+
+@pytest.mark.parametrize("act", [jamlab.Session, jamlab.relax, partial(jamlab.shear, rate=0.1, strain=0.1)])
+def test_form_segment_is_only_evaluated(random_polygons, act):
+    """LAMMPS does not have it, since it has no minima."""
+    with pytest.raises(jamlab.InputError, match="segment"):
+        act(random_polygons(0.0, "segment"))
 
 
 NOTCH, TIP = [[-1, -1], [1, -1], [1, 1], [0, 0], [-1, 1]], [[0.0, 0.2], [0.3, 1.5], [-0.3, 1.5]]
@@ -270,15 +265,15 @@ SIDE = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
     [(NOTCH, TIP, [[1.0, 0], [0, 0], [0, 0]], "outline"),  # past the middle of a dent
      (SIDE, np.add(SIDE, [0, 2.1]), [[0, -1.0], [0, 1.0], [0, 1.0], [0, -1.0]], "segment")],  # parallel on the way
 )  # fmt: skip
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", [*FORMS, "segment"])
 def test_forces_jump_only_where_the_closest_point_does(form, one, other, way, rough):
     law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": form, "a0": [3.0, 1.0]}
     x, offsets = np.vstack([one, other]) + 4.0, [0, len(one), len(one) + len(other)]
-    with Session(jamlab.Packing("dp", 9 * np.eye(2), x, law, offsets=offsets)) as session:
-        states = [session.forces_at(x + step * np.pad(way, [(len(one), 0), (0, 0)])) for step in (-1e-8, 1e-8)]
-    (low, before), (high, after) = states
-    assert low == pytest.approx(high, rel=1e-5)
-    assert (np.abs(after - before).max() > 0.1) == (form == rough)
+    packing = jamlab.Packing("dp", 9 * np.eye(2), x, law, offsets=offsets)
+    moved = (x + step * np.pad(way, [(len(one), 0), (0, 0)]) for step in (-1e-8, 1e-8))
+    before, after = (jamlab.evaluate(packing.with_state(positions=at)) for at in moved)
+    assert before.energy == pytest.approx(after.energy, rel=1e-5)
+    assert (np.abs(after.forces - before.forces).max() > 0.1) == (form == rough)
 
 
 @pytest.mark.parametrize(("wide", "dtype", "bits"), [(0, np.int32, 10), (1, np.int64, 21)])

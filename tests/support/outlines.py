@@ -10,7 +10,7 @@ import numpy as np
 
 # contacts by plain loops ---------------------------------------------------------------------------------------------
 
-FORMS = ("outline", "segment", "segment/smooth")
+FORMS = ("outline", "segment/smooth")
 IMAGES = [(a, b) for a in range(-2, 3) for b in range(-2, 3)]
 RING, WALL, DISK = 1, 2, 3  # atom types of a scene
 
@@ -79,11 +79,6 @@ def feet(points, tails, heads):
 
 def meetings(one, two, form):
     """Lists of (side, vertex, edge), from each of which the closest counts; side 1: the vertex is of `two`."""
-    if form == "segment":
-        for e, (a, b) in enumerate(one.edges):
-            for f, (c, d) in enumerate(two.edges):
-                yield [(0, a, f), (0, b, f), (1, c, e), (1, d, e)]
-        return
     for side, (points, other) in enumerate(((one, two), (two, one))):
         if len(other.points) == 1 and (len(points.points) > 1 or side):
             continue  # the disk is the point; of two disks, one

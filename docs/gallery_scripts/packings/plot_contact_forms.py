@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import jamlab
+from jamlab.mechanics.stiffness import energy_terms, forces
 
 # %%
 # Two bricks of twelve vertices, a gap of 0.15 between them; rims are 0.25 wide.
@@ -38,13 +39,11 @@ for form, color in zip(("segment", "outline", "segment/smooth"), ("#D55E00", "#0
     law = {"gamma": 0.0, "ka": 1e-9, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": form, "a0": [1.28, 1.28]}
     bricks = jamlab.Packing("dp", [[8.0, 0.0], [0.0, 8.0]], turned(0.0), law, offsets=[0, 12, 24])
     energy, torque = [], []
-    with jamlab.Session(bricks) as session:
-        for angle in angles:
-            positions = turned(angle)
-            e, forces = session.forces_at(positions)
-            r, f = (positions - centres[1])[12:], forces[12:]
-            energy.append(e)
-            torque.append(np.sum(r[:, 0] * f[:, 1] - r[:, 1] * f[:, 0]))
+    for angle in angles:
+        state = bricks.with_state(positions=turned(angle))
+        r, f = (state.positions - centres[1])[12:], forces(state)[12:]
+        energy.append(sum(term.energy.sum() for term in energy_terms(state)))
+        torque.append(np.sum(r[:, 0] * f[:, 1] - r[:, 1] * f[:, 0]))
     axes[0].plot(angles, energy, color=color, label=form)
     axes[1].plot(angles, torque, color=color, label=form)
     print(f"{form:15s} largest jump of the torque in one step: {np.abs(np.diff(torque)).max():.3f}")

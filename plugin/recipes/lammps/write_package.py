@@ -209,7 +209,7 @@ per atom, and restart files keep all coefficients.""",
 }
 SECOND = {
     "summary": """pair_style circuloline: contact of the rims of deformable polygons, of chains as walls, and of disks,
-in three contact forms; compute polygon/contact lists contacts.
+in two contact forms; compute polygon/contact lists contacts.
 Model: https://doi.org/10.1039/C9SM00775J.""",
     "notes": """A vertex meets the edges of other outlines, so one contact has three atoms: single() is absent, born and
 pair/local are refused, and contacts are summed with newton on and off. The style raises the ghost cutoff to its longest
