@@ -11,7 +11,6 @@ from typing import Any
 import pandas as pd
 
 from jamlab.errors import Renamed
-from jamlab.estimates.flow_errors import Outside
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -78,7 +77,7 @@ class Choice:
     arguments: dict[str, Any] = field(default_factory=dict)
     strain: float = 0.0
     modulus: complex | None = None
-    outside: tuple[Outside, ...] = ()
+    outside: tuple[str, ...] = ()
 
     error = Renamed("bound")
 
@@ -98,7 +97,7 @@ class Choice:
         words = [write_bounds(self.bound)]
         words += [f"{self.packings} packing{'s' * (self.packings > 1)} in {self.seconds:.2g} s"] * bool(self.packings)
         words += [f"by {self.call}"] * bool(self.function)
-        return "; ".join([f"Choice({self.way}: {', '.join(words)}", rank, *map(str, self.outside)]) + ")"
+        return "; ".join([f"Choice({self.way}: {', '.join(words)}", rank, *self.outside]) + ")"
 
 
 def write_bounds(bound: dict[str, float]) -> str:

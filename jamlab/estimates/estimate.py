@@ -11,8 +11,7 @@ import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from enum import StrEnum
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -48,7 +47,7 @@ _LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in a
 
 def plan_mean(
     quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
-) -> Sample:
+) -> MeanPlan:
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = ways.read_ways() if table is None else table
     at = _check(table, quantity, rho, error, model)
@@ -69,14 +68,12 @@ def plan_mean(
     best = rows[row]
     if best["why"] is None and best["error"] > error:
         raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best['error']:.2g}")
-    one = scatter(records[row], quantity, at)
-    correction = 0.0
-    if records[row] is not reference:
-        correction = -difference(records[row], reference, quantity, at).value
-    bound, corrections = {quantity: best["error"]}, {quantity: correction}
-    cost = {"seconds": best["seconds"], "packings": best["packings"]}
-    choice = Choice(way=best["way"], bound=bound, options=options, correction=corrections, **cost)
-    return Sample(quantity, at, choice, one, best["bias_error"])
+    correction = -difference(records[row], reference, quantity, at).value if records[row] is not reference else 0.0
+    choice = Choice(
+        way=best["way"], bound={quantity: best["error"]}, options=options, correction={quantity: correction},
+        seconds=best["seconds"], packings=best["packings"],
+    )  # fmt: skip
+    return MeanPlan(quantity, at, choice, scatter(records[row], quantity, at), best["bias_error"])
 
 
 def interval(deviation: float, freedom: float, packings: int = 1) -> float:
@@ -135,77 +132,57 @@ def _check(table: Ways, quantity: str, rho: float | None, error: float, model: s
     return rho
 
 
-Make = Callable[[int], Sequence[tuple[float, float]]]  # number of seeds -> value (nan: none) and seconds of each
+Made = list[tuple[float, float]]  # value of each packing, nan if it has none, and its CPU seconds
 
 _MOST_GROWTH = 2.0  # of the number of packings where the first ones do not do
 _OVER_PLAN = 16  # times the packings planned: beyond, the table does not fit what is seen
 _TRIED, _LEAST_SHARE = 20, 0.1  # seeds after which at least this share must have given a value
 
 
-class Stop(StrEnum):
-    """Why no more packings were made."""
-
-    MET = "the interval is met"
-    WAY = "the calibration of this way limits the error: more packings do not help, another model does"
-    SCATTER = "packings scatter more than the table says"
-
-
-@dataclass
-class Sample:
-    """Packings made so far."""
+@dataclass(frozen=True)
+class MeanPlan:
+    """How packings are made whose mean is wanted, and what the table knows of them."""
 
     # quantity, rho: of which the mean is wanted; rho is nan for "rho-J"
     quantity: str
     rho: float
-    choice: Choice  # how they are made
-    scatter: Scatter  # of one packing, by the table
+    choice: Choice
+    scatter: Scatter  # of one packing
     bias_error: float  # part of the error that more packings do not reduce: what the table knows about the way
-    values: list[float] = field(default_factory=list)  # one for each seed that was tried; nan where it has none
-    seconds: float = 0.0  # CPU time of all
 
-    @property
-    def good(self) -> list[float]:
-        """Values of the packings that have one."""
-        return [value for value in self.values if math.isfinite(value)]
-
-    @property
-    def error(self) -> float:
-        """Half the width of the interval of the mean, with what the table does not know."""
-        return math.hypot(self.half_width(), self.bias_error)
-
-    def extend(self, wanted: int, make: Make) -> None:
-        """Make packings until so many have a value."""
-        while (missing := wanted - len(self.good)) > 0:
-            for value, seconds in make(missing):
-                self.values.append(value)
-                self.seconds += seconds
-            tried, good = len(self.values), len(self.good)
-            if tried >= _TRIED and good < _LEAST_SHARE * tried:
-                raise ConvergenceError(
-                    f"only {good} of {tried} packings have {self.quantity} at rho = {self.rho:g}, where most are still "
-                    "unjammed: increase rho"
-                )
-
-    def half_width(self) -> float:
-        """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.
-        Packings that happen to lie close together are no better known than the table says."""
-        count, known = len(self.good), self.scatter
-        freedom = known.freedom + count - 1
-        own = float(np.var(self.good, ddof=1))
-        variance = (known.freedom * known.deviation**2 + (count - 1) * own) / freedom
-        return interval(max(math.sqrt(variance), known.deviation), freedom, count)
-
-    def fill(self, error: float, make: Make) -> Stop:
-        """Make packings until the error is reached, or until more would not help; and say which."""
+    def collect(self, error: float, make: Callable[[int], Made]) -> Made:
+        """Make packings, so many at a time, until their interval is `error` or their scatter no longer counts."""
+        found: Made = []
         wanted, aim = self.choice.packings, room(error, self.bias_error)
         while True:
-            self.extend(wanted, make)
-            ratio = self.half_width() / aim
-            if ratio <= 1:
-                return Stop.MET if self.error <= error else Stop.WAY
-            if wanted >= _OVER_PLAN * self.choice.packings:
-                return Stop.SCATTER
+            while (missing := wanted - len(good := finite(found))) > 0:
+                if len(found) >= _TRIED and len(good) < _LEAST_SHARE * len(found):
+                    raise ConvergenceError(
+                        f"only {len(good)} of {len(found)} packings have {self.quantity} at rho = {self.rho:g}, where "
+                        "most are still unjammed: increase rho"
+                    )
+                found.extend(make(missing))
+            ratio = self.half_width(good) / aim
+            if ratio <= 1 or wanted >= _OVER_PLAN * self.choice.packings:
+                return found
             wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), _MOST_GROWTH))
+
+    def half_width(self, values: Sequence[float] | Array) -> float:
+        """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.
+        Packings that happen to lie close together are no better known than the table says."""
+        known, more = self.scatter, len(values) - 1
+        freedom = known.freedom + more
+        variance = (known.freedom * known.deviation**2 + more * float(np.var(values, ddof=1))) / freedom
+        return interval(max(math.sqrt(variance), known.deviation), freedom, len(values))
+
+    def ci95(self, values: Sequence[float] | Array) -> float:
+        """Half the width of the interval of the mean, with what the table does not know."""
+        return math.hypot(self.half_width(values), self.bias_error)
+
+
+def finite(found: Made) -> list[float]:
+    """Values of the packings that have one."""
+    return [value for value, _ in found if math.isfinite(value)]
 
 
 @dataclass(frozen=True)
@@ -222,7 +199,6 @@ class Estimate(Result):
         choice: what it followed: way, number of packings, correction, expected cost, and the options there were.
         values: (packings,) of the packings as made, without the correction of the plan.
         seeds: (packings,) int64 of the packings.
-        stopped: why no more packings were made, see `jamlab.estimates.estimate.Stop`.
 
     Example:
         >>> from dataclasses import fields
@@ -239,7 +215,6 @@ class Estimate(Result):
     choice: Choice
     values: Array
     seeds: NDArray[np.int64]
-    stopped: Stop
 
     error = Renamed("ci95")
 
@@ -311,56 +286,42 @@ def estimate(
     check_seed(seed)
     if processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
-    made = plan_mean(quantity, rho, error, model=model)
-    maker = _Maker(made, seed, processes, progress)
-    stopped = made.fill(error, maker)
+    plan = plan_mean(quantity, rho, error, model=model)
+    one = partial(make_one, way=plan.choice.way, quantity=quantity, rho=plan.rho)
+    expected = round(plan.choice.packings / plan.scatter.share)
+    rng = np.random.default_rng([seed, 20])
+    seeds: list[int] = []
+
+    def make(count: int) -> Made:
+        before = len(seeds)
+        seeds.extend(int(rng.integers(1_000_000, 2**31)) for _ in range(count))  # far from those of the table
+
+        def tell(many: int) -> None:
+            progress((before + many) / max(expected, len(seeds)), f"{before + many} packings")
+
+        if processes > 1:
+            return run_side_by_side(one, seeds[before:], processes, done=tell)
+        found = []
+        with threadpool_limits(1):
+            for many, number in enumerate(seeds[before:], 1):
+                found.append(one(number))
+                tell(many)
+        return found
+
+    found = plan.collect(error, make)
+    values = np.array(finite(found))
+    ci95 = plan.ci95(values)
     return Estimate(
-        value=float(np.mean(made.good)) + made.choice.correction[quantity],
-        ci95=made.error,
-        met=made.error <= error,
-        packings=len(made.good),
-        left_out=len(maker.seeds) - len(made.good),
-        seconds=made.seconds,
-        choice=made.choice,
-        values=np.array(made.good),
-        seeds=np.array(maker.seeds)[np.isfinite(made.values)],
-        stopped=stopped,
+        value=float(values.mean()) + plan.choice.correction[quantity],
+        ci95=ci95,
+        met=ci95 <= error,
+        packings=len(values),
+        left_out=len(found) - len(values),
+        seconds=sum(seconds for _, seconds in found),
+        choice=plan.choice,
+        values=values,
+        seeds=np.array([number for number, (value, _) in zip(seeds, found, strict=True) if math.isfinite(value)]),
     )
-
-
-class _Maker:
-    """Makes packings as a plan says, from seeds far from those of the table, and tells how far the mean has come."""
-
-    def __init__(self, plan: Sample, seed: int, processes: int, progress: Progress) -> None:
-        self.seeds: list[int] = []
-        self._found: list[tuple[float, float]] = []
-        self._rng = np.random.default_rng([seed, 20])
-        self._one = partial(make_one, way=plan.choice.way, quantity=plan.quantity, rho=plan.rho)
-        self._correction = plan.choice.correction[plan.quantity]
-        self._expected = round(plan.choice.packings / plan.scatter.share)
-        self._processes, self._progress = processes, progress
-
-    def __call__(self, count: int) -> list[tuple[float, float]]:
-        before, found = len(self.seeds), self._found
-        batch = [int(self._rng.integers(1_000_000, 2**31)) for _ in range(count)]
-        self.seeds.extend(batch)
-        if self._processes > 1:
-            found.extend(
-                run_side_by_side(self._one, batch, self._processes, done=lambda many: self._tell(before + many))
-            )
-        else:
-            with threadpool_limits(1):
-                for number in batch:
-                    found.append(self._one(number))
-                    self._tell(len(found))
-        return found[before:]
-
-    def _tell(self, tried: int) -> None:
-        good = np.array([value for value, _ in self._found if math.isfinite(value)])
-        text = f"{tried} packings"
-        if len(good) > 1:
-            text += f", mean {good.mean() + self._correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}"
-        self._progress(tried / max(self._expected, len(self.seeds)), text)
 
 
 def make_one(
@@ -372,7 +333,7 @@ def make_one(
         packing = ways.find_onset(way, seed)
         if quantity != ONSET:
             packing = ways.bring_on(way, packing, rho)
-        value = packing_fraction(packing) if quantity == ONSET else ways.value_at(packing, quantity)
+        value = packing_fraction(packing) if quantity == ONSET else ways.values_at(packing, (quantity,))[quantity]
     except ConvergenceError:
         value = math.nan
     return value, time.process_time() - began

@@ -15,7 +15,7 @@ import pandas as pd
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.choice import Choice, Why, judge
-from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, Outside, shipped_errors
+from jamlab.estimates.flow_errors import BACKGROUND, SIZE, Flow, shipped_errors
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE
@@ -100,7 +100,7 @@ def _for_oscillation(packing: Packing, law: Damping, omega: float, amplitude: fl
     warn_of_negative(spectrum.g0, stacklevel=5)
     plain = complex(spectrum.storage[0], spectrum.loss[0])
     best, error = plain, 0.0
-    outside: tuple[Outside, ...] = ()  # infinitely small strains need no table
+    outside: tuple[str, ...] = ()  # infinitely small strains need no table
     if amplitude is not None:
         flow = Flow.oscillating(packing, law, omega, amplitude)
         outside = table.outside(packing, flow)
@@ -147,7 +147,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     flow = Flow.steady(law, rate)
     if outside := table.outside(packing, flow):
         raise InputError(
-            f"{'; '.join(map(str, outside))}: nobody measured how steady flow scatters there; run flow_curve, whose "
+            f"{'; '.join(outside)}: nobody measured how steady flow scatters there; run flow_curve, whose "
             "stress_stderr tells"
         )
     models = {"flow": RUN_ERROR}

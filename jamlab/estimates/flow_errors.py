@@ -43,14 +43,14 @@ class Flow(NamedTuple):
     # over the elastic force of a contact that moves with the affine flow, (tau_1 omega)^alpha amplitude^(alpha - 1), by
     # which alone G* depends on frequency and amplitude while contacts stay; of flow, the rate of linear drag
     drag: float
-    amplitude: float = 1.0  # see `relative_amplitude`; 1 of flow
+    amplitude: float = 1.0  # strain over `mean_overlap`; 1 of flow
     beta: float = 1.0  # of contact drag
 
     @classmethod
     def oscillating(cls, packing: Packing, law: Damping, omega: float, amplitude: float) -> "Flow":
         """Describe an oscillation of a packing by the two numbers that carry over to others."""
         drag = (law.tau * omega) ** law.alpha * amplitude ** (law.alpha - 1.0)
-        part = relative_amplitude(packing, amplitude)
+        part = amplitude / mean_overlap(packing)
         return cls("oscillation", law.alpha if law.at_contacts else STOKES, float(drag), part, law.contrast)
 
     @classmethod
@@ -58,23 +58,6 @@ class Flow(NamedTuple):
         """Describe steady flow by the rate at which linear drag gives the same stress."""
         alpha = law.alpha if law.at_contacts else STOKES
         return cls("flow", alpha, float((law.tau * rate) ** law.alpha), beta=law.contrast)
-
-
-class Outside(NamedTuple):
-    """A condition that lies outside those of the table: what it is, its value, and the range that was measured."""
-
-    name: str
-    value: float | str
-    low: float | str
-    high: float | str
-
-    def __str__(self) -> str:
-        limits = f"from {_short(self.low)} to {_short(self.high)}"
-        if self.high == np.inf:
-            limits = f"{_short(self.low)} or more"
-        elif self.low in (0.0, self.high):
-            limits = f"up to {_short(self.high)}" if self.low == 0.0 else f"{_short(self.low)} alone"
-        return f"{self.name} = {_short(self.value)}, measured {limits}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +100,14 @@ class FlowErrors:
         end = float(means.get(f"{SLIDING_BETAS[0] if beta < 1 else SLIDING_BETAS[1]:g}", usual))
         return _SHORT_BLOCKS * (usual if beta == 1.0 else max(usual, end))
 
-    def outside(self, packing: Packing, flow: Flow) -> tuple[Outside, ...]:
+    def outside(self, packing: Packing, flow: Flow) -> tuple[str, ...]:
         """What of a packing and a flow lies outside the conditions of its kind; larger packings do not."""
         measured, linear = self.content["measured"][flow.kind], flow.alpha in (STOKES, 1.0)
-        found = [] if packing.model == "sp" else [Outside("model", packing.model, "sp", "sp")]
-        if (exponent := float(packing.params.get("exponent", _SPRINGS))) != _SPRINGS:
-            found += [Outside("exponent", exponent, _SPRINGS, _SPRINGS)]
-        given: list[tuple[str, float, float, float]] = []
+        found = [] if packing.model == "sp" else [f"model = {packing.model}, measured sp alone"]
+        if flow.kind == "flow" and flow.alpha == STOKES:
+            found += ["drag = Stokes, measured contact damping alone"]
+        exponent = float(packing.params.get("exponent", _SPRINGS))
+        given: list[tuple[str, float, float, float]] = [("exponent", exponent, _SPRINGS, _SPRINGS)]
         if (d := packing.diameters) is not None:
             given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
             given += [("width of the diameters", d.std() / d.mean(), *2 * [(_RATIO - 1) / (_RATIO + 1)])]
@@ -132,8 +116,6 @@ class FlowErrors:
         given += [("beta", flow.beta, *SLIDING_BETAS)]
         if flow.alpha != STOKES:
             given += [("alpha", flow.alpha, *measured["alpha"])]
-        elif flow.kind == "flow":
-            found += [Outside("drag", "Stokes", "contact damping", "contact damping")]
         if flow.kind == "flow":
             given += [("linear rate (tau rate)^alpha", flow.drag, *measured["drag"])]
         else:
@@ -142,7 +124,7 @@ class FlowErrors:
             given += [("strain over overlap", flow.amplitude, 0.0, largest)]
         for name, value, low, high in given:
             if not low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS):
-                found.append(Outside(name, float(value), float(low), float(high)))
+                found.append(f"{name} = {value:.2g}, measured {low:.2g} to {high:.2g}")
         return tuple(found)
 
     def promise_at_one(self, flow: Flow) -> float:
@@ -183,15 +165,6 @@ def shipped_errors() -> FlowErrors:
     return FlowErrors(json.loads(resources.files("jamlab.estimates").joinpath("flow_errors.json").read_text("utf-8")))
 
 
-def relative_amplitude(packing: Packing, amplitude: float) -> float:
-    """Strain over the mean overlap of contacts, pressure over stiffness: at 1 a good part of the contacts changes."""
-    return amplitude / mean_overlap(packing)
-
-
 def mean_overlap(packing: Packing) -> float:
-    """Pressure over stiffness, the column `pressure` of the table."""
+    """Mean overlap of contacts, pressure over stiffness: at a strain like this a good part of the contacts changes."""
     return pressure(packing) / stiffness_scale(packing)
-
-
-def _short(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.2g}"

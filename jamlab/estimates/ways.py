@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pandas as pd
@@ -81,11 +81,11 @@ def default_way(n: int) -> EnsembleWay:
     return EnsembleWay("carried", n, default_vertices())
 
 
-def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
+def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets."""
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
-        return jam(way.n, "sp", seed, tolerance=force, **law)
+        return jam(way.n, "sp", seed, tolerance=force)
     return jam(way.n, "dp", seed, tolerance=force, **way.law)
 
 
@@ -93,24 +93,15 @@ def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP)
     """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
     or at `HANDOVER`, and go on from there."""
 
-    def compressed(packing: Packing, rho: float) -> Packing:
-        return _compress_to(packing, rho, step, way.tolerance)
-
     if packing.model == "dp" or way.nv is None:
-        return compressed(packing, rho)
-    if rho > HANDOVER:
-        return compressed(hand_over(way, compressed(packing, HANDOVER)), rho)
-    return hand_over(way, compressed(packing, rho))
+        return _compress_to(packing, rho, step, way.tolerance)
+    droplets = hand_over(way, _compress_to(packing, min(rho, HANDOVER), step, way.tolerance))
+    return _compress_to(droplets, rho, step, way.tolerance) if rho > HANDOVER else droplets
 
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
     """Put droplets in the place of disks, see `droplets_from_disks`."""
     return _require_reached(droplets_from_disks(disks, tolerance=way.tolerance, **way.law), packing_fraction(disks))
-
-
-def value_at(packing: Packing, quantity: str) -> float:
-    """Measure a quantity of a packing; nan where it has none, see `values_at`."""
-    return values_at(packing, (quantity,))[quantity]
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
@@ -190,14 +181,10 @@ Ways = Mapping[EnsembleWay, WayRecord]
 
 def read_ways(path: Path | None = None) -> Ways:
     """Read the shipped table, or one written by `python -m studies tables ways`."""
-    return _shipped_ways() if path is None else _read(path)
+    return _read(None) if path is None else _read.__wrapped__(path)
 
 
 @cache
-def _shipped_ways() -> Ways:
-    return _read(None)
-
-
 def _read(path: Path | None) -> Ways:
     table = read_table(path, SHIPPED, COLUMNS, _COMMAND)
     try:
@@ -215,20 +202,17 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
     """Collect rows by the way that their packings were made in."""
     if table.empty:
         raise ValueError("it has no rows")
-    levels = np.unique(table["rho"].to_numpy(dtype=np.float64))
     found = {}
     for key, rows in table.groupby(list(WAY), dropna=False, sort=False):
-        ordered = rows.sort_values(["seed", "rho"])
-
-        def column(name: str, rows: pd.DataFrame = ordered) -> Array:
-            return rows[name].to_numpy(dtype=np.float64).reshape(-1, len(levels))
-
-        values = {name: column(name) for name in QUANTITIES} | {ONSET: column(ONSET)[:, :1]}
+        wide = rows.pivot(index="seed", columns="rho", values=[*QUANTITIES, ONSET, "seconds"])
+        columns = {name: wide[name].to_numpy(dtype=np.float64) for name in (*QUANTITIES, ONSET, "seconds")}
+        columns[ONSET], seconds = columns[ONSET][:, :1], columns.pop("seconds")
         parts: list[Any] = [None if pd.isna(part) else part for part in cast("tuple[Any, ...]", key)]
         start, n, nv, contact, tolerance = parts
         vertices: Any = tuple(int(count) for count in nv.split("/")) if nv else None
         way = EnsembleWay(start, int(n), vertices, contact, tolerance)
-        found[way] = WayRecord(way, column("seed")[:, 0].astype(np.int64), levels, values, column("seconds"))
+        levels = wide["seconds"].columns.to_numpy(dtype=np.float64)
+        found[way] = WayRecord(way, wide.index.to_numpy(dtype=np.int64), levels, columns, seconds)
     return found
 
 
@@ -239,8 +223,7 @@ _FEWEST = (
 _FEWEST_VALUES = 12  # of them that have the quantity, at the levels beside rho
 
 
-@dataclass(frozen=True)
-class Difference:
+class Difference(NamedTuple):
     """Difference of two ensemble means."""
 
     value: float  # mean of the first way minus that of the reference
@@ -248,8 +231,7 @@ class Difference:
     freedom: float  # degrees of freedom of it
 
 
-@dataclass(frozen=True)
-class Scatter:
+class Scatter(NamedTuple):
     """What one packing of a way gives and costs at rho."""
 
     deviation: float  # standard deviation from packing to packing

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import StorageError
-from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES, plan_mean, reference_way
+from jamlab.estimates.estimate import ENSEMBLE_QUANTITIES, finite, plan_mean, reference_way
 from jamlab.estimates.ways import ONSET, EnsembleWay, N, default_vertices, free_shape, read_ways, scatter
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from studies.estimate_tables import FEW_VERTICES
@@ -53,11 +53,12 @@ def blind_trial(pool, truth, count, seed):
             make = _draw(drawn, np.full(len(drawn), plan.scatter.seconds), rng)
         else:
             make = _draw(*_column(pool[plan.choice.way], quantity, rho), rng)
-        plan.fill(error, make)
-        value = float(np.mean(plan.good)) + plan.choice.correction[quantity]
+        made = plan.collect(error, make)
+        good = finite(made)
+        value = float(np.mean(good)) + plan.choice.correction[quantity]
         true = (float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))
-        cost = (len(plan.good), plan.choice.seconds, plan.seconds)
-        rows.append((k, quantity, rho, error, str(plan.choice.way), *cost, value, plan.error, *true))
+        cost = (len(good), plan.choice.seconds, sum(seconds for _, seconds in made))
+        rows.append((k, quantity, rho, error, str(plan.choice.way), *cost, value, plan.ci95(good), *true))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
