@@ -5,7 +5,7 @@ separated by commas (.csv) or tabs (.tsv). The window of pyRheo takes tabs alone
 itself, but takes a further column whose name holds one of these for the column itself.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,6 +18,8 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_ending, check_target, write_table
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from jamlab.arrays import Array
     from jamlab.packing.packing import Packing
     from jamlab.rheology.damping import Damping
@@ -163,10 +165,29 @@ def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:
         table = curve.means()[["omega", "storage", "loss"]]
         write_table(table.set_axis(list(HEADERS), axis="columns"), path)
     else:
-        from jamlab.figures.packing_pictures import modulus_figure
         from jamlab.figures.save_picture import save_picture
 
         several = len(curves) > 1
         named = {spectra.label if several else str(damping): spectra for spectra in curves}
         unit = " or ".join(dict.fromkeys(spectra.unit for spectra in curves))
         save_picture(modulus_figure(named, unit, str(damping) if several else ""), path)
+
+
+def modulus_figure(spectra: "Mapping[str, Spectra]", unit: str, title: str = "") -> "Figure":
+    """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
+    Several packings of an entry: mean and standard error."""
+    from matplotlib.figure import Figure
+
+    from jamlab.plotting.curves import draw_modulus, label_modulus
+    from jamlab.plotting.drawable import CURVES
+    from jamlab.plotting.palette import COLOURS, ordered_colours
+
+    figure = Figure(figsize=CURVES, layout="constrained")
+    axes = figure.subplots()
+    colours = COLOURS[: len(spectra)] if len(spectra) <= len(COLOURS) else ordered_colours(len(spectra))
+    for colour, (name, s) in zip(colours, spectra.items(), strict=True):
+        draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), label=name, color=colour)
+    label_modulus(axes, unit)
+    axes.legend(fontsize=10 if len(spectra) < 3 else 7)
+    axes.set_title(title, fontsize=11)
+    return figure

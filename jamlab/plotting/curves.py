@@ -61,19 +61,3 @@ def label_modulus(axes: Axes, unit: str, legend: bool = False, index: str = "xy"
     label_axes(axes, r"angular frequency $\omega\,\tau_1$", in_unit(f"complex shear modulus $G^*_{{{index}}}$", unit))
     if legend:
         axes.legend(fontsize=LEGEND)
-
-
-def draw_slopes(axes: Axes, omega: Array, g0: float, eta0: float) -> None:
-    """Draw dotted lines of slope 1 below 1/tau* and 1/2 above, a little beside the curves."""
-    if not (g0 > 0 and eta0 > 0):
-        return
-    turn = g0 / eta0
-    for low, high, slope, height, beside in ((1e-3, 0.3, 1.0, 0.4, (6, -13)), (3.0, 300.0, 0.5, 2.5, (-9, 5))):
-        x = turn * np.array([low, high])
-        x = np.clip(x, omega.min(), omega.max())
-        if x[0] >= x[1]:
-            continue
-        y = height * g0 * (x / turn) ** slope
-        axes.loglog(x, y, ":", color="#555555", linewidth=1.4)
-        middle = np.sqrt(x[0] * x[1]), np.sqrt(y[0] * y[1])
-        axes.annotate(f"{slope:g}", middle, textcoords="offset points", xytext=beside, color="#555555", fontsize=10)

@@ -6,7 +6,6 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 import jamlab
-from jamlab.figures import packing_pictures as figures
 from jamlab.figures.save_picture import save_picture
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.models.droplets import regular_polygon
@@ -16,10 +15,7 @@ BOX = np.diag([4.0, 4.0])
 
 
 def drawn(packing):
-    figure = Figure()
-    axes = figure.subplots()
-    figures.draw_packing(axes, packing, "title")
-    return axes
+    return jamlab.contacts(packing).plot(packing.plot(Figure().subplots()))
 
 
 def fills(axes):

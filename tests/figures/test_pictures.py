@@ -12,15 +12,8 @@ import numpy as np
 from bare_pictures import bare, both, covers_points, picture, state
 
 import jamlab
-from jamlab.figures.packing_pictures import draw_overlaps, draw_packing, modulus_figure
-from jamlab.packing.deformation import at_phi
+from jamlab.cli.gstar import modulus_figure
 from jamlab.rheology.mean_spectrum import collect
-
-
-@picture
-def test_packings():
-    """Large blue, small pink, rattlers grey, contacts black."""
-    return both(draw_packing)
 
 
 @picture
@@ -35,12 +28,6 @@ def test_cells():
     return both(lambda axes, packing, title: jamlab.tessellation(packing).plot(axes), width=8.0)
 
 
-@picture
-def test_overlaps():
-    """Dark lenses, white chords; legend below."""
-    return both(lambda axes, packing, title: draw_overlaps(axes, at_phi(packing, 1.2 * packing.phi), title))
-
-
 def modulus():
     omega = np.geomspace(1e-4, 1e2, 25)
     return modulus_figure(
@@ -50,7 +37,7 @@ def modulus():
 
 @picture
 def test_complex_modulus():
-    """G' filled, G'' open, slopes dotted; axes name quantity and unit, and the legend covers no point."""
+    """G' filled, G'' open; axes name quantity and unit, and the legend covers no point."""
     figure = modulus()
     figure.draw_without_rendering()
     (axes,) = figure.axes

@@ -31,7 +31,7 @@ assert "matplotlib" not in sys.modules
 import matplotlib
 matplotlib.use("svg")
 from matplotlib.figure import Figure
-import jamlab.figures.packing_pictures
+import jamlab.plotting.curves
 for thing in (p, network, voids):
     thing.plot(Figure().subplots())
 assert "matplotlib.pyplot" not in sys.modules and matplotlib.get_backend() == "svg"

@@ -4,22 +4,23 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import shapely
 from matplotlib.patches import Patch
 from shapely import LinearRing
 from shapely.ops import nearest_points
 
-from jamlab.figures.packing_pictures import draw_overlaps, draw_packing
 from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
+from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids, voids
 from jamlab.models.pair_laws import RimLaw
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.neighbors import moves_home
 from jamlab.packing.packing import Packing
-from jamlab.packing.packing_plot import draw_background
-from jamlab.plotting.palette import GREEN, MODEL_STYLE, ORANGE, SIDE_COLOURS
-from jamlab.plotting.periodic_cell import circles, fill_everywhere, line_everywhere
+from jamlab.packing.packing_plot import draw_background, draw_particles, move_home, size_colours
+from jamlab.plotting.palette import GREEN, MODEL_STYLE, ORANGE, OUTLINE, PARTICLE, RATTLER, SIDE_COLOURS
+from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell, lattice_moves, line_everywhere
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import droplets_from_disks
 from studies.ensemble_tables import EnsembleTables
@@ -27,6 +28,7 @@ from studies.panels import Drawing, drawing
 from studies.papers.statements import caption
 from studies.reference_data import MODELS, example_file
 
+OVERLAP = "#6F6F6F"
 SHAPE_OF_ONE_DISK = 1.025  # of the disk that fig 1 marks
 CLOSE = 0.13  # half the side of the close-up of fig 8, over that of the box
 COMPARED_AT, CLOSE_UP_AT, VOIDS_AT = 0.92, 0.99, 0.97  # rho of figs 2, 3 and 8
@@ -51,6 +53,43 @@ def _mark_centres(out: Drawing, axes: Any, name: str, packing: Packing) -> None:
     centres = centres + moves_home(centres, packing.box)
     look: dict[str, Any] = {"color": "#333333", "linestyle": "none", "marker": ".", "markersize": 3}
     out.curve(axes, f"centres, {name}", *centres.T, label=None, **look)
+
+
+def draw_packing(axes: Any, packing: Packing, title: str) -> None:
+    """Draw particles, rattlers grey, and black lines between the centroids of those in contact."""
+    network = contacts(packing)
+    draw_particles(axes, packing, np.where(network.rattlers, RATTLER, size_colours(packing)))
+    line_everywhere(axes, contact_lines(network), packing.box, color="black", linewidth=1.1)
+    frame_cell(axes, packing.box)
+    axes.set_title(title, fontsize=12)
+
+
+def draw_overlaps(axes: Any, packing: Packing) -> None:
+    """Draw the overlaps of disks dark, with the common chords (white) that divide them."""
+    shapes = shapely.polygons(move_home(packing, packing.kind.rings(packing)[0]))
+    moves = lattice_moves(packing.box)
+    tree = shapely.STRtree(
+        [shapely.transform(shape, lambda x, move=move: x + move) for move in moves for shape in shapes]
+    )
+    i, j = tree.query(shapes, predicate="intersects")
+    own = i != j - len(moves) // 2 * packing.n  # the move in the middle is the identity
+    lenses = shapely.intersection(shapes[i[own]], tree.geometries[j[own]])
+    draw_background(axes, packing)
+    shaded = [shapely.get_coordinates(lens) for lens in lenses[shapely.area(lenses) > 0]]
+    fill_everywhere(axes, shaded, packing.box, facecolor=OVERLAP, edgecolor="none")
+    cells = disk_cells(packing)
+    chords = cells.chords
+    foot = packing.positions[chords.i] + chords.height[:, None] * chords.normal
+    foot = foot + moves_home(foot, packing.box)
+    along = chords.half[:, None] * np.column_stack([-chords.normal[:, 1], chords.normal[:, 0]])
+    lines = np.stack([foot - along, foot + along], axis=1)[cells.length > 0]
+    line_everywhere(axes, lines, packing.box, color="white", linewidth=0.9)
+    frame_cell(axes, packing.box)
+    handles = [
+        Patch(facecolor=PARTICLE, edgecolor=OUTLINE, label="particle"),
+        Patch(facecolor=OVERLAP, label="overlap"),
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=2)
 
 
 def figure_1(tables: EnsembleTables) -> Drawing:
