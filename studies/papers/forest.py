@@ -59,15 +59,15 @@ def bars(comparisons: Sequence[Comparison]) -> list[Bar]:
     """Scale the counted numbers of both papers that are measured."""
     found = []
     for c in comparisons:
-        s, m, j = c.statement, c.measured, c.judged
+        s, m = c.statement, c.measured
         if not (s.counted and m.known):
             continue
         unit = scale(s.number, s.value)
-        both = (j.statistical**2 + j.systematic**2) ** 0.5
+        both = (c.statistical**2 + c.systematic**2) ** 0.5
         tolerance = max(TOLERANCE, s.margin / unit)
         low, high = {"=": (-tolerance, tolerance), ">": (0.0, SPAN), "<": (-SPAN, 0.0)}[s.relation]
-        packings, analyses = TWO_SIDED * j.statistical / unit, TWO_SIDED * both / unit
-        found.append(Bar(c, (m.value - s.value) / unit, packings, analyses, j.paper / unit, low, high))
+        packings, analyses = TWO_SIDED * c.statistical / unit, TWO_SIDED * both / unit
+        found.append(Bar(c, (m.value - s.value) / unit, packings, analyses, c.paper / unit, low, high))
     return found
 
 

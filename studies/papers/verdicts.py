@@ -98,10 +98,12 @@ def paper_error(s: Statement, statistical: float) -> float:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """The verdict on a number, and what decides it; nan without data."""
+class Comparison:
+    """A number of a paper beside ours, the verdict, and what decides it; nan without data."""
 
-    verdict: Verdict
+    statement: Statement
+    measured: Measured
+    verdict: Verdict = Verdict.MISSING
     pull: float = np.nan  # difference over the combined standard error; of a bound by how many it is met
     kindest: float = np.nan  # the same by the analysis that is kindest to the paper
     resolution: float = np.nan  # 95 % upper limit of |difference|
@@ -110,11 +112,56 @@ class Judged:
     systematic: float = np.nan
     paper: float = np.nan
 
+    @property
+    def explanation(self) -> str:
+        """Why it differs, is no test, or is not measured."""
+        return explanations().get(self.statement.id, self.measured.lacking)
 
-def judge(s: Statement, m: Measured) -> Judged:
-    """Apply the rule of this module to one number."""
+    @property
+    def text(self) -> str:
+        """Write our number with its standard errors, of packings and of the analysis."""
+        m = self.measured
+        return f"{m.value:.4g} ± {self.statistical:.2g} ± {self.systematic:.2g}" if m.known else "–"
+
+    @property
+    def said(self) -> str:
+        """Write the verdict, and what the number is if it is no test."""
+        return f"{self.verdict}{'' if self.statement.status == 'measured' else f' ({self.statement.status})'}"
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Write the `COLUMNS` of a page."""
+        known = f"{self.resolution:.2g}" if self.measured.known else "–"
+        return self.statement.quantity, self.text, self.statement.text, known, self.said, self.explanation
+
+    @property
+    def line(self) -> str:
+        """Write one line for the terminal and the summary."""
+        s = self.statement
+        known = f"; pull {self.pull:+.1f}, known to {self.resolution:.2g}" if self.measured.known else ""
+        return f"{s.figure}: {s.quantity} | {self.text} for {s.text}{known} | {self.said}"
+
+    def row(self) -> dict[str, Any]:
+        """List plain values for CSV and JSON."""
+        s, m = self.statement, self.measured
+        below, above = m.systematic
+        names = ("id", "figure", "quantity", "where", "margin", "relation", "stated", "number", "note")
+        words = {"kind": s.status, "paper": s.value, "verdict": str(self.verdict), "how": m.how}
+        words |= {"because": self.explanation, "calibrated": s.status == "fit target"}
+        words |= {"contradiction": s.status == "paper inconsistent"}
+        numbers = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
+        numbers |= {name: getattr(self, name) for name in ("pull", "kindest", "resolution")}
+        numbers |= {"u_stat": self.statistical, "u_syst": self.systematic, "u_paper": self.paper}
+        numbers |= {"scale": scale(s.number, s.value)}
+        family = {name: [_plain(x) for x in (v.value, v.low, v.high)] for name, v in m.variants.items()}
+        plain = {name: _plain(value) for name, value in numbers.items()}
+        return {name: getattr(s, name) for name in names} | words | plain | {"family": family}
+
+
+def judge(s: Statement, m: Measured) -> Comparison:
+    """Set one number beside ours by the rule of this module."""
     if not m.known:
-        return Judged(Verdict.MISSING)
+        return Comparison(s, m)
     off, statistical = m.value - s.value, (m.high - m.low) / NORMAL
     below, above = m.systematic
     systematic, theirs = max(below, above) / 3**0.5, paper_error(s, statistical)
@@ -129,7 +176,7 @@ def judge(s: Statement, m: Measured) -> Judged:
         met = sign * off / hypot(statistical, systematic)
         best = max(sign * (v - s.value) / max(u, 1e-12) for v, u in each)
         missed = Verdict.DIFFERS if best <= -DIFFERS else Verdict.TENSION if met <= -TENSION else Verdict.UNRESOLVED
-        return Judged(Verdict.AGREES if met >= TENSION else missed, met, best, **errors)
+        return Comparison(s, m, Verdict.AGREES if met >= TENSION else missed, met, best, **errors)
     combined = np.sqrt(statistical**2 + ((below if off > 0 else above) ** 2) / 3 + theirs**2)
     pull = off / combined if combined else copysign(np.inf, off)
     pulls = [(v - s.value) / max(hypot(u, theirs), 1e-12) for v, u in each]
@@ -144,70 +191,7 @@ def judge(s: Statement, m: Measured) -> Judged:
         verdict = Verdict.TENSION
     else:
         verdict = Verdict.WEAK if resolution <= WEAK * tolerance else Verdict.UNRESOLVED
-    return Judged(verdict, float(pull), kindest, **errors)
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A number of a paper beside ours."""
-
-    statement: Statement
-    measured: Measured
-
-    @property
-    def judged(self) -> Judged:
-        """The verdict, and what decides it."""
-        return judge(self.statement, self.measured)
-
-    @property
-    def verdict(self) -> Verdict:
-        """What the number comes to."""
-        return self.judged.verdict
-
-    @property
-    def explanation(self) -> str:
-        """Why it differs, is no test, or is not measured."""
-        return explanations().get(self.statement.id, self.measured.lacking)
-
-    @property
-    def text(self) -> str:
-        """Write our number with its standard errors, of packings and of the analysis."""
-        m, j = self.measured, self.judged
-        return f"{m.value:.4g} ± {j.statistical:.2g} ± {j.systematic:.2g}" if m.known else "–"
-
-    @property
-    def said(self) -> str:
-        """Write the verdict, and what the number is if it is no test."""
-        return f"{self.verdict}{'' if self.statement.status == 'measured' else f' ({self.statement.status})'}"
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """Write the `COLUMNS` of a page."""
-        known = f"{self.judged.resolution:.2g}" if self.measured.known else "–"
-        return self.statement.quantity, self.text, self.statement.text, known, self.said, self.explanation
-
-    @property
-    def line(self) -> str:
-        """Write one line for the terminal and the summary."""
-        s, j = self.statement, self.judged
-        known = f"; pull {j.pull:+.1f}, known to {j.resolution:.2g}" if self.measured.known else ""
-        return f"{s.figure}: {s.quantity} | {self.text} for {s.text}{known} | {self.said}"
-
-    def row(self) -> dict[str, Any]:
-        """List plain values for CSV and JSON."""
-        s, m, j = self.statement, self.measured, self.judged
-        below, above = m.systematic
-        of_paper = ("id", "figure", "quantity", "where", "margin", "relation", "stated", "number", "note")
-        ours = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
-        rule = {"pull": j.pull, "kindest": j.kindest, "resolution": j.resolution, "scale": scale(s.number, s.value)}
-        errors = {"u_stat": j.statistical, "u_syst": j.systematic, "u_paper": j.paper}
-        return (
-            {name: getattr(s, name) for name in of_paper}
-            | {"kind": s.status, "paper": s.value, "verdict": str(j.verdict), "how": m.how, "because": self.explanation}
-            | {name: _plain(value) for name, value in (ours | rule | errors).items()}
-            | {"calibrated": s.status == "fit target", "contradiction": s.status == "paper inconsistent"}
-            | {"family": {name: [_plain(x) for x in (v.value, v.low, v.high)] for name, v in m.variants.items()}}
-        )
+    return Comparison(s, m, verdict, float(pull), kindest, **errors)
 
 
 def _plain(value: Any) -> float | None:
@@ -216,7 +200,7 @@ def _plain(value: Any) -> float | None:
 
 def compare(figure: str, tables: EnsembleTables) -> list[Comparison]:
     """Set every number of a figure beside ours."""
-    return [Comparison(statements()[name], measure(name, tables)) for name in names(figure)]
+    return [judge(statements()[name], measure(name, tables)) for name in names(figure)]
 
 
 def first_line(comparisons: Sequence[Comparison]) -> str:

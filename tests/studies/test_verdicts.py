@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from jamlab.statistics.confidence import Interval
 from studies.papers.forest import SPAN, bars
 from studies.papers.statements import Measured, Statement, statements
-from studies.papers.verdicts import Comparison, Verdict, first_line, judge, paper_error, scale
+from studies.papers.verdicts import Verdict, first_line, judge, paper_error, scale
 
 ONE = Statement("x", "f", "[B] sec 1", "q", "$q$", 1.0, "=", 0.005, "line", 2.0, "exponent", "measured", "said")
 AGREEMENT = (Verdict.AGREES, Verdict.SMALL)
@@ -108,8 +108,8 @@ def test_a_wide_interval_can_only_lose_an_agreement(statement, off, error, other
 
 def test_counts_are_of_tests():
     """Neither identities, nor numbers that parameters were chosen for, nor those of other papers."""
-    rows = [Comparison(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
-    rows.append(Comparison(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
+    rows = [judge(replace(ONE, status=s), found(1.0, 0.01)) for s in ("measured", "fit target", "identity")]
+    rows.append(judge(replace(ONE, where="Tighe 2010"), found(1.0, 0.01)))
     assert re.findall(r"\d+", first_line(rows)) == ["1", "1", "10", "0", "1"]
     row = rows[0].row()
     assert (row["verdict"], row["value"], row["paper"]) == ("agrees", 1.0, 1.0) and row["family"] == {}
@@ -119,9 +119,9 @@ def test_counts_are_of_tests():
 def test_a_bar_is_in_units_of_the_scale():
     """Off by 0.06 where the scale is 0.5: u = 0.01 of packings, 0.03/sqrt(3) of the analysis."""
     half = replace(ONE, value=0.5, margin=0.1)
-    (bar,) = bars([Comparison(half, found(0.56, 0.01, (0.59, 0.01))), Comparison(half, Measured())])
+    (bar,) = bars([judge(half, found(0.56, 0.01, (0.59, 0.01))), judge(half, Measured())])
     assert bar.off == pytest.approx(0.12) and bar.packings == pytest.approx(1.96 * 0.02)
     assert bar.both == pytest.approx(1.96 * 2 * np.hypot(0.01, 0.03 / 3**0.5))
     assert (bar.low, bar.high, bar.paper) == pytest.approx((-0.2, 0.2, 0.1))
-    (far,) = bars([Comparison(replace(half, relation=">", stated="bound"), found(2.0, 0.01))])
+    (far,) = bars([judge(replace(half, relation=">", stated="bound"), found(2.0, 0.01))])
     assert far.shown == SPAN < far.off and (far.low, far.high) == (0, SPAN)
