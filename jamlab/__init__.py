@@ -1,16 +1,16 @@
-"""jamlab: jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum, on LAMMPS.
+"""jamlab: jammed packings of soft disks and deformable droplets in two dimensions, on LAMMPS.
 
 States       jam, pack, compress, relax, scene, droplets_from_disks, from_outlines; evaluate; Session: LAMMPS
 All at once  measure: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, hexatic_order,
              particle_areas, relative_areas, edge_lengths, contact_lengths, local_packing_fraction, remove_rattlers,
-             with_walls, slab: of fixed particles, what lies between them
+             with_walls, slab: rough walls, the layer between them
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, nonaffine_response, hessian, lowest_modes, count_zero_modes,
-             maxwell_count: what contacts hold, counted; rigid_clusters
+             maxwell_count: constraint counting; rigid_clusters
 Oscillation  complex_modulus with ContactDamping or StokesDrag, scaling_collapse, nonlinear_modulus,
              effective_relaxation_time, dynamical_matrices, displacement_response, displacement_correlation,
              mode_character: of droplets
-Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: in time, without inertia; flow_cost,
+Flow         shear, flow_curve, oscillate, creep, relax_stress, stop_flow: overdamped, in time; flow_cost,
              plot_pipkin, read_flow; quasistatic_shear: without time
 Files        read, read_all, write, write_contacts
 MDAnalysis   universe, from_universe, PackingAnalysis
@@ -18,10 +18,10 @@ Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error; estimate_cost
 Settings     BoxStrains: how a box may deform; jamlab.results has the classes of results and of settings
-Pictures     every result has .plot(ax); write_page: a sweep to look through; write_movie
+Pictures     every result has .plot(ax); write_page: interactive page of a sweep; write_movie
 Micrographs  micrograph, synthetic_micrograph, track_droplets
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError;
-             JamlabWarning: a result that is right and may surprise
+             JamlabWarning: a correct result that may surprise
 
     onset = jamlab.jam(n=32, seed=1)
     for p in jamlab.compress(onset, to=0.9, step=0.02):

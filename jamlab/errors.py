@@ -70,7 +70,7 @@ class BoundaryError(InputError):
         ...     jamlab.voids(crossed)
         ... except jamlab.BoundaryError as error:
         ...     print(error)
-        outlines of polygons 0 and 1 cross: push them apart; their rims alone may overlap
+        outlines of polygons 0 and 1 cross: separate them; only their rims may overlap
     """
 
 
@@ -97,7 +97,7 @@ class ConvergenceError(JamlabError, RuntimeError):
         ...     jamlab.shear_modulus(p)
         ... except jamlab.ConvergenceError as error:
         ...     print(error)
-        every particle rattles: the packing is not jammed and has no elastic modulus
+        every particle is a rattler: the packing is unjammed and has no elastic modulus
     """
 
 
@@ -124,8 +124,8 @@ class JamlabWarning(UserWarning):
         ...     try:
         ...         jamlab.complex_modulus(p, [1.0])
         ...     except jamlab.JamlabWarning as warning:
-        ...         print(str(warning)[:66])
-        G_xy below 0: at this box shape the packing would shear by itself;
+        ...         print(str(warning)[:65])
+        G_xy < 0: the packing is unstable to shear at this box shape. Use
     """
 
 

@@ -106,18 +106,18 @@ def why_no_modulus(packing: Packing) -> str:
     """Say why g, g_x and b of a packing are nan; "" if they are not."""
     network = contacts(packing)
     if network.unjammed:
-        return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
+        return f"the packing unjammed at phi = {packing.phi:.4f}: no contact carries a force"
     try:
         elastic_tensor(packing)
     except ConvergenceError as error:
         rattlers = int(network.rattlers.sum())
         squeezed = rattlers - (packing.n - force_network(packing).packing.n)
         if packing.on_rattlers:
-            return f"rattlers stop a droplet that would slide, but linear response leaves them out: without, {error}"
+            return f"rattlers stop a droplet from sliding, but linear response ignores rattlers: {error}"
         if not (rattlers and packing.converged):
             return str(error)
-        kept = f", but for {squeezed} that two contacts squeeze, and that may roll" if squeezed else ""
-        return f"with its {rattlers} rattlers taken out{kept}, {error}"
+        kept = f" except {squeezed} squeezed by two contacts" if squeezed else ""
+        return f"{error} ({rattlers} rattlers ignored{kept})"
     return ""
 
 

@@ -131,7 +131,7 @@ def hint(name: str, known: Iterable[str] = (), habits: Mapping[str, str] = HABIT
 
 
 def today(function: str, given: dict[str, Any], known: Iterable[str], others: bool = False) -> dict[str, Any]:
-    """Arguments under their names of today; each old one with a warning, one that never was by an error, unless a
+    """Arguments under their current names; each old one with a warning, an unknown one by an error, unless a
     function takes `others` too and checks them itself."""
     names, old = set(known), ARGUMENTS.get(function, {})
     found: dict[str, Any] = {}
@@ -139,7 +139,7 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
         new = old[name] if name in old and name not in names else name
         if new in found or (new != name and new in given):
             raise InputError(
-                f"{function} has {name} = {value!r} and {new} as well, which is the same: give one of them"
+                f"{function}: {name} = {value!r} is the old name of {new}, which is given as well; give one of them"
             )
         if new != name:
             _warn(f"{function}({name}=...)", f"{function}({new}=...)", 5)
@@ -172,7 +172,7 @@ def n_first(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def value_today(argument: str, value: str) -> str:
-    """The value of today of a choice; an old one with a warning."""
+    """The current value of a choice; an old one with a warning."""
     new = VALUES[argument].get(value, value)
     if new != value:
         _warn(f"{argument}={value!r}", f"{argument}={new!r}")

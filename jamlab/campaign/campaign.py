@@ -212,7 +212,7 @@ class Campaign:
         Args:
             name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "order", "flow",
                 "oscillation" or "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states"
-                also has those of your own observables.
+                also has the columns of your own observables.
             sweep: take the tasks of this sweep only.
 
         Raises:
@@ -313,7 +313,7 @@ class Campaign:
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
             bins: edges in `along`, ascending; by default as many as there are values, or twelve that span them.
-            ax: matplotlib Axes; by default those of a new figure.
+            ax: matplotlib Axes (default: a new figure).
             style: of matplotlib's Line2D, of all curves.
 
         Returns:

@@ -9,8 +9,8 @@
     seeds = 10
     compress = { to = 0.95, step = 0.01, nearest = 1e-4 }
 
-`starter.toml` and `reference.toml` show more keys; `Sweep` lists those of every sweep, and the classes of
-`observables.py` those of what is measured. Each wrong key is one line of the error: its place, its value, and what
+`starter.toml` and `reference.toml` show more keys; `Sweep` lists the keys of every sweep, and the classes of
+`observables.py` the keys of each observable. Each wrong key is one line of the error: its place, its value, and what
 pydantic says about it.
 """
 
@@ -170,10 +170,10 @@ class Sweep(FileTable):
             raise ValueError(f"says {said}: give exactly one of compress, pressures, phi and onset = true")
         self._check_until()
         if self.phi is not None and self.ensemble != "fixed-box":
-            raise ValueError("phi is for ensemble fixed-box: a quench keeps the box")
+            raise ValueError("phi = [...] needs ensemble = 'fixed-box': a quench does not change the box")
         if self.decompress and len(self.pressures or ()) < 2:
             remedy = "leave it out" if self.pressures is None else "give two pressures or more, or leave it out"
-            raise ValueError(f"decompress goes from one of the pressures to the next: {remedy}")
+            raise ValueError(f"decompress = true needs several pressures, from high to low: {remedy}")
         for key in ("pressures", "phi"):
             if getattr(self, key) is not None:
                 self._only("sp", f"{key} are")

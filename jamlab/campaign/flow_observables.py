@@ -51,9 +51,9 @@ def _at_most(limit: float, what: str, least: float = 0.0) -> AfterValidator:
 
     def check(values: list[float]) -> list[float]:
         if max(values) > limit:
-            raise ValueError(f"{max(values):g} is above {limit:g}, the {what} there is: lower it")
+            raise ValueError(f"{max(values):g} is above {limit:g}, the {what} allowed: use a smaller value")
         if slow := [value for value in values if 0 < value < least]:
-            raise ValueError(f"{slow[0]:g} is below {least:g}, the least there is: raise it, or give 0")
+            raise ValueError(f"{slow[0]:g} is below {least:g}, the smallest value allowed: use a larger value, or 0")
         return values
 
     return AfterValidator(check)
@@ -63,7 +63,7 @@ class _Driving(FileTable):
     """What all tables of driven packings have."""
 
     alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0  # power of the velocity in contact damping, 1 is linear
-    # drag beside contact damping, over k tau_1; of steady flow by default that of `jamlab.shear`
+    # drag beside contact damping, over k tau_1; default for steady flow: as in `jamlab.shear`
     background: Background | None = SMALL_STRAIN_BACKGROUND
     tolerance: FlowTolerance = SMALL_STRAIN_TOLERANCE  # relative error of velocities in a step
 

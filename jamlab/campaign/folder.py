@@ -91,7 +91,7 @@ def write_task_file(
     seconds: float,
     cpu_seconds: float,
 ) -> None:
-    """Write a finished task; the file appears whole or not at all."""
+    """Write a finished task; the file is written completely or not at all."""
 
     def extend(file: Any) -> None:
         group = file.create_group("campaign")

@@ -6,7 +6,7 @@ the mean over k packings, s being their standard deviation, and hence the number
 k (error / wanted)^2, where the column farthest from its aim counts. As s is uncertain for few packings, the number
 grows by a quarter at least and doubles at most, until the error is met or no seed is left.
 
-The number depends on the finished tasks alone, not on when and where they ran, so a run that was stopped goes on with
+The number depends on the finished tasks alone, not on when and where they ran, so a resumed run continues with
 the same seeds. Packings that failed, did not converge or have no value (nan) are left out of the mean.
 
 The time and size of the tasks that are left follow from the finished tasks of the same sweep, model and n. They are not

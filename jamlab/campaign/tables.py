@@ -124,7 +124,7 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
             for column in columns:
                 if known.setdefault(column, observable) != observable:
                     both = f"{observable} and {known[column]}"
-                    raise InputError(f"{both} have a column {column!r}: take one sweep at a time")
+                    raise InputError(f"{both} have a column {column!r}: select one sweep")
             found |= columns
     return found
 
@@ -133,7 +133,7 @@ def states_at(frame: pd.DataFrame, column: str, value: float) -> pd.DataFrame:
     """Choose the rows of the state of each packing whose column is nearest to a value, and within 0.5 % of it."""
     check_choice("column", column, frame.columns)
     if "state" not in frame.columns or frame[column].dtype.kind not in "iuf":
-        raise InputError(f"{column} = {value:g}: a table with states is needed, and a column of numbers")
+        raise InputError(f"{column} = {value:g}: the table needs states, and the column numbers; use table 'states'")
     distance = (frame[column].astype(np.float64) - value).abs()
     inside = frame[distance <= NEAR * abs(value)]
     if not len(inside):
@@ -182,7 +182,7 @@ def aggregate(
 
     _require_columns(frame, [*values, *by, *([along] if along else [])])
     if along is None and bins is not None:
-        raise InputError(f"bins = {bins!r}: name the column to cut into them, along = ...")
+        raise InputError(f"bins = {bins!r}: give the column to divide into bins, along = ...")
     edges = None if bins is None else np.asarray(bins, dtype=np.float64)
     if edges is not None and (edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0)):
         raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
@@ -206,7 +206,7 @@ def aggregate(
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
         for name in _mixed(part, ("ensemble", "units")):
             found = " and ".join(sorted(map(str, part[name].unique())))
-            raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
+            raise InputError(f"a group mixes packings of {name} {found}: add {name!r} to by, or select one sweep")
         row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:

@@ -66,7 +66,7 @@ def _today() -> dict[str, int]:
 
 
 def raised(names: Iterable[str]) -> Versions:
-    """Versions of today of some protocols or definitions, those above 1."""
+    """Current versions of protocols and definitions, if above 1."""
     today = _today()
     return {name: today[name] for name in sorted(names) if today[name] != FIRST}
 
@@ -128,7 +128,7 @@ class Parameters(FileTable):
         return next((o.defined_by for o in self.tables if o.name == table), STATES_BY)
 
     def now(self) -> "Parameters":
-        """The same with the versions of today."""
+        """The same with the current versions."""
         defined = {name for table in (STATES, *(o.name for o in self.tables)) for name in self.definition_names(table)}
         return self.model_copy(update={"protocol": raised(self.protocol_names), "definitions": raised(defined)})
 

@@ -102,7 +102,7 @@ _PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for
 
 class Outcome(NamedTuple):
     """How a task ended. `state`: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be
-    written, so no task can go on); `line`: the task, and what went wrong, as text to show; `seconds`: wall time, nan if
+    written, so no task can run); `line`: the task, and what went wrong, as text to show; `seconds`: wall time, nan if
     the workers died."""
 
     state: str
@@ -217,7 +217,7 @@ def drive(
                 folder.record_failure(task, reason)
                 outcome = Outcome(FAILED, str(reason), float("nan"))
             if outcome.state == FULL:
-                raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs what is left")
+                raise StorageError(f"{outcome.line}; then `jamlab campaign resume` runs the remaining tasks")
             if outcome.state == FINISHED:
                 stored.add(task)
             tell(outcome)

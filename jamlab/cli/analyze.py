@@ -122,12 +122,13 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
 
     lines = []
     if is_hdf5(file) and checksum(file) is None:
-        lines.append(f"{file.name} has no checksum: damage to it would go unnoticed")
+        lines.append(f"{file.name} has no checksum: damage cannot be detected")
     if assumed := packing.provenance.get("assumed"):
-        lines.append(f"{file.name} does not say {', '.join(assumed)}: defaults of the decks are taken")
+        lines.append(f"{file.name} does not state {', '.join(assumed)}: the defaults of the decks are used")
     if packing.rounding:
         lines.append(
-            f"{file.name} holds positions to {packing.rounding:.1g} only: no moduli, and z only where it is certain"
+            f"{file.name} has positions rounded to {packing.rounding:.1g}: no moduli, and z only if all contacts "
+            "are certain"
         )
     for line in lines:
         err_console.print(line, markup=False)
@@ -150,13 +151,13 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         known = (number.value, errors.get(key, float("nan")), number.half_width)
         rows.append([key, *(_digits(value) for value in known), marks[key]])
     print_table(f"droplets of {name}", ["", "value", "± over droplets", "within", ""], rows)
-    print_note("±: standard error of the mean over droplets; within: largest error of this image's own value (95 %)")
-    print_note(f"{found.cut} more are cut by the edge, and not counted; {found.rattlers.sum()} rattlers{marks['z']}")
+    print_note("±: standard error of the mean over droplets; within: half-width of the image's 95 % interval")
+    print_note(f"{found.cut} droplets cut by the edge are not counted; {found.rattlers.sum()} rattlers{marks['z']}")
     radius = f"radius {found.means['radius'].text('.4g')}{marks['area']}"
     print_note(f"{radius}; lengths in {length}; droplets {SIDES[found.contrast]}")
     if found.contrast in ("bright", "dark"):
         blur = f"blur {found.blur:.1f} pixels"
-        print_note(f"light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, {blur}")
+        print_note(f"uneven light: {found.light:.2g} to 1; noise: {found.noise:.0%} of the contrast; {blur}")
     share = found.voids.probability
     sides = [f"P_{k} = {part:.2f}" for k, part in share.items() if k <= MOST_SIDES]
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
@@ -165,7 +166,7 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     low, high = found.z_range
     if low <= high:  # not nan
         gap = found.film + found.fringe
-        print_note(f"z is {low:.2f} to {high:.2f} with wider and narrower gaps than {gap:.2g} {length} as contacts")
+        print_note(f"z is {low:.2f} to {high:.2f} if narrower or wider gaps than {gap:.2g} {length} count as contacts")
     for note in (*found.label_notes, f"quality: {found.quality}"):
         print_note(note)
     for reason in found.reasons:

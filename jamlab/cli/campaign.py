@@ -74,7 +74,7 @@ def new(
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
     """Count tasks and estimate time and disk space of the remaining tasks.
 
-    Nothing is run. Times are those of finished tasks of the same sweep, model and n.
+    Nothing is run. Times come from finished tasks of the same sweep, model and n.
     """
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.plan import total_time
@@ -97,10 +97,10 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     print_line(f"{left} tasks left: {_format_time(seconds)} on {cores} free cores, {_format_size(size)}")
     if seconds is None:
         print_line(
-            f"?: not known before a task of that kind ends; `jamlab campaign run {file} --pilot` runs one of each"
+            f"?: unknown until a task of that kind is finished; `jamlab campaign run {file} --pilot` runs one of each"
         )
     if stored := sum(line.stored for line in lines):
-        print_line(f"{stored} of them measure states that are stored already")
+        print_line(f"{stored} of these tasks only measure states that are already stored")
 
 
 def _texts(entry: Any, names: Iterable[str]) -> list[str]:
@@ -237,7 +237,7 @@ def status(
     if found.damaged:
         said.append(f"`jamlab campaign resume {file}` runs damaged tasks again")
     if found.foreign:
-        said.append(f"{found.foreign} further files belong to no task of this campaign file")
+        said.append(f"{found.foreign} further files do not belong to this campaign file")
     for line in said:
         print_line(line)
 

@@ -166,8 +166,8 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool, c
         print_note(G_NOTE)
     if None in marks:
         print_note(
-            "converged -: the file does not say whether these states are minima, where alone G and B hold; "
-            "max force is what is left"
+            "converged -: unknown, the file does not state it; G and B are meaningful only at an energy "
+            "minimum (see max force)"
         )
     if any(measured["g"] < 0) or any(measured["g_x"] < 0):
         print_note(f"G {NEGATIVE_G}")

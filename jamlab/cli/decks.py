@@ -89,7 +89,7 @@ def _path_of(name: str) -> Path:
     for folder in (Path.cwd(), installed("lammps_inputs")):
         if (folder / name).is_file():
             return folder / name
-    raise InputError(f"{name}: no such deck here or among those that `jamlab decks` lists")
+    raise InputError(f"{name}: no such deck in this folder or in the list of `jamlab decks`")
 
 
 def _options(words: list[str]) -> Iterator[tuple[str, str]]:
@@ -120,11 +120,11 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
     for note in notes:
         typer.echo(str(note.message))
     if packing.model != (taken := settings.get("model", "sp")):
-        raise InputError(f"data = {settings['data']}: holds {packing.model}, this deck takes {taken}")
+        raise InputError(f"data = {settings['data']}: contains {packing.model}, but this deck needs {taken}")
     if packing.fixed is not None:
         raise InputError(
-            f"data = {settings['data']}: {packing.fixed.sum()} particles are fixed, and decks move all: use jamlab in "
-            "Python, or free them with packing.with_state(fixed=None, walls=False)"
+            f"data = {settings['data']}: {packing.fixed.sum()} particles are fixed, but decks move all: use "
+            "jamlab in Python, or release them by packing.with_state(fixed=None, walls=False)"
         )
     if packing.converged is False:
         typer.echo(f"{settings['data']} says converged=0: it is no minimum")
@@ -132,7 +132,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         vertices = np.array([float(settings[name]) for name in ("nv_small", "nv_large")])
         wanted = (2 * vertices / vertices.sum()) ** 2
         if np.abs(np.asarray(packing.params["a0"])[:, None] - wanted).min(axis=1).max() > 1e-9:
-            raise InputError(f"phi_target = {given['phi_target']}: rest areas are not of nv_small, nv_large; give 0")
+            raise InputError(f"phi_target = {given['phi_target']}: the file has other rest areas; use 0")
     law = law_settings(packing)
     for name, value in law.items():
         text = given.get(name, str(value))
@@ -140,7 +140,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         if not same:
             raise InputError(f"{name} = {text}: {settings['data']} was made with {name} = {value}")
     if "ratio" in given:
-        raise InputError(f"ratio = {given['ratio']}: the diameters are those of {settings['data']}; leave it out")
+        raise InputError(f"ratio = {given['ratio']}: the diameters come from {settings['data']}; leave it out")
     return law
 
 

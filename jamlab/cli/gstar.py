@@ -154,7 +154,9 @@ def check_one_kind(path: Path, packings: "Sequence[Packing]") -> None:
     from jamlab.rheology.mean_spectrum import group_packings
 
     if path.suffix.lower() in TABLES and (kinds := len(group_packings(packings))) > 1:
-        raise InputError(f"{path} holds one curve, these packings are of {kinds} kinds: give one, or draw a picture")
+        raise InputError(
+            f"{path} takes one curve, but packings are of {kinds} kinds: give one kind, or write a picture"
+        )
 
 
 def save(curves: "Sequence[Spectra]", damping: "Damping", path: Path) -> None:

@@ -227,5 +227,5 @@ def sweep(model: str, report: "Progress", *, n: int, seed: int, to: float) -> "l
     how = {"ensemble": "shear-stabilized", "progress": lambda share, text: report(_ONSET * share, text)}
     onset = jam(n, model, seed, **how)  # type: ignore[arg-type]
     if to <= onset.phi:
-        raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
+        raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}; use a larger value")
     return [onset, *compress(onset, to, progress=lambda share, text: report(_ONSET + (1 - _ONSET) * share, text))]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def written_as(*kinds: str) -> Callable[..., Path | None]:
-    """Check of an option that names a file to write: its ending must be that of one of these formats."""
+    """Check of an option that names a file to write: its ending must belong to one of these formats."""
 
     def check(param: typer.CallbackParam, path: Path | None) -> Path | None:
         if path is not None:

@@ -130,7 +130,7 @@ def minimize_disks(
     border: BoxStrains | None,
     fire: FireSettings | None,
 ) -> tuple[Packing, int] | None:
-    """`fire_disks` that starts anew after a stretch of steps, until the largest force is below `force`. Returns the
+    """`fire_disks` that restarts after a stretch of steps, until the largest force is below `force`. Returns the
     packing and the steps taken; None where the kernel cannot take it."""
     total = 0
     for _ in range(0, steps, stretch):

@@ -1,4 +1,4 @@
-"""Look over an installation: what is there, what does not fit, and how to mend it."""
+"""Check an installation: what is there, what does not fit, and how to repair it."""
 
 import platform
 import subprocess
@@ -30,7 +30,7 @@ _MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the report: what was looked at, whether it is right, and what was seen or how to mend it."""
+    """One line of the report: what was looked at, whether it is right, and what was found or how to repair it."""
 
     subject: str
     right: bool
@@ -91,7 +91,7 @@ def _other_plugins() -> str:
     folders, failures = foreign_folders()
     if failures:
         listed = "; ".join(f"{name}: {failure}" for name, failure in failures.items())
-        raise EngineError(f"{listed}: repair or uninstall what is named before the colon")
+        raise EngineError(f"broken LAMMPS plugins of other packages: {listed}. Repair or uninstall these packages")
     return ", ".join(folders) or "none"
 
 

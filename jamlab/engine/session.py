@@ -122,7 +122,7 @@ class Session:
     def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
         check_ranks(ranks, packing.kind.deforms)
         if ranks > 1 and packing.fixed is not None:
-            raise InputError(f"ranks = {ranks}: packings with fixed particles are minimised on one: leave ranks out")
+            raise InputError(f"ranks = {ranks}: fixed particles need one thread; leave ranks out")
         self._hold(packing)
         self._newton = newton
         self._ranks = ranks
@@ -172,11 +172,11 @@ class Session:
 
     @checked
     def load(self, packing: Packing, *, anew: bool = False) -> None:
-        """Take another packing; particles that differ in kind or number are built anew in the same instance.
+        """Take another packing; particles that differ in kind or number are rebuilt in the same instance.
 
         Args:
             packing: to take.
-            anew: build its particles anew in any case, as after LAMMPS has lost atoms.
+            anew: rebuild its particles in any case, as after LAMMPS has lost atoms.
         """
         before = self._packing
         self._hold(packing)
@@ -244,10 +244,10 @@ class Session:
             force: tolerance on the largest norm of a force; the energy tolerance is 0.
             style: "cg" (line search on the force, `min_modify line forcezero`) or "fire".
             steps: iterations at most; force evaluations at most ten times as many.
-            stretch: iterations after which the minimiser starts anew, by default never. FIRE's only brake is that the
+            stretch: iterations after which the minimiser restarts, by default never. FIRE's only brake is that the
                 power of all forces together turns negative; in large packings soft modes then swing for long.
             border: FIRE in the kernel: strains that the box takes as well, by default none.
-            fire: FIRE in the kernel: numbers of the method, default those of decks, by which LAMMPS descends as well
+            fire: settings of FIRE in the kernel, default as in the decks, by which LAMMPS descends as well
                 where the kernel takes neither the law nor a box less than three diameters wide.
 
         Returns:
@@ -260,8 +260,8 @@ class Session:
         by_kernel = style == "fire" and self.law.kernel_arguments() is not None and self._packing.fixed is None
         if (border is not None or fire is not None) and not by_kernel:
             raise InputError(
-                f"border, fire: style = {style!r} of these {self.kind.particles} does not use them; leave them out, or "
-                "minimise disks that repel by a power law, none of them fixed, with style='fire'"
+                f"border, fire: style = {style!r} does not use them for these {self.kind.particles}; leave "
+                "them out, or use style='fire' with repulsive disks, none of them fixed"
             )
         stretch = min(stretch or steps, steps)
         component = COMPONENT * force
@@ -442,7 +442,7 @@ def evaluate(packing: Packing) -> Evaluation:
 
     Raises:
         InputError: outlines of two droplets cross: contact energies are of distances between outlines that do not.
-        EngineError: LAMMPS cannot take the packing, or two disks lie in one place.
+        EngineError: LAMMPS cannot take the packing, or two disks have the same position.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -456,7 +456,7 @@ def evaluate(packing: Packing) -> Evaluation:
     with Session(packing) as session:
         found = session.evaluate()
     if not np.isfinite(found.pressure + found.max_force):
-        raise EngineError("LAMMPS finds no finite forces: particles lie in one place; move one of them")
+        raise EngineError("forces are not finite: two particles have the same position; move one of them")
     return found
 
 
@@ -491,9 +491,9 @@ def _check_fits(packing: Packing) -> None:
     scales = natural_scales(packing)
     if not all(1 / _FROM_ONE <= unit <= _FROM_ONE for unit in (scales.length, scales.stress)):
         raise InputError(
-            f"natural units of the packing are {scales.length:.3g} of its length and {scales.stress:.3g} of its "
-            "stress: LAMMPS takes one near them; give `natural_scales(packing).to_natural(packing)` of "
-            "jamlab.packing.natural_units"
+            f"the natural units of the packing are {scales.length:.3g} of its unit of length and "
+            f"{scales.stress:.3g} of its unit of stress, too far from 1 for LAMMPS; give "
+            "`natural_scales(packing).to_natural(packing)` of jamlab.packing.natural_units"
         )
     packing.kind.check_for_lammps(packing)
 

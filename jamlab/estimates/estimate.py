@@ -37,7 +37,7 @@ ENSEMBLE_QUANTITIES = {
     "g": "relaxed shear modulus, mean over directions, eps/l^2",
     "b": "relaxed bulk modulus, eps/l^2",
     ONSET: "true packing fraction at jamming onset",
-    "a": "mean shape factor above that of a free particle, A - A_J",
+    "a": "mean excess shape factor A - A_J (A_J: free particle)",
     "void_sides": "mean number of sides of a void",
 }
 FEWEST, MOST = 4, 100_000  # packings
@@ -53,21 +53,21 @@ def plan_mean(
     at = _check(table, quantity, rho, error, model)
     reference = table[reference_way()]
     if not is_known(reference, reference, quantity, at):
-        raise InputError(f"rho = {rho}: too few packings of {reference.way} in the table have {quantity}; take another")
+        raise InputError(f"rho = {rho}: too few packings in the reference table have {quantity}; use another rho")
     records = [r for r in table.values() if model in ("auto", r.way.model)]
     if quantity == ONSET:  # carried droplets have none of their own
         records = [r for r in records if r.way.start != "carried"]
     if quantity in ("g", "b"):  # disks have other moduli
         records = [r for r in records if r.way.nv is not None]
     if not records:
-        raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
+        raise InputError(f"model = {model!r}: {quantity} of droplets cannot be estimated from disks; use 'dp'")
     rows = [_option(record, reference, quantity, at, error) for record in records]
     options, row = judge(rows, "seconds", nearest="bias_error")
     if row is None:
-        raise InputError(f"model = {model!r}: too few of its packings in the table have {quantity}, take 'auto'")
+        raise InputError(f"model = {model!r}: too few reference packings of this model have {quantity}; use 'auto'")
     best = rows[row]
     if best["why"] is None and best["error"] > error:
-        raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best['error']:.2g}")
+        raise InputError(f"error = {error:g}: needs more than {MOST} packings, which give {best['error']:.2g}")
     correction = -difference(records[row], reference, quantity, at).value if records[row] is not reference else 0.0
     choice = Choice(
         way=best["way"], bound={quantity: best["error"]}, options=options, correction={quantity: correction},
@@ -119,8 +119,8 @@ def _check(table: Ways, quantity: str, rho: float | None, error: float, model: s
     reference = table.get(reference_way())
     if reference is None:
         raise InputError(
-            f"the table has no {reference_way()}: `dp.parameters` changed; make it anew with `python -m studies tables "
-            "ways`"
+            f"the reference table has no {reference_way()}, because `dp.parameters` changed: regenerate it with "
+            "`python -m studies tables ways`"
         )
     if quantity == ONSET:
         return math.nan
@@ -128,7 +128,7 @@ def _check(table: Ways, quantity: str, rho: float | None, error: float, model: s
     if rho is None:
         raise InputError(f"{quantity} needs rho, a true packing fraction: give one in {low:g} .. {high:g}")
     if not low <= rho <= high:
-        raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; take a campaign beyond it")
+        raise InputError(f"rho = {rho}: must lie between {low:g} and {high:g}; use a campaign for other densities")
     return rho
 
 
@@ -275,7 +275,7 @@ def estimate(
     Raises:
         InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite or
             takes too many packings, moduli from disks, a seed or a number of processes that there is not.
-        StorageError: the table was made with other parameters than those of `dp.parameters` now.
+        StorageError: the table was made with other parameters than `dp.parameters`.
         ConvergenceError: nearly no packing jams below rho.
 
     Example:

@@ -80,7 +80,7 @@ def choose_flow(
     check_number("tolerance", tolerance, 1.0)
     if tolerance < RUN_ERROR:
         raise InputError(
-            f"tolerance = {tolerance:g}: no error below {RUN_ERROR:g} was measured; run, and compare steps"
+            f"tolerance = {tolerance:g}: errors below {RUN_ERROR:g} were not measured; compare several runs"
         )
     if rate is not None:
         check_number("rate", rate, LARGEST_RATE)
@@ -90,7 +90,7 @@ def choose_flow(
     if amplitude is not None:
         check_number("amplitude", amplitude, LARGEST_AMPLITUDE)
     elif law.alpha < 1:
-        raise InputError(f"{law}: its moduli depend on amplitude however small it is: give amplitude")
+        raise InputError(f"{law}: the moduli depend on the amplitude, however small; give amplitude")
     return _for_oscillation(packing, law, omega, amplitude, tolerance)
 
 
@@ -147,8 +147,8 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     flow = Flow.steady(law, rate)
     if outside := table.outside(packing, flow):
         raise InputError(
-            f"{'; '.join(outside)}: nobody measured how steady flow scatters there; run flow_curve, whose "
-            "stress_stderr tells"
+            f"{'; '.join(outside)}: the scatter of steady flow was not measured there; run flow_curve and use its "
+            "stress_stderr"
         )
     models = {"flow": RUN_ERROR}
     if flow.alpha != 1.0:
@@ -159,10 +159,8 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> 
     errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
     options, row = _options(errors, {name: TRANSIENT + each for name, each in average.items()}, tolerance)
     if row is None:
-        reached = (
-            f"{packing.n} particles sheared by {TRANSIENT + average['flow']:g} err by {100 * errors['flow']:.2g} %"
-        )
-        raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
+        reached = f"{packing.n} particles at strain {TRANSIENT + average['flow']:g} reach {100 * errors['flow']:.2g} %"
+        raise InputError(f"tolerance = {tolerance:g}: {reached}; use a larger tolerance, or a larger packing")
     way = str(options.at[row, "way"])
     used, at = (linear, flow.drag / law.tau) if way == "linear flow" else (law, rate)
     arguments = {"rates": [at], "damping": used, "strain": average[way], "background_drag": BACKGROUND}

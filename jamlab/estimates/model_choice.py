@@ -27,7 +27,7 @@ from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",
     "g": "relaxed shear modulus, mean over directions, relative to its mean size over packings",
-    "a": "mean shape factor above that of a free particle, A - A_J, absolute",
+    "a": "mean excess shape factor A - A_J (A_J: free particle), absolute",
     "void_sides": "mean number of sides of a void, absolute",
 }
 _MOST_FAILURES = 0.1  # of the packings of a level: a way that fails more often is not offered there
@@ -50,7 +50,7 @@ def choose(
     Raises:
         InputError: an unknown quantity or model, an odd n, a tolerance that is not positive, rho outside the table, or
             a tolerance that nothing meets; the message says what the best one does.
-        StorageError: the table was made with other parameters than those of `dp.parameters` now.
+        StorageError: the table was made with other parameters than `dp.parameters`.
 
     Example:
         >>> choice = jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
@@ -64,10 +64,10 @@ def choose(
     table = ways.read_ways() if table is None else table
     reference = table.get(ways.default_way(N))
     if reference is None:
-        raise InputError(f"the table has no {ways.default_way(N)}: make it anew with `python -m studies tables ways`")
+        raise InputError(f"the table has no {ways.default_way(N)}: regenerate it with `python -m studies tables ways`")
     low, high = reference.levels[0], reference.levels[-1]
     if not low <= rho <= high:
-        raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; name a model instead")
+        raise InputError(f"rho = {rho}: must lie between {low:g} and {high:g}; name a model for other densities")
     records = [record for record in list_records(table) if model in ("auto", record.way.model)]
     rows = [_option(record, reference, rho, tolerance, n) for record in records]
     options, row = judge(rows, "seconds")
@@ -77,7 +77,7 @@ def choose(
         asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
         nearest = f"; {best['way']} comes nearest with {write_bounds(_errors(best, tolerance))}"
         close = nearest if min(shares) < np.inf else ""
-        raise InputError(f"nothing in the table meets {asked} at rho = {rho:g} with n = {n}{close}")
+        raise InputError(f"no entry of the reference table meets {asked} at rho = {rho:g} with n = {n}{close}")
     best = rows[row]
     correction = dict.fromkeys(QUANTITIES, 0.0)  # none of G, whose errors are over a mean that vanishes towards onset
     for name in ("z", "a", "void_sides") if records[row] is not reference else ():
@@ -112,7 +112,7 @@ def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) ->
 def _check(rho: float, tolerance: Mapping[str, float], model: str) -> None:
     check_choice("model", model, ("auto", *MODELS))
     if not tolerance:
-        raise InputError(f"no tolerance given: state one for any of {', '.join(QUANTITIES)}")
+        raise InputError(f"no tolerance given: give a tolerance of one or more of {', '.join(QUANTITIES)}")
     for name, limit in tolerance.items():
         check_choice("tolerance of", name, QUANTITIES)
         check_number(f"tolerance of {name}", limit, np.inf)
@@ -162,7 +162,7 @@ def scene(
     """Make particles at rho by the cheapest model expected to keep every tolerance.
 
     Disks are jammed and compressed; where droplets are needed, they take over from the disks at rho, or at 0.88 where
-    the models part, and go on from there.
+    the models part, and continue from there.
 
     Args:
         rho: true packing fraction.

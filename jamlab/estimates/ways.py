@@ -91,7 +91,7 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
     """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
-    or at `HANDOVER`, and go on from there."""
+    or at `HANDOVER`, and continue from there."""
 
     if packing.model == "dp" or way.nv is None:
         return _compress_to(packing, rho, step, way.tolerance)
@@ -126,7 +126,7 @@ def free_shape(nv: tuple[int, int] | None) -> float:
 def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | None) -> Packing:
     reached = packing_fraction(packing)
     if reached >= rho + OFF_TARGET * (packing.model == "dp"):
-        raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the {rho:g} asked for")
+        raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the requested {rho:g}")
     if reached >= rho - 1e-6:
         return packing
     for state in compress(packing, rho, step, tolerance=tolerance):
@@ -194,7 +194,7 @@ def _read(path: Path | None) -> Ways:
     law = defaults("dp")
     changed = [f"{name} = {was} (now {law.get(name)})" for name, was in made_with.items() if law.get(name) != was]
     if changed:
-        raise StorageError(f"{path or SHIPPED} was made with {', '.join(changed)}: make it anew with `{_COMMAND}`")
+        raise StorageError(f"{path or SHIPPED} was made with {', '.join(changed)}: regenerate it with `{_COMMAND}`")
     return found
 
 

@@ -1,1 +1,1 @@
-"""Rheology in time: start-up, steady flow, oscillation, creep and relaxation of packings without inertia."""
+"""Overdamped rheology in time: start-up, steady flow, oscillation, creep and relaxation of packings."""

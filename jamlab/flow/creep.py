@@ -119,7 +119,7 @@ def creep(
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> CreepRun:
-    """Add a shear stress to that of a packing at rest, and hold it; without inertia.
+    """Simulate overdamped creep under a constant shear stress.
 
     The rate of shear is one more unknown of the force balance: b u + c rate = A (stress - elastic stress), with b and c
     the last row of `dynamical_matrices`' B; of Stokes drag b = 0 and c = A eta_F. Rows lie evenly in the logarithm of

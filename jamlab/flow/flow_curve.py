@@ -47,7 +47,7 @@ class FlowCurve:
         stress, stress_stderr: (m,) mean shear stress.
         elastic_stress, pressure, normal_stress_difference, z_all: (m,) means, each with `..._stderr`; z_all as in
             `FlowRun`, nan where it was not counted.
-        dissipation: (m,) mean, per time and area, over all steps; stress times rate but for what elastic energy took.
+        dissipation: (m,) mean, per time and area, over all steps; stress times rate, less the change of elastic energy.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
         energy_error: (m,) part of the work of the average that is neither stored nor lost.
@@ -160,7 +160,7 @@ class FlowCurve:
         kept = (self.rates >= lowest) & (self.rates <= highest)
         if kept.sum() < 3:
             raise InputError(
-                f"{kept.sum()} rates between {lowest:g} and {highest:g}: three are needed for three unknowns"
+                f"{kept.sum()} rates between {lowest:g} and {highest:g}: a Herschel-Bulkley fit needs three or more"
             )
         return herschel_bulkley(self.rates[kept], self.stress[kept], self.stress_stderr[kept], self.unit)
 
@@ -245,7 +245,7 @@ def flow_curve(
     wanted = check_rates(rates)
     check_number("strain", strain, 1e4)
     if strain < 1:
-        raise InputError(f"strain = {strain:g}: average over 1 at least, or the mean says nothing")
+        raise InputError(f"strain = {strain:g}: must be 1 or more for a meaningful average")
     check_number("discard", discard, 1e4)
     check_flowing(law, tolerance, background_drag)
     if not 1 <= processes <= MOST_PROCESSES:
@@ -395,10 +395,10 @@ def require_time(cost: pd.DataFrame, given: float) -> None:
     if total <= given:
         return
     fits = rates[np.cumsum(seconds[::-1])[::-1] <= given]
-    rest = f"give rates from {fits[0]:g} on" if len(fits) else "give a smaller strain"
+    rest = f"use only rates from {fits[0]:g}" if len(fits) else "give a smaller strain"
     raise InputError(
-        f"rate = {rates[0]:g}: strain {strain[0]:g} takes about {seconds[0]:.2g} s, and all rates "
-        f"{total:.2g} s, of {given:g} s given: {rest}, or strain {strain[0] * given / total:.2g} at all of them"
+        f"rate = {rates[0]:g}: strain {strain[0]:g} takes about {seconds[0]:.2g} s, and all rates {total:.2g} s, "
+        f"but {given:g} s are allowed: {rest}, or strain {strain[0] * given / total:.2g} at all of them"
     )
 
 

@@ -35,7 +35,7 @@ FINER = 0.1  # tolerance to try next, over the present one; steps go as its root
 
 
 def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
-    """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps, and 0 where it is no
+    """(m,) work less dissipation and stored energy since the first row: 0 except for step errors, and 0 where it is no
     more than the sum of all energies rounds off.
 
     Args:
@@ -55,7 +55,7 @@ def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
 
 
 def better_balance(packing: Packing, damping: Damping | None, background: float, tolerance: float) -> dict[str, float]:
-    """What balances the energy of a flow in time better: shorter steps, but for droplets that no drag holds back."""
+    """Remedy for a poor energy balance: shorter steps, or a background drag for droplets."""
     if packing.model == "dp" and damping is not None and damping.at_contacts and background < HELPFUL_BACKGROUND:
         return {"background_drag": HELPFUL_BACKGROUND}
     return {"tolerance": FINER * tolerance}
@@ -116,7 +116,7 @@ class FlowRun:
 
     @property
     def energy_gap(self) -> Array:
-        """(m,) work less what is dissipated and stored, since the first row; 0 but for errors of the steps."""
+        """(m,) work less dissipation and stored energy since the first row; 0 except for step errors."""
         return energy_gap(self.work, self.dissipated, self.energy)
 
     unsettled = Renamed("ambiguous_contacts")

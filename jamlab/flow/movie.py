@@ -32,13 +32,13 @@ MOST_RATE = 120  # frames per second
 def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], *, fps: int = 10) -> int:
     """Write a film: every packing with its contact forces, and beside it the curve with a dot that moves along.
 
-    The curve of a flow is its shear stress over strain; that of a sweep, a list of packings, its pressure over the
+    The curve of a flow shows shear stress over strain, the curve of a sweep (list of packings) its pressure over the
     packing fraction. Contacts that push are blue, those that pull red, as wide as their force beside the mean of the
     packing. The frames of a flow are the packings that it kept, see `frames` of `shear`.
 
     Args:
         run: result of a flow or of quasi-static shear, or two packings or more.
-        path: .gif, or .mp4 by ffmpeg: that of the system, or of the package imageio-ffmpeg.
+        path: .gif, or .mp4 (needs ffmpeg, or the package imageio-ffmpeg).
         fps: frames per second, up to 120.
 
     Returns:
@@ -58,10 +58,10 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
     packings = list(run.frames if isinstance(run, FlowRun) else run)
     for each in packings:
         if not isinstance(each, Packing):
-            raise InputError(f"run holds {each!r:.60}: give a flow, or packings")
+            raise InputError(f"run contains {each!r:.60}: give a flow, or packings")
     if len(packings) < 2:
-        kept = "keep packings of the flow by frames=..." if isinstance(run, FlowRun) else "give two or more"
-        raise InputError(f"run has {len(packings)} packing(s), which is no film: {kept}")
+        kept = "store packings of the flow with snapshot_every=..." if isinstance(run, FlowRun) else "give two or more"
+        raise InputError(f"run has {len(packings)} packing(s), but a movie needs two or more: {kept}")
     writer = _writer(Path(path), fps)
     figure = Figure(figsize=_INCHES)
     left, right = figure.add_axes((0.02, 0.03, 0.46, 0.94)), figure.add_axes((0.6, 0.13, 0.37, 0.8))

@@ -159,9 +159,9 @@ def oscillate(
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Oscillation:
-    """Shear a packing by amplitude sin(omega t) along x of the box, without inertia, until the stress repeats.
+    """Shear a packing by amplitude sin(omega t) along x (overdamped) until the stress is periodic.
 
-    Of a small amplitude, storage and loss are those of `complex_modulus`, if no contact opens or closes: near onset
+    At small amplitude, storage and loss equal `complex_modulus` if no contact opens or closes: near onset
     that takes amplitudes well below pressure over stiffness, and rattlers that just touch, which
     `complex_modulus` leaves out, drag at any amplitude.
 
@@ -193,7 +193,7 @@ def oscillate(
         raise InputError(f"omega = {omega!r}: must lie between {SLOWEST:g} and {FASTEST:g}, in 1/tau_1")
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
     if not 2 <= cycles <= MOST_CYCLES:
-        raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
+        raise InputError(f"cycles = {cycles}: must lie between 2 and {MOST_CYCLES}; two cycles are compared")
     if not 2 * HARMONICS + 2 <= points <= 100_000:
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
@@ -232,7 +232,7 @@ def plot_pipkin(oscillations: Sequence[Oscillation], ax: Any = None, **style: An
 
     Args:
         oscillations: one or more.
-        ax: matplotlib Axes; by default those of a new figure.
+        ax: matplotlib Axes (default: a new figure).
         style: of matplotlib's Line2D, of all loops.
 
     Raises:

@@ -113,7 +113,7 @@ class OverdampedSession:
         packing.kind.points(packing)  # refuses outlines that cross
         if packing.fixed is not None and packing.kind.deforms:
             raise InputError(
-                f"fixed: {packing.fixed.sum()} droplets are fixed: those flow without rate only, by quasistatic_shear"
+                f"fixed: {packing.fixed.sum()} droplets are fixed, and only quasistatic_shear supports fixed droplets"
             )
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
@@ -170,15 +170,15 @@ class OverdampedSession:
                 `stress_drive` says it.
             interval: of time, after which `advance` returns.
             longest: step, by default no limit but that of the tolerance.
-            before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
+            before: last state of an earlier flow, from which time, strain, work and iterations continue instead.
 
         Returns:
             The state before the first step.
         """
         if self._given.walls and not drive.startswith("rate"):
             raise InputError(
-                f"walls: the packing has them, and they move by a rate only, not to {drive.split()[0]}: use shear or "
-                "quasistatic_shear, or take the walls away with packing.with_state(walls=False)"
+                f"walls: the packing has walls, which move at a rate only, not under {drive.split()[0]}; use "
+                "shear or quasistatic_shear, or remove the walls with packing.with_state(walls=False)"
             )
         if self._driven:
             self._session.command("unfix flow")
@@ -240,10 +240,14 @@ class OverdampedSession:
         remedies = [self._end.shorter if self._end else "a lower rate"]
         if crawls and self._damping.at_contacts:
             more = max(HELPFUL_BACKGROUND, 10 * self._background)
-            remedies = [f"background_drag = {more:g} (now {self._background:g}) for motion without drag", *remedies]
+            remedies = [
+                f"background_drag = {more:g} (now {self._background:g}) for motion without drag",
+                *remedies,
+            ]
         raise ConvergenceError(
-            f"at time {state.time:.4g}, strain {state.strain:.4g}, rate {state.rate:.3g} steps are {step:.2g} long: "
-            f"{left:.1g} of them are left, and at most {MOST_STEPS:.0g} are taken. Give {', or '.join(remedies)}"
+            f"at time {state.time:.4g}, strain {state.strain:.4g}, rate {state.rate:.3g} steps are {step:.2g} "
+            f"long: {left:.1g} steps remain, and at most {MOST_STEPS:.0g} are allowed. Use "
+            f"{', or '.join(remedies)}"
         )
 
     def state(self) -> FlowState:
@@ -294,16 +298,17 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and 0 <= background <= LARGEST_BACKGROUND):
         raise InputError(
-            f"background_drag = {background!r}: must be a drag over k tau_1 from 0 to {LARGEST_BACKGROUND:g}, as 1e-2"
+            f"background_drag = {background!r}: must be 0 to {LARGEST_BACKGROUND:g} in units of k tau_1, such as 1e-2"
         )
     if damping.at_contacts and damping.contrast > LARGEST_BETA:
         raise InputError(
-            f"beta = {damping.contrast:g}: its drag drowns that of approach in rounding, and flow in time takes up to "
-            f"{LARGEST_BETA:g}; complex_modulus takes more"
+            f"beta = {damping.contrast:g}: too large for flow in time (at most {LARGEST_BETA:g}), since "
+            "normal damping is lost to rounding; use a smaller beta, or complex_modulus"
         )
     if background and not damping.at_contacts:
         raise InputError(
-            f"background_drag = {background:g}: Stokes drag is itself a background; leave it out, or raise tau"
+            f"background_drag = {background:g}: StokesDrag already is a background drag; leave it out, or use a "
+            "larger tau"
         )
 
 

@@ -109,7 +109,7 @@ class QuasistaticShear(ShearRun):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Direction; as of `ShearRun`; the number of events, and that of states that missed the tolerance."""
+        """Direction; entries of `ShearRun`; the number of events and of states that missed the tolerance."""
         missed = int((~self.converged).sum())
         events = {"events": len(self.events)} | ({"NOT CONVERGED": missed} if missed else {})
         held = {} if self.held_pressure is None else {"pressure": self.held_pressure, "dilation": self.dilation[-1]}
@@ -325,7 +325,7 @@ class Walk(Run[QuasistaticShear]):
         )
 
     def _share(self, area: float) -> float:
-        """An area over that of the first state; 1 where it stays."""
+        """An area over the area of the first state; 1 where it stays."""
         return area / self.rows[0].area if self.rows and self._pressure is not None else 1.0
 
 
@@ -381,28 +381,28 @@ def quasistatic_shear(
             `stress` does work on the strain, and the normal stress difference is that along and across the direction.
         walls: True: between the walls of `jamlab.with_walls`, the upper one of which moves by strain times height of
             the box; False: take the walls away. By default the walls of the packing stay.
-        pressure: "constant", that of the start, or a number in the packing's unit of stress: every state minimises the
+        pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9. By default the area stays.
-        resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
+        resolution: at an event, halve the step repeatedly until steps are at most this long:
             strain and size of the drop are known that well. By default steps are not refined.
         every: strain between two packings that are kept; by default first and last are.
         tolerance: on the largest force in natural units of the packing, as in `compress`.
-        path: HDF5 file of the run, see `jamlab.read_flow`; if it holds a part of the same run, go on from there.
+        path: HDF5 file of the run, see `jamlab.read_flow`; if it contains a part of the same run, the run resumes.
         progress: called after each step with the share of the work that is done, and in words.
 
     Returns:
-        All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
+        All states. `converged` is False for states that missed the tolerance; the shear continues from them.
     """
     packing = walled(packing, walls)
     if packing.walls and (direction != "simple" or pressure is not None):
         raise InputError(
-            f"walls: direction = {direction!r}, pressure = {pressure!r}: walls shear along x at fixed area; leave both "
-            "out, or take the walls away with walls=False"
+            f"walls: direction = {direction!r}, pressure = {pressure!r}: walls move along x at fixed area; "
+            "leave both arguments out, or remove the walls with walls=False"
         )
     shearing = Shearing(packing.box[0], shear_direction(direction))
     largest = LARGEST_STRAIN if shearing.along_x else 1.0
     if not (is_number(strain) and 0 < abs(strain) <= largest):
-        raise InputError(f"strain = {strain!r}: must be a number up to {largest:g}, or its negative, and not 0")
+        raise InputError(f"strain = {strain!r}: must be a non-zero number of at most {largest:g} in magnitude")
     whole = abs(strain)
     check_number("step", step, min(LARGEST_STEP, whole), whole / MOST_STATES)
     if resolution is not None:
@@ -442,6 +442,6 @@ def _check_pressure(packing: Packing, pressure: str | float | None) -> None:
         raise InputError(f'pressure = {pressure!r}: give "constant", or a number in {packing.unit_names.stress}')
     if abs(pressure) > HIGHEST_PRESSURE * unit or (pressure <= 0 and not packing.law.range):
         raise InputError(
-            f"pressure = {pressure:g}: must be a number up to {HIGHEST_PRESSURE * unit:g}, and above 0 where particles "
-            "only push each other; stronger pressures push them through each other"
+            f"pressure = {pressure:g}: must be at most {HIGHEST_PRESSURE * unit:g}, and positive for "
+            "repulsive particles; at higher pressures particles pass through each other"
         )

@@ -33,6 +33,6 @@ def read_flow(path: FilePath) -> Flow:
     with opened(path) as file:
         kind = file["flow"].attrs.get("kind") if "flow" in file else None
     if kind not in _KINDS:
-        raise StorageError(f"{path} holds no flow: give a file that jamlab shear, flow-curve, ... wrote")
+        raise StorageError(f"{path} contains no flow: give a file written by jamlab shear, flow-curve or creep")
     found: Flow = read_result(path, _KINDS[kind])
     return found

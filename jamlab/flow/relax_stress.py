@@ -145,7 +145,7 @@ def relax_stress(
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
-    """Shear a packing at rest by a step of strain, and hold it; without inertia.
+    """Shear a packing at rest by a strain step, and keep the strain (overdamped).
 
     The step is a ramp that is short against all relaxation: no step of contact damping is affine, since drag, which
     rules it, pushes particles aside. Rows lie evenly in the logarithm of time, from the end of the step on.
@@ -177,7 +177,7 @@ def relax_stress(
         how |= {"path": path, "progress": progress}
         return cast(StressRelaxation, stop_flow(packing, duration, damping, **how))
     if not (is_number(strain) and LEAST_STRAIN <= abs(strain) <= 1.0):
-        raise InputError(f"strain = {strain!r}: must be a number from {LEAST_STRAIN:g} to 1 or its negative")
+        raise InputError(f"strain = {strain!r}: must be a number of {LEAST_STRAIN:g} to 1 in magnitude")
     check_number("duration", duration, LONGEST, LEAST_TIME)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
@@ -215,7 +215,7 @@ def stop_flow(
     Args:
         flow: result of a flow, of which the last state is taken, or a packing in any state.
         duration: time, tau_1.
-        damping: default that of the flow, of a packing `ContactDamping()`.
+        damping: default: the drag law of the flow; for a packing `ContactDamping()`.
         tolerance: see `relax_stress`.
         background_drag: see `relax_stress`.
         path: see `shear`.

@@ -117,8 +117,8 @@ class TimedRun(Run[R]):
             check_at_rest(packing, REST)
             if contacts(packing).unjammed:
                 raise InputError(
-                    f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}: the packing is unjammed and has no "
-                    "elastic stress. Use a jammed packing, or shear it at a rate"
+                    f"no {packing.kind.particles} touch at phi = {packing.phi:.4g}: the packing is unjammed and "
+                    "has no elastic stress. Use a jammed packing, or shear it at a finite rate"
                 )
         law, tolerance, background = accuracy
         how = {"tolerance": tolerance, "background": background}
@@ -179,7 +179,7 @@ class TimedRun(Run[R]):
             yield state
 
     def begin_again(self, time: float) -> None:
-        """Let the next drive go on from here, and forget the rows so far; the present time is `time` from now on."""
+        """Let the next drive continue from here, and forget the rows so far; the present time is `time` from now on."""
         self._last = self.rows[-1]._replace(time=time)
         self.rows = []
 

@@ -67,7 +67,7 @@ class RunFile(Generic[R]):
             self.before = self._read_same(self._path, kind, packing)
             if self.before is None:
                 raise OtherRunError(
-                    f"{path} exists and holds no part of this run: choose another name, or remove it (--force)"
+                    f"{path} exists and belongs to another run: choose another name, or remove it (--force)"
                 )
 
     def save(self, result: Callable[[], R], *, now: bool = False) -> None:
@@ -142,7 +142,7 @@ def read_result(path: FilePath, kind: type[R]) -> R:
     with opened(path) as file:
         group = file.get("flow")
         if group is None or group.attrs["kind"] != kind.__name__:
-            raise StorageError(f"{path} holds no {kind.__name__}: give a file that its command wrote")
+            raise StorageError(f"{path} contains no {kind.__name__}: give a file written by the same command")
         known = {f.name for f in fields(kind)}  # type: ignore[arg-type]
         names = {
             name: name if name in known else _OF_0_2.get(name, name.replace("_error", "_stderr")) for name in group
@@ -156,7 +156,7 @@ def read_result(path: FilePath, kind: type[R]) -> R:
         damping = None if law == _NO_DRAG else law_of_record(law)
         return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})
     except (KeyError, TypeError, ValueError) as error:
-        raise StorageError(f"{path} is damaged (its {kind.__name__} is not whole: {error}): {REMEDY}") from error
+        raise StorageError(f"{path} is damaged (its {kind.__name__} is incomplete: {error}): {REMEDY}") from error
 
 
 def _describe(damping: Damping | None) -> dict[str, Any]:

@@ -44,7 +44,7 @@ def shear(
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> ShearRun:
-    """Shear a packing along x of the box at a constant rate, without inertia: drag always balances elastic forces.
+    """Shear a packing along x at a constant rate (overdamped: drag balances elastic forces at all times).
 
     B u = F - rate b for the velocities u beside the affine flow, with B and b of `dynamical_matrices` at the present
     positions; Durian, Phys. Rev. E 55, 1739 (1997); drag as in Baumgarten & Tighe.
@@ -68,7 +68,7 @@ def shear(
             are.
         tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump
             where contacts open and close, and steps end there; stresses over the largest one err by less than the
-            tolerance, but for the few rows that lie next to a jump. Where drag would push a contact open that closes
+            tolerance, except for the few rows next to a jump. Where drag would push a contact open that closes
             without it, the two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of
             droplets end at no contact, and lose energy there: the result says how well energy is balanced. Line tension
             of their edges fades below tolerance delta/100: edges that shrink to a point turned round in every step.
@@ -80,7 +80,7 @@ def shear(
         walls: True: between the walls of `jamlab.with_walls`, disks alone, the upper one of which moves by strain times
             height of the box; False: take the walls away. By default the walls of the packing stay.
         path: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the
-            same run, go on from there; a run that went as far or farther comes back with the rows and frames it has.
+            same run, the run resumes; a run that went as far or farther is returned with its rows and frames.
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
@@ -95,7 +95,7 @@ def shear(
         whole, step = 1.0 if strain is None else strain, STEP if step is None else step
         return quasistatic_shear(packing, whole, step, every=snapshot_every, path=path, progress=progress)
     if step is not None:
-        raise InputError(f"step = {step!r}: steps of strain belong to quasistatic_shear; leave it out")
+        raise InputError(f"step = {step!r}: only quasistatic_shear takes strain steps; leave step out")
     parts = _parts(rate, strain)
     law = damping or ContactDamping()
     if not 1 <= n_rows <= MOST_ROWS:
@@ -129,16 +129,16 @@ def _parts(rate: float | Sequence[Sequence[float]], strain: float | None) -> Arr
     """(p, 2) rate and strain of each part."""
     if isinstance(rate, Sequence | np.ndarray):
         if strain is not None:
-            raise InputError(f"strain = {strain!r}: the parts of a protocol have strains of their own; leave it out")
+            raise InputError(f"strain = {strain!r}: each part of the protocol has its own strain; leave strain out")
         parts = [list(part) for part in rate]
         if not parts or any(len(part) != 2 for part in parts):
-            raise InputError(f"rate = {parts!r}: give one part or more of a protocol, [(rate, strain), ...]")
+            raise InputError(f"rate = {parts!r}: give a protocol of one or more parts, [(rate, strain), ...]")
     else:
         parts = [[rate, 1.0 if strain is None else strain]]
     for speed, by in parts:
         if not (is_number(speed) and LEAST_RATE <= abs(speed) <= LARGEST_RATE):
             raise InputError(
-                f"rate = {speed!r}: must be a number from {LEAST_RATE:g} to {LARGEST_RATE:g} in 1/tau_1 or its negative"
+                f"rate = {speed!r}: must be {LEAST_RATE:g} to {LARGEST_RATE:g} in magnitude, in units of 1/tau_1"
             )
         check_number("strain", by, LARGEST_STRAIN, LEAST_STRAIN)
     return np.array(parts, dtype=np.float64)
@@ -152,7 +152,7 @@ def _rows_of_part(strain: float, frames: float | None, rows: float) -> tuple[int
     check_number("frames", frames, strain)
     if abs(strain / frames - round(strain / frames)) > 1e-6:
         raise InputError(
-            f"snapshot_every = {frames:g} must divide strain = {strain:g}: give a strain between two packings"
+            f"snapshot_every = {frames:g} must divide strain = {strain:g}: use an integer fraction of the strain"
         )
     every = int(np.ceil(count * frames / strain))
     return every * round(strain / frames), every

@@ -90,7 +90,7 @@ class ShearRun(FlowRun):
     def peak(self) -> Peak | None:
         """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None.
 
-        Of shear the other way the lowest stress; of several parts that of the first.
+        For shear in the negative direction the lowest stress; for several parts the peak of the first.
         """
         first = (self.shear_rate or self.strain[-1]) if self.parts is None else self.parts[0, 0]
         path = self.path
@@ -120,7 +120,7 @@ class ShearRun(FlowRun):
 
         Args:
             name: of an array of this run, such as "pressure".
-            discard: strain of start-up that is left out; of several parts that of the last, which is averaged.
+            discard: strain of start-up that is left out; for several parts, of the last one, which is averaged.
 
         Raises:
             InputError: fewer than sixteen rows lie beyond `discard`, or no such array.
@@ -128,8 +128,8 @@ class ShearRun(FlowRun):
         kept = self.path >= (self._last_part + discard) * (1 - 1e-9)
         if kept.sum() <= 2 * FEWEST_BLOCKS:
             raise InputError(
-                f"{kept.sum()} rows lie beyond strain {discard:g}, {2 * FEWEST_BLOCKS + 1} are needed: shear on beyond "
-                f"{self.path[-1]:g}, or ask for more rows"
+                f"only {kept.sum()} rows lie beyond strain {discard:g}, but {2 * FEWEST_BLOCKS + 1} are "
+                f"needed: shear to more than {self.path[-1]:g}, or use a larger n_rows"
             )
         values = getattr(self, name, None)
         if not isinstance(values, np.ndarray) or len(values) != len(self.strain):

@@ -20,10 +20,10 @@ from jamlab.plotting.palette import BLACK, BLUE
 
 @dataclass(frozen=True)
 class VelocityProfile(Result):
-    """Layers of a flow, from the bottom up; between walls those of free particles alone.
+    """Velocity profile of a flow in layers from the bottom up; between walls of the free particles only.
 
     Attributes:
-        height: (m,) mean of the particles of each layer, over that of the cell.
+        height: (m,) mean height of the particles of each layer, over the height of the cell.
         velocity: (m,) mean displacement along x per strain of the cell, over the height of the cell: an affine flow has
             `height`. nan of a layer without particles.
         standard_error: (m,) of it, from the parts of the run between two packings; nan of one part.
@@ -35,7 +35,7 @@ class VelocityProfile(Result):
 
     @property
     def local_rate(self) -> Array:
-        """(m - 1,) shear rate between layers, over that of the cell."""
+        """(m - 1,) shear rate between layers, over the shear rate of the cell."""
         return np.asarray(np.diff(self.velocity) / np.diff(self.height))
 
     @property
@@ -51,14 +51,14 @@ class VelocityProfile(Result):
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "label": f"localisation {self.localisation:.3g}"}
         axes.plot(self.height, self.velocity, **merged_line(plain, style))
         axes.plot([0, 1], [0, 1], color=BLACK, linestyle="--", linewidth=0.8)
-        label_axes(axes, "height over that of the cell", "velocity over that of the upper edge")
+        label_axes(axes, "height / cell height", "velocity / velocity of the upper edge")
         axes.legend(fontsize=LEGEND)
 
 
 def velocity_profile(frames: Sequence[Packing]) -> VelocityProfile:
     """The profile between packings that a run has kept, in layers of about one mean size. `frames`: two or more."""
     if len(frames) < 2:
-        raise InputError(f"a velocity profile of {len(frames)} packing: keep two or more, by every= or frames=")
+        raise InputError(f"{len(frames)} stored packing: a profile needs two or more; use snapshot_every= or every=")
     first = frames[0]
     free, lattice = ~first.fixed_particles, float(first.box[1, 1])
     edges = np.linspace(0.0, 1.0, max(4, round(lattice / mean_size(first))) + 1)

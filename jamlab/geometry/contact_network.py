@@ -88,7 +88,7 @@ class Contacts(Result):
             small boxes, are two.
         rattlers: (n,) bool, free particles with fewer than three contacts above the threshold, found recursively.
         bearing: (m,) bool, contacts above the threshold between two particles that are not rattlers, one of them free.
-        r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
+        r: (m, 2) float64, vector from the centroid of i to the centroid of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         packing: the packing whose contacts they are.
 
@@ -151,7 +151,7 @@ class Contacts(Result):
         forces: ContactForces = self.packing.kind.contact_forces(self.packing)
         return forces
 
-    @drawn("LineCollection, such as color='black'; `linewidth` is that of the mean force, points", CELL)
+    @drawn("LineCollection, such as color='black'; `linewidth`: width of the mean force, points", CELL)
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the force network in the periodic cell: lines between centres, as wide as their forces are strong.
 
@@ -284,7 +284,7 @@ def remove_rattlers(packing: Packing) -> Packing:
     """
     kept = ~contacts(packing).rattlers
     if not kept.any():
-        raise InputError("every particle is a rattler: no particle would be left")
+        raise InputError("every particle is a rattler, so no particle would remain: give a jammed packing")
     return packing.select(kept)
 
 

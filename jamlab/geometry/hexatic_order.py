@@ -66,7 +66,7 @@ class HexaticOrder(Result):
         from jamlab.plotting.periodic_cell import frame_cell
 
         if self.packing is None:
-            raise InputError("this order has no packing to draw: use that of jamlab.hexatic_order(packing)")
+            raise InputError("this order has no packing to draw: use the result of jamlab.hexatic_order(packing)")
         label = rf"bond-orientational order $|\psi_{{{self.k}}}|$"
         draw_coloured(axes, self.packing, np.abs(self.local), Normalize(0, 1), label, **style)
         frame_cell(axes, self.packing.box)
@@ -102,7 +102,7 @@ def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     i, j = bonds[:, :2].T
     neighbors = np.bincount(i, minlength=packing.n)
     if not neighbors.all():
-        raise InputError(f"particle {neighbors.argmin()} lies in the place of another: move one of them")
+        raise InputError(f"particle {neighbors.argmin()} has the same position as another particle: move one of them")
     x, y = (centres[j] + bonds[:, 2:] @ packing.box - centres[i]).T
     waves = np.exp(1j * k * np.arctan2(y, x))
     local = np.zeros(packing.n, dtype=np.complex128)

@@ -1,4 +1,4 @@
-"""Packing fraction: the area that particles cover over that of the cell, exact or approximately."""
+"""True packing fraction: the area that particles cover over the cell area, exact or approximate."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Tessellation(Result):
     """Cells around particles.
 
     Attributes:
-        area: (n,) area of each cell; the sum is that of the box. Zero for a disk that has no cell, as inside another.
+        area: (n,) area of each cell; the sum is the box area. Zero for a disk without a cell, such as inside another.
         wall_i, wall_j: (m,) int64, cells on both sides of a wall, i <= j; a cell may meet several images of another.
         wall_length: (m,) length of each wall.
         sides: (n,) int64, neighbours of each cell; the mean is 6 where three cells meet in every corner.
@@ -126,7 +126,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
 
 @checked
 def local_packing_fraction(packing: Packing) -> Array:
-    """(n,) area of each particle, overlaps shared, over that of its cell.
+    """(n,) area of each particle, overlaps shared, over the area of its cell.
 
     SP: disk cut by its power cell over the power cell, at most 1; nan for a disk that has no cell (see `Tessellation`).
     DP: `particle_areas` over the set-Voronoi cell; may pass 1 by the error of the cells. The mean, weighted with the

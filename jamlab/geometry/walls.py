@@ -44,7 +44,7 @@ def with_walls(packing: Packing, thickness: float = 2.0) -> Packing:
     y = packing.centroids[:, 1] % height
     low, high = y < thickness * size, y >= height - thickness * size
     if not (low.any() and high.any() and (~low & ~high).any()):
-        raise InputError(f"thickness = {thickness:g}: no particle is left in a wall or between the walls: change it")
+        raise InputError(f"thickness = {thickness:g}: no particle in a wall or between the walls; use another value")
     minimum = {name: getattr(packing, name) for name in ("max_force", "converged", "tolerance", "on_rattlers")}
     return packing.with_state(fixed=low | high, walls=True, ensemble="fixed-box", **minimum)
 
@@ -52,7 +52,7 @@ def with_walls(packing: Packing, thickness: float = 2.0) -> Packing:
 def walled(packing: Packing, walls: bool | None) -> Packing:
     """The packing with its walls, or without (`walls` False); None: as it is."""
     if walls and not packing.walls:
-        raise InputError("walls=True: the packing has none: give jamlab.with_walls(packing)")
+        raise InputError("walls=True: the packing has no walls; use jamlab.with_walls(packing)")
     return packing.with_state(fixed=None, walls=False) if walls is False and packing.walls else packing
 
 
@@ -75,7 +75,7 @@ class Slab(Result):
 
     Attributes:
         bottom, top: highest centre in the lower wall and lowest in the upper one.
-        packing_fraction: area of the free particles, overlaps shared, over that of their cells.
+        packing_fraction: area of the free particles, overlaps shared, over the area of their cells.
         voids: (m,) bool, which of `jamlab.voids(packing)` have their centre between `bottom` and `top`.
     """
 

@@ -33,11 +33,11 @@ class ForceNetwork:
     held: Mask  # (n_sites,) bool, positions of the whole packing that remain
 
     def check_at_rest(self) -> None:
-        """Refuse forces that do not balance: a response to strain is that of a minimum."""
+        """Refuse forces that do not balance: linear response is defined at a minimum."""
         if self.whole.rounding:
             raise ConvergenceError(
-                f"positions are known to {self.whole.rounding:.2g} only, so it is at no energy minimum: relax the "
-                "packing first, jamlab.relax(packing)"
+                f"positions are known only to {self.whole.rounding:.2g}, so the packing is not at an energy "
+                "minimum: relax it first, jamlab.relax(packing)"
             )
         check_at_rest(self.packing, "relax it first")
 
@@ -47,8 +47,8 @@ def check_at_rest(packing: Packing, remedy: str) -> None:
     largest, scale = float(np.hypot(*forces(packing).T).max()), force_scale(packing)
     if largest > max(LARGEST_IMBALANCE * scale, packing.law.slack):
         raise ConvergenceError(
-            f"the packing is not at an energy minimum: a force of {largest:.2g} is left where contacts bear "
-            f"{scale:.2g} on average; {remedy}"
+            f"the packing is not at an energy minimum: the largest residual force is {largest:.2g}, the "
+            f"mean contact force {scale:.2g}; {remedy}"
         )
 
 
@@ -62,7 +62,7 @@ def force_network(packing: Packing) -> ForceNetwork:
 def _bearing(packing: Packing) -> tuple[Packing | None, Mask]:
     """`packing` and `held` of the force network; None for the packing itself."""
     if contacts(packing).unjammed:
-        raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
+        raise ConvergenceError("every particle is a rattler: the packing is unjammed and has no elastic modulus")
     loose = without_load(packing)
     held = ~loose[packing.particle]
     if not loose.any():
@@ -74,7 +74,7 @@ def _bearing(packing: Packing) -> tuple[Packing | None, Mask]:
 
 
 def without_load(packing: Packing) -> Mask:
-    """(n,) rattlers, but for the droplets that bear a load between two contacts. Two forces hold a disk on one line
+    """(n,) rattlers, except droplets that carry a load between two contacts. Two forces hold a disk on one line
     only, and it gives way to the side; the flats of a droplet hold it. Without it its neighbors would be out of
     balance. A load below the imbalance that is allowed is left out as before."""
     network, least = contacts(packing), packing.kind.least_bearing(packing)

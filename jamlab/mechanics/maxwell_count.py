@@ -36,10 +36,10 @@ class MaxwellCount:
     Attributes:
         n_particles: that bear load; a droplet between two opposite contacts does, on its flats.
         pairs: of particles in contact.
-        contacts: of disks; of droplets, those of a vertex with an edge, two vertices that meet counting once.
+        contacts: contacts of disks; for droplets, of a vertex with an edge (two vertices that meet count once).
         self_stress_states: independent ways in which forces of these contacts balance by themselves, pulling ones
             included.
-        floppy_modes: motions that no contact holds, but for the two translations of the whole.
+        floppy_modes: number of floppy modes without the two translations of the packing.
 
     Example:
         >>> m = jamlab.maxwell_count(jamlab.jam(16, "sp", 1))
@@ -72,7 +72,7 @@ def maxwell_count(packing: Packing) -> MaxwellCount:
         MaxwellCount(n_particles=15, pairs=29, contacts=29, self_stress_states=1, floppy_modes=0)
     """
     if packing.n > MOST:
-        raise InputError(f"maxwell_count of {packing.n} particles: at most {MOST}, since time grows as the cube")
+        raise InputError(f"{packing.n} particles: maxwell_count supports at most {MOST}, since time grows as n cubed")
     rows, held, pairs = held_conditions(packing)
     if not held:
         return MaxwellCount(0, 0, 0, 0, 0)

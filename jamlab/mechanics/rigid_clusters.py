@@ -47,7 +47,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
     """Decompose the contact network into rigid clusters.
 
     Args:
-        packing: SP, at rest or not; all contacts count as bonds, as those of sticky disks are.
+        packing: SP, at rest or not; all contacts count as bonds, as in sticky disks.
 
     Raises:
         InputError: droplets, whose contacts are no bonds between points.
@@ -59,7 +59,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         (True, True)
     """
     if packing.offsets is not None:
-        raise InputError(f"model {packing.model}: the pebble game is of disks; use maxwell_count of droplets")
+        raise InputError(f"model {packing.model}: the pebble game needs disks; use maxwell_count for droplets")
     pairs = contacts(packing).pairs
     game = _Game(packing.n)
     redundant = 0
@@ -122,7 +122,7 @@ class _Game:
         return rigid
 
     def _reach(self, start: int, known: NDArray[np.bool_]) -> list[int]:
-        """Points whose pebbles can come to `start`, but for those that are known to be rigid."""
+        """Points whose pebbles can come to `start`, except points that are known to be rigid."""
         reached, todo = {start}, [start]
         while todo:
             for other in self.held[todo.pop()]:

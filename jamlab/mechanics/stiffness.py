@@ -1,7 +1,7 @@
 """Stiffness of a packing: forces, Hessian and its coupling to strain, assembled from the energy terms.
 
 Positions move as x = (1 + E) X + u: a homogeneous displacement gradient E of box and particles plus displacements u at
-fixed box. With prestress the second derivatives are those of the full potential energy.
+fixed box. With prestress, second derivatives of the full potential energy are used.
 """
 
 from __future__ import annotations

@@ -234,5 +234,5 @@ def read_darkness(grey: Array) -> Darkness:
     """Darkness of a picture of bright droplets."""
     darkness = remove_background(grey, noise_level(grey))
     if darkness is None:
-        raise InputError("no droplets stand out from light and noise: check the picture")
+        raise InputError("no droplets can be distinguished from uneven light and noise: check the picture")
     return darkness

@@ -63,14 +63,14 @@ def read_labels(source: str | Path | ArrayLike | Mask, shape: tuple[int, ...] | 
     values = _numbers(source)
     notes: list[Note] = []
     if shape is not None and values.shape != shape:
-        raise InputError(f"labels are {values.shape}, the picture is {shape}: give labels of this picture, uncropped")
+        raise InputError(f"labels have the shape {values.shape}, the picture {shape}: give uncropped labels")
     if not np.isfinite(values.astype(np.float64)).all() or (values != np.rint(values)).any():
         raise InputError("labels must be whole numbers: these are grey values, or a probability map")
     if values.min() < 0:
-        raise InputError(f"the lowest label is {values.min()}: must be 0 (ground) or more")
+        raise InputError(f"the lowest label is {values.min()}: must be 0 (background) or more")
     kinds = np.unique(values)
     if len(kinds) == 1:
-        raise InputError(f"every pixel has the label {kinds[0]:g}: there is no ground, or no droplet")
+        raise InputError(f"every pixel has the label {kinds[0]:g}: there is no background, or no droplet")
     if len(kinds) == 2:
         values, notes = part_mask(_upright(values == kinds[1]))
     values, found = sort_objects(values.astype(np.int64))
@@ -102,7 +102,7 @@ def _upright(mask: Mask) -> Mask:
     held, left = (roundness(find_droplets(part.astype(np.float64)), False) for part in (~few, few))
     if left > held:
         raise InputError(
-            f"the discs in what is 0 fill {left:.0%} of it, those in what is not 0 fill {held:.0%}: give it inverted"
+            f"the mask seems inverted: discs fill {left:.0%} of its zeros, but only {held:.0%} of its ones; invert it"
         )
     return mask
 
@@ -112,7 +112,7 @@ def _numbers(source: str | Path | ArrayLike | Mask) -> NDArray[Any]:
     values = _read(Path(source)) if isinstance(source, str | Path) else np.asarray(source)
     if values.ndim == 3:
         if 1 < values.shape[2] < LIKELY_COLOURS or (values[..., :3] != values[..., :1]).any():
-            raise InputError(f"labels are colours, {values.shape}: save the label image itself, one number a pixel")
+            raise InputError(f"labels are colours, {values.shape}: save the label image with one integer per pixel")
         values = values[..., 0]
     if values.ndim != 2 or not values.size or values.dtype.kind not in "buif":
         raise InputError(f"labels must be (h, w) whole numbers, got {values.shape} of {values.dtype}")
@@ -132,7 +132,7 @@ def _read(path: Path) -> NDArray[Any]:
 
 
 def labelled(values: Indices, notes: tuple[Note, ...] = ()) -> Labelled:
-    """Number labels anew, without gaps. `values`: (h, w) labels, 0 for the ground."""
+    """Renumber labels without gaps. `values`: (h, w) labels, 0 for the background."""
     kept, short = np.unique(values, return_inverse=True)
     labels = short.reshape(values.shape).astype(np.int64) + (kept[0] > 0)
     return Labelled(labels, np.bincount(labels.ravel())[1:].astype(np.float64), notes)

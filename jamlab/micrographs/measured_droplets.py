@@ -125,7 +125,7 @@ class Micrograph:
 
     @property
     def local_packing_fraction(self) -> Array:
-        """(n,) area of each droplet over that of its cell."""
+        """(n,) area of each droplet over the area of its cell."""
         return np.asarray(self.areas / self.cells)
 
     @property
@@ -142,7 +142,7 @@ class Micrograph:
     def means(self) -> dict[str, Mean]:
         """Means of rho, z, shape_rim and radius: `value`, standard `error` over the droplets, 95 % `interval`.
 
-        Names are those of `jamlab.measure`, and `radius` that of a circle of the same area. The error is that of too
+        Names as in `jamlab.measure`; `radius` is the radius of a circle of the same area. The error comes from too
         few droplets alone, see `Mean`.
         """
         return {
@@ -229,7 +229,7 @@ class Micrograph:
         return width * scale + 0.2, height * scale + 1.0
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the same on axes of matplotlib, by default those of a new figure."""
+        """Draw the same on matplotlib Axes (default: a new figure)."""
         from jamlab.plotting.axes import axes_for
 
         with axes_for(ax, {}, self._inches) as axes:

@@ -92,7 +92,7 @@ def micrograph(
             raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
     if contrast == "ring":
         raise InputError(
-            'contrast is "ring": dark walls are not sought; label the droplets by Cellpose or StarDist and give labels='
+            'contrast is "ring": not supported; segment the droplets with Cellpose or StarDist, and give labels='
         )
     check_choice("contrast", contrast, CONTRASTS)
     check_choice("channel", channel, CHANNELS)
@@ -103,15 +103,15 @@ def micrograph(
     grey = None if picture is None else read_grey(picture, channel)
     if labels is not None:
         if periodic or contrast != CONTRASTS[0]:
-            raise InputError("with labels there is nothing to find: leave out `periodic` and `contrast`")
+            raise InputError("`periodic` and `contrast` do not apply to labels: leave them out")
         found = read_labels(labels, None if grey is None else grey.shape)
         shown = (found.labels > 0).astype(np.float64) if grey is None else grey
         return Measurement(shown, LabelledDroplets(found, film)).result(pixel)
     assert grey is not None and picture is not None
     if contrast == "auto":
         if looks_labelled(np.asarray(picture)):
-            levels = "the picture has the levels of labels or of a mask"
-            raise InputError(f"{levels}: give it as labels= or --labels; of a photograph say the contrast")
+            levels = "the picture looks like labels or a mask"
+            raise InputError(f"{levels}: give it as labels= or --labels; if it is a photograph, give contrast=")
         contrast = find_contrast(grey)
     margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
     return Measurement(grey, _find_by_grey(grey, contrast, margin, film), margin).result(pixel)
@@ -153,7 +153,8 @@ class Measurement:
         self.rim = self._rim()
         if not self.whole.any():
             raise InputError(
-                f"no whole droplet among {droplets.segments.count}: check `contrast` ({droplets.contrast}) and its size"
+                f"all {droplets.segments.count} droplets are cut by the edge; check `contrast` "
+                f"({droplets.contrast}) and the size of the picture"
             )
 
     def _rim(self) -> Mask:

@@ -115,7 +115,7 @@ def _read_tiff(path: Path, first: Exception) -> NDArray[Any]:
 
 def _check_size(path: Path, width: int, height: int, pages: int) -> None:
     if pages > 1:
-        raise InputError(f"{path} has {pages} pages: save the one wanted by itself")
+        raise InputError(f"{path} has {pages} pages: save one page as its own file")
     if width * height > MOST_PIXELS:
         raise InputError(f"{path} has {width} x {height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most")
 

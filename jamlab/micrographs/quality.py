@@ -77,7 +77,7 @@ def find_doubts(droplets: DropletSource, checks: Checks) -> list[Doubt]:
 
 
 def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
-    """Reasons why means over the droplets of a picture may not be those of more droplets.
+    """Reasons why means over the droplets of a picture may differ from means over more droplets.
 
     Args:
         count: of whole droplets.

@@ -80,7 +80,7 @@ def granulometry(mask: Mask) -> tuple[float, float]:
 
 
 def _depth(mask: Mask) -> Array:
-    """Distance from the ground; beyond the edge of the picture droplets go on."""
+    """Distance from the background; droplets are assumed to continue beyond the edge of the picture."""
     return np.zeros(mask.shape) if mask.all() else distance_inside(mask)
 
 

@@ -152,7 +152,7 @@ def track_droplets(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
     if not isinstance(source, Sequence) and not (isinstance(source, np.ndarray) and source.ndim):
         raise InputError(f"a {type(source).__name__} is neither a list of pictures nor a track table")
     if len(source) < 2:
-        raise InputError(f"{len(source)} pictures: droplets are followed through two or more")
+        raise InputError(f"{len(source)} pictures: tracking needs two or more")
     return _analyse(_link([micrograph(picture, **how).table() for picture in source], memory))
 
 
@@ -164,7 +164,7 @@ def _checked_table(table: Any) -> Any:
     if values.dtype.kind not in "iuf" or not np.isfinite(values.astype(np.float64)).all():
         raise InputError("columns frame, particle, x and y of the track table must hold finite numbers")
     if table["frame"].nunique() < 2:
-        raise InputError("the track table has one frame: droplets are followed through two or more")
+        raise InputError("the track table has one frame: tracking needs two or more")
     if table.duplicated(["frame", "particle"]).any():
         twice = table[table.duplicated(["frame", "particle"])].iloc[0]
         raise InputError(f"particle {twice['particle']:g} is twice in frame {twice['frame']:g}")

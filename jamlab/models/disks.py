@@ -113,7 +113,7 @@ class Disks:
         if not distance.all():
             i, j = pairs[distance.argmin()]
             raise InputError(
-                f"disks {i} and {j} are in one place, where their contact has no direction: move one of them"
+                f"disks {i} and {j} have the same position, so their contact has no direction: move one of them"
             )
         energy, slope, stiffness = packing.law(s, distance)
         normal = r / distance[:, None]
@@ -172,7 +172,7 @@ class Disks:
         order = np.lexsort(packing.positions.T)
         if len(same := np.flatnonzero((np.diff(packing.positions[order], axis=0) == 0).all(axis=1))):
             i, j = sorted(order[same[0] : same[0] + 2])
-            raise EngineError(f"disks {i} and {j} lie in one place; move one of them")
+            raise EngineError(f"disks {i} and {j} have the same position; move one of them")
 
     def lammps_variables(self, packing: Packing) -> dict[str, object]:
         return packing.law.lammps_variables()

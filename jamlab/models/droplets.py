@@ -153,8 +153,7 @@ class Droplets:
     def terms(self, packing: Packing, prestress: bool) -> list[Terms]:
         if not prestress:
             raise InputError(
-                "prestress = False: deformable polygons are held by line tension, which is pre-stress; use "
-                "prestress=True"
+                "prestress = False: line tension holds droplets together and is a pre-stress; use prestress=True"
             )
         return [*_contacts(packing), *self.shape_terms(packing)]
 
@@ -283,8 +282,8 @@ def free_polygon_area(nv: ArrayLike, params: Mapping[str, Any]) -> Array:
     largest = np.min(2 * (a0 / 3) ** 1.5 / np.sqrt(c))
     if gamma > ka * largest:
         raise InputError(
-            f"gamma = {gamma:g} at ka = {ka:g}: line tension shrinks a free droplet to a point; "
-            f"lower gamma or raise ka, gamma/ka must not be above {largest:.4g}"
+            f"gamma = {gamma:g} at ka = {ka:g}: line tension shrinks a free droplet to a point; use a "
+            f"smaller gamma or a larger ka, with gamma/ka of at most {largest:.4g}"
         )
     # the largest root of the cubic s^3 - a0 s + gamma sqrt(c)/ka = 0 of s = sqrt(a), by Vieta's cosine
     angle = np.arccos(np.maximum(-1.0, -1.5 * gamma * np.sqrt(3 * c / a0) / (ka * a0))) / 3  # -1 at the largest gamma
@@ -401,7 +400,7 @@ def _outline_rotation(packing: Packing, generator: Array) -> sparse.csr_array:
     around = square.copy()  # of both edges at a vertex
     around[head] += square
     if not np.all(around > 0):
-        raise InputError(f"vertex {np.argmin(around)} lies on both its neighbours: its outline has no direction there")
+        raise InputError(f"vertex {np.argmin(around)} coincides with both its neighbours; move it")
     rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head
     columns = np.column_stack([2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, size - 1)]).ravel()
     (x, y), (flow_x, flow_y) = edges.T, generator @ edges.T

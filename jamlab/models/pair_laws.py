@@ -42,7 +42,7 @@ class PowerLaw(PairLaw):
         if not stickiness:
             return cls(name, float(params[name]), exponent)
         if exponent != 2:
-            raise InputError(f"stickiness = {stickiness:g} with exponent = {exponent:g}: sticky disks take 2")
+            raise InputError(f"stickiness = {stickiness:g} with exponent = {exponent:g}: sticky disks need 2")
         return StickyLaw(name, float(params[name]), stickiness, stickiness * mean_diameter)
 
     @property
@@ -97,7 +97,7 @@ class PowerLaw(PairLaw):
         return float(self.strength * (self.exponent * energy / self.strength) ** (1 - 1 / self.exponent))
 
     def beside_springs(self, energy: float) -> float:
-        """Typical contact force over that of springs of the strength, at a contact energy per disk."""
+        """Typical contact force over the force of springs of the same strength, at a contact energy per disk."""
         return self.force_at(energy) / replace(self, exponent=2.0).force_at(energy)
 
     def root_energy(self, energy: float) -> float:
@@ -183,7 +183,7 @@ def power_law(packing: Packing) -> PowerLaw:
     if not isinstance(law, PowerLaw):
         what = f"stickiness = {law.stickiness:g}" if isinstance(law, StickyLaw) else f"model {packing.model}"
         raise InputError(
-            f"{what}: only disks that repel by a power law scale as this protocol needs it; use pack(n, pressure=...) "
-            "or pack(n, phi=...) of disks, or compress to a lower rho or phi"
+            f"{what}: this protocol needs disks with a repulsive power law; use pack(n, pressure=...), "
+            "pack(n, phi=...), or compress to a lower rho or phi"
         )
     return law

@@ -86,7 +86,7 @@ def shear_direction(direction: Direction, angle: float = 0.0) -> ShearDirection:
     `angle`: by which all of this is turned."""
     name, turn = (direction, 0.0) if isinstance(direction, str) else ("simple", direction)
     if name not in _GENERATORS or not is_number(turn):
-        raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radian')
+        raise InputError(f'direction = {direction!r}: give "simple", "pure" or an angle in radians')
     c, s = np.cos(turn + angle), np.sin(turn + angle)
     return ShearDirection(_GENERATORS[name], np.eye(2)).turned(np.array([[c, -s], [s, c]]))
 

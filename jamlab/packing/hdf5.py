@@ -40,7 +40,7 @@ _KNOWN = "_known"  # entry beside the provenance that holds `Packing.known`
 def write_sweep(
     path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None
 ) -> None:
-    """Write the packings of one sweep as frames, see `jamlab.write`; the file appears whole or not at all.
+    """Write the packings of one sweep as frames, see `jamlab.write`; the file is written completely or not at all.
 
     Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
     """
@@ -241,7 +241,7 @@ def _pop_known(path: FilePath, history: dict[str, Any]) -> dict[str, Any]:
         return {name: history.pop(said) for name, said in before.items() if said in history}
     known = history.pop(_KNOWN)
     if not isinstance(known, dict) or not known.keys() <= KNOWN.keys():
-        raise StorageError(f"{path} is damaged (what is known of a state is {str(known)[:40]}): {REMEDY}")
+        raise StorageError(f"{path} is damaged (the record of a state is {str(known)[:40]}): {REMEDY}")
     return known
 
 

@@ -92,7 +92,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 
-    Columns: id mol type xu yu zu radius, where the radius of a vertex is that of its rim; then what is the same for all
+    Columns: id mol type xu yu zu radius, where the radius of a vertex is its rim radius; then what is the same for all
     atoms of a frame or droplet. For disks eps or k, for droplets a0 gamma ka eps delta eta contact (its place in
     `CONTACT_FORMS`); for both ensemble (its place in `ENSEMBLES`), onset (0: none), max_force (-1: none), converged.
     A packing with fixed particles has the column fixed: 0 free, 1 fixed, 2 of a wall.

@@ -61,7 +61,7 @@ def check_box(box: Array) -> None:
 
 UNITS = ("eps", "k")  # names of the strength that is 1, and of the parameter that holds it
 ENSEMBLES = ("fixed-box", "shear-stabilized")
-NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble='shear-stabilized' lets it"
+NEGATIVE_G = "< 0: the packing is unstable to shear at this box shape. Use ensemble='shear-stabilized'"
 CONTACT_FORMS = ("outline", "segment", "segment/smooth")  # data files hold their places: append only
 LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
 
@@ -147,7 +147,7 @@ class PairLaw(ABC):
         return 1.0
 
     def beside_springs(self, energy: float) -> float:
-        """Typical contact force over that of springs of the strength, at a contact energy per disk."""
+        """Typical contact force over the force of springs of the same strength, at a contact energy per disk."""
         return 1.0
 
     def lammps_variables(self) -> dict[str, object]:

@@ -198,7 +198,7 @@ class Packing:
         return {name: value for name, value in self.__dict__.items() if name != "_derived"}
 
     def _lock(self, derived: Derived | None = None) -> None:
-        """Make everything read-only: `converged` would go on being said of what it no longer holds. `derived`: what has
+        """Make everything read-only: `converged` would otherwise stay set after a change. `derived`: what has
         been computed of the same state already."""
         self._set("_derived", Derived() if derived is None else derived)
         self._set("params", frozen(self.params))
@@ -247,9 +247,9 @@ class Packing:
         if mask is not None and (mask.dtype != bool or mask.shape != (self.n,)):
             raise InputError(f"fixed is {mask.dtype} of shape {mask.shape}: give {self.n} truth values, one a particle")
         if mask is not None and mask.all():
-            raise InputError(f"fixed: all {self.n} particles are fixed and none can move: leave one or more free")
+            raise InputError(f"fixed: all {self.n} particles are fixed: leave at least one free")
         if self.walls and (mask is None or not mask.any()):
-            raise InputError("walls=True: no particle is fixed: make walls with jamlab.with_walls(packing)")
+            raise InputError("walls=True, but no particle is fixed: make walls with jamlab.with_walls(packing)")
         return mask if mask is not None and mask.any() else None
 
     def _check_minimum(self) -> None:

@@ -15,11 +15,11 @@ class ReadOnlyDict(dict[str, Any]):
     >>> jamlab.pack(n=32, pressure=1e-2, seed=1).params["k"] = 2.0
     Traceback (most recent call last):
         ...
-    jamlab.errors.InputError: params and provenance of a packing do not change: give a changed copy to `with_state`
+    jamlab.errors.InputError: params and provenance of a packing are read-only: give a changed copy to `with_state`
     """
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise InputError("params and provenance of a packing do not change: give a changed copy to `with_state`")
+        raise InputError("params and provenance of a packing are read-only: give a changed copy to `with_state`")
 
     __setitem__ = __delitem__ = clear = pop = popitem = setdefault = update = __ior__ = _refuse
 

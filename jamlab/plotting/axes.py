@@ -1,4 +1,4 @@
-"""Axes to draw into: those of the caller, or new ones; the caller's style over defaults."""
+"""Axes to draw into, given or new; the caller's style over defaults."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ from jamlab.errors import InputError, JamlabError
 
 @contextmanager
 def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> Iterator[Axes]:
-    """Give the axes of the caller, or those of a new figure of pyplot, of a size in inches, as notebooks show them; it
+    """Give the axes of the caller, or axes of a new pyplot figure of a size in inches, as notebooks show them; it
     is closed again if nothing could be drawn. An error names what matplotlib refuses of the style."""
     figure = None
     if ax is None:

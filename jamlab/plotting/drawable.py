@@ -22,7 +22,7 @@ LABEL, TICK, LEGEND = 12, 11, 10  # points
 
 _ARGUMENTS = """
 Args:
-    ax: matplotlib Axes; by default those of a new figure.
+    ax: matplotlib Axes (default: a new figure).
     style: of matplotlib's {artist}.
 
 Returns:

@@ -1,6 +1,6 @@
 """Run calls that a parent sends: `python -P -m jamlab.processes.child DESCRIPTOR PARENT_PID`, see `side_by_side.py`.
 
-This process ends when its parent dies, so that no orphan goes on computing, whatever killed the parent: a thread looks
+This process ends when its parent dies, so that no orphan survives, whatever killed the parent: a thread looks
 ten times a second, as soon as what is computed lets Python run.
 """
 

@@ -55,7 +55,7 @@ def run_side_by_side(
             elif kind == "error":
                 raise content
             elif kind == "death":
-                raise EngineError("a process that worked for this one was killed: free some memory, and run again")
+                raise EngineError("a worker process was killed, possibly out of memory: free some memory and run again")
             else:
                 found[index] = content
                 done(len(found))

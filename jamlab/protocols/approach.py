@@ -109,14 +109,14 @@ class Approach(ABC, Generic[State]):
             else:
                 stride *= numbers.stride  # did not converge: come from elsewhere
         raise ConvergenceError(
-            f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy does not come down to onset; try "
-            "another seed or a smaller step"
+            f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy does not decrease to its "
+            "value at onset; use another seed or a smaller step"
         )
 
 
 def fell_too_often(phi: float, falls: int) -> ConvergenceError:
     """The error of a search whose jammed states unjam again and again."""
     return ConvergenceError(
-        f"no jamming onset near phi = {phi:.8f}: {falls} jammed states came loose on the way down to it, or ended on "
-        "saddles; try another seed or a smaller step"
+        f"no jamming onset near phi = {phi:.8f}: {falls} jammed states unjammed during decompression "
+        "or ended at saddle points; use another seed or a smaller step"
     )

@@ -89,7 +89,7 @@ def relax_with_box_shear(
     Returns:
         The state reached; `converged` also means a residual shear stress below 1e-11 of the pressure or what rounding
         leaves; droplets: 1e-8, or as low as the forces left allow, largest force over particle size. A packing that
-        comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
+        unjams has no stress to relax: `converged` then refers to its forces only, and its pressure is rounding.
     """
     if not session.kind.deforms:
         force = force_tolerance(session.kind.name) if tolerance is None else tolerance

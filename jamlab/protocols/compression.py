@@ -114,7 +114,7 @@ def compress(
         first_step: distance of the first state from the start; from there on `per_decade` states per decade of
             distance, until they are `step` apart. By default all states are.
         per_decade: see `first_step`; default `per_decade` of `sweep.parameters`.
-        pressure_tolerance: follow the basin: go on by sub-steps so short that linear response predicts every pressure
+        pressure_tolerance: follow the basin by sub-steps so short that linear response predicts every pressure
             to this relative error. By default each state is reached in one step, which may jump to another basin. A
             small packing may unjam even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
         tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
@@ -145,7 +145,7 @@ def compress(
         ([0.881, 0.9], True)
     """
     if by not in ("rho", "phi"):
-        raise InputError(f"by = {by!r}: compress by 'rho' or 'phi'")
+        raise InputError(f"by = {by!r}: use 'rho' or 'phi'")
     check_number("step", step, 1.0)
     check_number("to", to, 1.0 if by == "rho" else 2.0)
     if first_step is not None:
@@ -160,11 +160,11 @@ def compress(
     targets = grid(value, to, step, first_step, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
     if len(after) > len(targets):
-        raise InputError(f"after: {len(after)} states, where a sweep to {to:g} has {len(targets)}")
+        raise InputError(f"after has {len(after)} states, but a sweep to {to:g} has {len(targets)}")
     near = 2 * settings.sweep.met * np.abs(np.diff(targets, prepend=value))
     for state, target, distance in zip(after, targets, near, strict=False):
         if reason := _unlike(state, packing, by, target, distance, force):
-            raise InputError(f"after: its states are not of this sweep, which goes to {to:g}: {reason}")
+            raise InputError(f"after: these states do not belong to this sweep to {to:g}: {reason}")
     if len(after):
         packing, targets = after[-1], targets[len(after) :]
     if not len(targets):
@@ -186,7 +186,7 @@ def grid(start: float, to: float, step: float, nearest: float | None = None, per
     """Packing fractions of a sweep, without the start: log-spaced from `nearest` on, linear beyond, see `compress`."""
     way = abs(to - start)
     if way > MOST_STATES * step:
-        raise InputError(f"step = {step:g}: {way / step:.1g} states up to {to:g}, take {way / MOST_STATES:.1g} or more")
+        raise InputError(f"step = {step:g}: {way / step:.1g} states up to {to:g}; use {way / MOST_STATES:.1g} or more")
     distances: Array = np.empty(0)
     if nearest is not None:
         growth = 10 ** (1 / (per_decade or int(defaults("sweep")["per_decade"])))

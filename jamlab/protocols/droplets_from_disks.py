@@ -50,11 +50,11 @@ def droplets_from_disks(
             fig 5): beyond, the disks have contacts that droplets have not.
         seed: of the orientations.
         tolerance: largest force at the minimum, over eps/l; default `force` of `dp.minimum.parameters`, 1e-10.
-        parameters: replace those of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
+        parameters: replace values of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
             alike: (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, of all or (n,) of each.
 
     Returns:
-        DP packing in units "eps", `onset` that of the disks. Its provenance holds `handover`: rho and z of the disks,
+        DP packing in units "eps", `onset` as for the disks. Its provenance holds `handover`: rho and z of the disks,
         z of the droplets, the share of contacts that both have, and whether it is `continuous`: rho met to 1e-6, z
         within 0.5, three quarters of the contacts kept. Close to onset droplets may unjam; then it is not.
 
@@ -99,7 +99,7 @@ def relax_at_rho(start: Packing, rho: float, tolerance: float, relax: Callable[[
                 return record(state, found)
             session.load(at_phi(state, state.phi * rho / reached))
     raise ConvergenceError(
-        f"{start.kind.particles} cover rho = {reached:.6f}, not the {rho:.6f} asked for: try another one"
+        f"{start.kind.particles} reach rho = {reached:.6f} instead of the requested {rho:.6f}: use another rho"
     )
 
 
@@ -128,8 +128,8 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
         reach = np.minimum(radius[m] - half, limits.min(axis=1, initial=np.inf))
         if reach.min() <= 0:
             raise InputError(
-                f"disk {m} has no room for a polygon inside rims of width delta = {params['delta']:g}: hand over at a "
-                "lower packing fraction or take a smaller delta"
+                f"disk {m} has no room for a polygon inside rims of width delta = {params['delta']:g}: convert "
+                "at a lower packing fraction, or use a smaller delta"
             )
         shapes.append(positions[m] + reach[:, None] * ray)
     offsets = np.concatenate([[0], np.cumsum(nv)])
@@ -145,9 +145,7 @@ def _rest_area(nv: NDArray[np.int64], grown: Array, params: dict[str, Any]) -> A
     c, half = nv * np.tan(np.pi / nv), 0.5 * float(params["delta"])
     root = np.sqrt(np.maximum(c * half**2 + grown - np.pi * half**2, 0.0)) - np.sqrt(c) * half
     if root.min() <= 0:
-        raise InputError(
-            f"delta = {params['delta']:g} leaves no droplet inside the smallest disk: take a smaller delta"
-        )
+        raise InputError(f"delta = {params['delta']:g} leaves no area inside the smallest disk: use a smaller delta")
     return np.asarray(root**2 + params["gamma"] / params["ka"] * np.sqrt(c) / root)
 
 
@@ -160,7 +158,7 @@ def _scale(nv: NDArray[np.int64], area: Array, params: dict[str, Any]) -> float:
     without_rim = 1.0 / float(np.sqrt(area).mean())
     if excess(without_rim) >= 0:
         ratio = params["gamma"] / params["ka"]
-        raise InputError(f"gamma/ka = {ratio:g} l^3 squeezes droplets to less than half their size: take a larger ka")
+        raise InputError(f"gamma/ka = {ratio:g} l^3 compresses droplets to less than half their size: use a larger ka")
     return float(brentq(excess, without_rim, 10 * without_rim))
 
 

@@ -80,7 +80,7 @@ def shear_modulus(
     _check_method(method)
     asked = np.asarray(angle, dtype=np.float64)
     if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
-        raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give one angle in radian or a row of them")
+        raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give an angle in radians, or a 1D array")
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     directions = [shear_direction(direction, each) for each in angles.tolist()]
     first = _first_strain(packing, strain)
@@ -192,7 +192,9 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
     tolerance = _force_tolerance(packing)
     found = relax(session, tolerance, near=True).evaluation
     if found.max_force > _LEFT * tolerance:
-        raise ConvergenceError(f"no minimum after a small strain: max force {found.max_force:.2g} is left")
+        raise ConvergenceError(
+            f"no minimum after a small strain (residual force {found.max_force:.2g}): relax the packing first"
+        )
     return found.stress + np.einsum("nk,nkij->ij", found.forces, response) / packing.area, session.packing()
 
 

@@ -84,7 +84,7 @@ def jam(
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets; less for disks that stiffen, whose forces
             at onset are less.
         ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
-        size_ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the
+        size_ratio: SP: diameter ratio of large to small disks, 1 to 10 (default: 1.4). Droplets have the
             ratio of their vertices, `nv_large` over `nv_small`.
         fraction_large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
         sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
@@ -92,7 +92,7 @@ def jam(
             areas, whose mean is l; the number of vertices goes with them, so that edges are alike.
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation with the share of the work that is done, and in words.
-        parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
+        parameters: force-law parameters that replace values of `sp.parameters` or `dp.parameters`, e.g.
             `contact="segment/smooth"` of droplets; DP: `vertices`, of all droplets or (n,) of each.
 
     Returns:
@@ -127,7 +127,7 @@ def jam(
     highest = protocol["phi_carried" if start == "from-disks" else "phi_start"]
     placed = place_loose(model, n, seed, protocol, highest, parameters, size_ratio, fraction_large, sizes)
     if placed.law.range:
-        raise InputError("onset is where the energy of contacts vanishes, and these pull: use pack, or compress")
+        raise InputError("sticky disks have no onset at zero contact energy: use pack, or compress")
     entries: dict[str, Any] = {
         "protocol": "onset",
         "protocol_version": ONSET_PROTOCOL[placed.kind.descent if placed.law.springs else "stiffening"],
@@ -189,11 +189,11 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
     if search == "incremental" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the incremental search has a fixed box, use search='bisection'")
     if model == "sp" and start != "from-disks":
-        raise InputError(f"start = {start!r}: disks have one start, leave it out")
+        raise InputError(f"start = {start!r}: start applies to droplets only; leave it out")
     if model == "dp" and ratio is not None:
         raise InputError(
-            f"size_ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large; or sizes, "
-            f"such as 'bidisperse:{ratio:g},0.5'"
+            f"size_ratio = {ratio!r}: the size ratio of droplets follows from their vertices; give nv_small and "
+            f"nv_large, or sizes, such as 'bidisperse:{ratio:g},0.5'"
         )
 
 
@@ -208,8 +208,8 @@ def check_stiffness(law: dict[str, Any], tolerance: float | None) -> None:
     force = force_tolerance("dp") if tolerance is None else tolerance
     if (left := _ROUNDING * law.get("ka", 0.0) / law["eps"]) > force:
         raise InputError(
-            f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the tolerance on forces, "
-            f"{force:g}: give ka up to {force / _ROUNDING:.1g} eps"
+            f"ka = {law['ka']:g} eps: rounding of area forces is {left:.1g}, above the force tolerance {force:g}: "
+            f"use ka up to {force / _ROUNDING:.1g} eps"
         )
 
 
@@ -219,5 +219,5 @@ def _first_step(step: float | None, search: str, protocol: Mapping[str, float]) 
     check_number("step", step, 0.5)
     least = max(protocol["increment_least"], 1 / MOST_STATES)
     if step < least:
-        raise InputError(f"step = {step:g}: up to {1 / step:.0g} states, take {least:g} or more")
+        raise InputError(f"step = {step:g}: needs up to {1 / step:.0g} states; use {least:g} or more")
     return step

@@ -44,7 +44,7 @@ def packing_of_picture(
     """
     check_choice("model", model, MODELS)
     if len(areas) < FEWEST:
-        raise InputError(f"{len(areas)} droplets are whole: a periodic patch needs {FEWEST}")
+        raise InputError(f"the picture has {len(areas)} whole droplets, but a periodic packing needs {FEWEST}")
     if not 0 < rho <= 1:
         raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
     handed_over = MODELS[model].deforms

@@ -93,7 +93,7 @@ def random_disks(
         seed: of numpy's default generator; one seed gives one packing, bit for bit.
         phi: nominal packing fraction.
         units: "eps" or "k"; in both the mean of the two diameters is 1.
-        ratio: large over small diameter; default that of `sp.parameters`.
+        ratio: diameter ratio of large to small disks; default: as in `sp.parameters`.
         large: number share of the large disks, rounded to whole disks.
         sizes: a distribution by name, or n diameters, see `jamlab.protocols.size_distributions`.
         parameters: of the force law, see `optional_parameters`.
@@ -126,11 +126,11 @@ def disk_params(units: str, **changes: float) -> dict[str, Any]:
 
 
 def check_force_law(model: str, parameters: dict[str, Any]) -> None:
-    """Refuse parameters that replace those of a model's deck and that no packing can have."""
+    """Refuse parameters that no packing can have."""
     if model == "sp":
         disk_params("eps", **parameters)
     elif "vertices" in parameters:
-        raise InputError("vertices are those of one packing: give nv_small and nv_large, which set the length of edges")
+        raise InputError("vertices fit one n only: give nv_small and nv_large instead")
     elif parameters:
         droplet_params(2, **parameters)
 
@@ -152,7 +152,7 @@ def droplet_params(
         sizes: instead, (n,) in any unit: droplets have the rest areas (size over mean size)^2.
         vertices: of all droplets, or (n,) of each; by default in proportion to the size, so that edges are alike, and
             (nv_small + nv_large)/2 for the mean size, but at least three.
-        changes: values that replace those of `lammps_inputs/parts/dp`.
+        changes: values that replace defaults of `lammps_inputs/parts/dp`.
 
     Returns:
         (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.

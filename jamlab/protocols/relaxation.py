@@ -213,7 +213,7 @@ def quench(
         floor: pressure below which a packing counts as loose, and need not be relaxed any further.
         steps: at most, in each of a few stages.
         border: strains that the box may take, down to the same noise in their stress; by default none.
-        fire: numbers of the method, default those of decks.
+        fire: settings of FIRE, default as in the decks.
         settings: numbers of the stages.
     """
     state = session.evaluate()

@@ -156,7 +156,7 @@ class RigidSearch(Approach[RigidDroplets]):
         return state
 
     def _judge(self, end: RigidDroplets, gap: float, late: bool) -> SearchState | RigidDroplets:
-        """Onset of droplets beside rigid ones that barely touch; or, where it is none, the rigid state to go on from.
+        """Onset of droplets beside rigid ones that barely touch; or, where it is none, the rigid state to start from.
 
         A droplet that slides or rolls is followed along its mode. Where a rattler stops it, it is followed as a rigid
         body that pushes rattlers aside; what cannot be pushed any further holds it.

@@ -104,7 +104,7 @@ class SizeDistribution:
         if diameters[0] <= 0:
             raise InputError(
                 f"sizes = {self.name}:{self.numbers[0]:g}: of n = {n} disks one would have the diameter "
-                f"{diameters[0]:.3g}: take a smaller width, or lognormal with more disks"
+                f"{diameters[0]:.3g}: use a smaller width, or lognormal"
             )
         return diameters
 
@@ -200,7 +200,7 @@ def disk_diameters(
     Args:
         n: number of disks.
         seed: of the packing.
-        ratio: two sizes: large over small diameter, whose mean is 1; default that of `sp.parameters`.
+        ratio: two sizes of mean 1: large over small diameter; default as in `sp.parameters`.
         large: two sizes: number share of the large ones.
         sizes: instead of both, a distribution such as "lognormal:0.3", or n diameters, which keep their unit of length.
     """
@@ -265,8 +265,8 @@ def _checked(n: int, diameters: Array) -> Array:
     check_positive("sizes", diameters)
     if diameters.max() > WIDEST_RATIO * diameters.min():
         raise InputError(
-            f"sizes from {diameters.min():.6g} to {diameters.max():.6g}: the largest may have {WIDEST_RATIO:g} times "
-            "the smallest diameter; leave out the ends or take a smaller width"
+            f"sizes from {diameters.min():.6g} to {diameters.max():.6g}: the largest diameter may be at "
+            f"most {WIDEST_RATIO:g} times the smallest; use a smaller width"
         )
     return diameters
 

@@ -42,7 +42,7 @@ PRESSURE_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 _DECOMPRESS = "jamlab.protocols.target_pressure.decompress"
 _KEPT = ("seed", "source", "sizes")  # of a provenance, on the way down
-_ANOTHER = "start from a packing of a lower pressure, or of another seed"
+_ANOTHER = "start from a packing at a lower pressure, or from another seed"
 _BEFORE_BOX = 1e-3  # k d, largest force of disks that attract before their box is set free
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
 
@@ -84,13 +84,13 @@ def pack(
         ranks: processors for FIRE; pays from about 10 000 disks.
         tolerance: largest force at the minimum, k d; default `force` of `sp.minimum.parameters`, 1e-12; from 1e-15 to
             1e-4 of the pressure.
-        size_ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
+        size_ratio: diameter ratio of large to small disks, 1 to 10 (default: 1.4).
         fraction_large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
         sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
             `jamlab.protocols.size_distributions`. Any n from 2.
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation, with nan for the share of the work, and in words.
-        parameters: of the force law, values that replace those of `sp.parameters`.
+        parameters: force-law parameters that replace values of `sp.parameters`.
 
     Returns:
         Packing with p met to 1e-6 relative, of disks that attract to 1e-6 of the mean contact force over d; with `phi`,
@@ -209,12 +209,12 @@ def decompress(
 
     Returns:
         Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, as it is
-        not the one it was compressed from any more. `provenance["pressure"]` holds the value, and
-        `provenance["from_pressure"]` that of the packing given.
+        not the packing it was compressed from. `provenance["pressure"]` holds the value, and
+        `provenance["from_pressure"]` the pressure of the given packing.
 
     Raises:
         InputError: droplets, a packing that is not jammed or not relaxed, or a pressure that is not below its own.
-        ConvergenceError: the pressure was not met, or the packing came loose on the way.
+        ConvergenceError: the pressure was not reached, or the packing unjammed.
 
     Example:
         >>> from jamlab.protocols.target_pressure import decompress
@@ -229,7 +229,7 @@ def decompress(
     entries: dict[str, Any] = {name: packing.provenance[name] for name in _KEPT if name in packing.provenance}
     entries |= {"protocol": "decompress", "protocol_version": PRESSURE_PROTOCOL, "pressure": reached}
     entries |= {"from_pressure": start, "wall_time": time.perf_counter() - began, **versions()}
-    return found._trusted(provenance=entries, onset=None)  # what others said of it does not hold any more
+    return found._trusted(provenance=entries, onset=None)  # earlier provenance is void
 
 
 @in_natural_units(STRESS, pressure=STRESS)
@@ -249,8 +249,8 @@ def _decompressed(
                 progress(step / steps, f"packing fraction {reached.phi:.4f}")
             if found.evaluation.pressure < how["least_pressure"]:
                 raise ConvergenceError(
-                    f"pressure not met with n = {packing.n}: the packing unjammed on its way, at "
-                    f"{target / pressure:.3g} times that asked for; {_ANOTHER}"
+                    f"pressure not reached with n = {packing.n}: the packing unjammed at {target / pressure:.3g} "
+                    f"times the requested pressure; {_ANOTHER}"
                 )
     _check_met(reached, found, pressure, _ANOTHER)
     return record(reached, found), found.evaluation.pressure, start
@@ -262,7 +262,7 @@ def _check_start(packing: Packing, pressure: float) -> float:
     if contacts(packing).unjammed:
         what, remedy = "not jammed", "give one jammed at a higher pressure"
     elif state.max_force > LEAST_NOISE * load(packing, state):
-        what, remedy = f"not relaxed, with a force of {state.max_force:.2g}", "give `jamlab.relax` of it"
+        what, remedy = f"not relaxed (residual force {state.max_force:.2g})", "give `jamlab.relax` of it"
     elif pressure >= state.pressure:
         what, remedy = f"at {state.pressure / pressure:.6g} times this pressure", "give one jammed at a higher pressure"
     else:
@@ -281,8 +281,8 @@ def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -
     scale = load(packing, found.evaluation) if packing.law.range else pressure
     if not found.converged or abs(reached - pressure) > numbers("pressure")["miss"] * scale:
         raise ConvergenceError(
-            f"pressure not met with n = {packing.n}: the search for {pressure:g}, in natural units, ended at "
-            f"{reached:g} with a force of {force:.2g}, where {found.tolerance:.2g} is asked for; {remedy}"
+            f"pressure not reached with n = {packing.n}: the search for {pressure:g} (natural units) ended "
+            f"at {reached:g} (residual force {force:.2g}, tolerance {found.tolerance:.2g}); {remedy}"
         )
 
 
@@ -296,8 +296,8 @@ def check_pressure(pressure: Any, tolerance: float | None, **parameters: float) 
     if not isinstance(law, PowerLaw):
         if not (is_number(pressure) and abs(pressure) <= HIGHEST_PRESSURE):
             raise InputError(
-                f"pressure = {pressure!r}: must be a number from -{HIGHEST_PRESSURE} to {HIGHEST_PRESSURE} of disks "
-                "that attract each other"
+                f"pressure = {pressure!r}: must be a number from -{HIGHEST_PRESSURE} to {HIGHEST_PRESSURE} for "
+                "sticky disks"
             )
         check_tolerance(tolerance, LEAST_NOISE * HIGHEST_PRESSURE)
         return force_tolerance("sp") if tolerance is None else tolerance, law
@@ -317,8 +317,8 @@ def _check_force(pressure: float, tolerance: float | None, unit: float = 1.0) ->
     check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
     if force * unit > LEAST_NOISE * pressure:
         raise InputError(
-            f"pressure = {pressure:g}: a force tolerance of {force:g} is not small beside it: raise the pressure to "
-            f"{force * unit / LEAST_NOISE:g} or more, or lower the tolerance"
+            f"pressure = {pressure:g}: the force tolerance {force:g} is too large for this pressure: use a "
+            f"pressure of {force * unit / LEAST_NOISE:g} or more, or a smaller tolerance"
         )
     return force
 
@@ -359,5 +359,5 @@ def _walk(
             phi = packing.phi + max(target - overlap, -search["fall"] * overlap) / slope
         session.load(at_phi(packing, phi))
     raise ConvergenceError(
-        f"pressure {pressure:g} not met with n = {packing.n}: the walk ended at {reached:g}; try another seed"
+        f"pressure {pressure:g} not reached with n = {packing.n}: the search ended at {reached:g}; use another seed"
     )

@@ -51,7 +51,7 @@ class ComplexModulus(Result):
         storage: (m,) G' in the direction of shear.
         loss: (m,) G''.
         g0: static modulus at fixed box shape, G'(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
-            negative if the packing would shear by itself.
+            negative if the packing is unstable to shear at its box shape.
         eta0: lim G''/omega at low frequency.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
@@ -132,7 +132,7 @@ def complex_modulus(
             sites. "auto": "dense" for small packings, else "reduced".
 
     Warns:
-        JamlabWarning: G_xy, the static modulus, is negative: the packing would shear by itself.
+        JamlabWarning: G_xy, the static modulus, is negative: the packing is unstable to shear at its box shape.
 
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
@@ -226,8 +226,8 @@ def _solve_direct(motion: EquationOfMotion, limits: Limits, omega: Array) -> _So
     lost = omega[~(np.abs(error) < np.abs(modulus))]
     if len(lost):
         raise ConvergenceError(
-            f"omega = {lost[0]:g}: method 'direct' has no digit of G*, since rounding of omega B exceeds K; use "
-            "method='dense' or 'reduced', or lower frequencies"
+            f"omega = {lost[0]:g}: too high for method='direct', since rounding errors of omega B exceed "
+            "K; use method='dense' or 'reduced', or a lower frequency"
         )
     return modulus, larger_relative(error, modulus), None
 

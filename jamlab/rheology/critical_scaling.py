@@ -98,7 +98,7 @@ class Collapse:
         """
         if not len(self.pressures):
             raise InputError(
-                "this Collapse holds no curves to draw: use that of jamlab.scaling_collapse(pressures, spectra)"
+                "this Collapse has no curves to draw: use the result of jamlab.scaling_collapse(pressures, spectra)"
             )
         order = np.argsort(self.pressures)
         for colour, k in zip(ordered_colours(len(order)), order, strict=True):
@@ -155,7 +155,7 @@ def scaling_collapse(
         raise InputError(f"a collapse needs spectra of three pressures or more, got {len(p)} and {len(spectra)} groups")
     omega = spectra[0][0].omega
     if not all(np.array_equal(s.omega, omega) for group in spectra for s in group):
-        raise InputError("a collapse needs spectra of the same frequencies")
+        raise InputError("a collapse needs spectra at the same frequencies")
     for pressure, group in zip(p, spectra, strict=True):
         unstable = [s.g0 for s in group if not (np.all(s.storage > 0) and np.all(s.loss > 0))]
         if unstable:

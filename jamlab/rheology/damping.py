@@ -34,7 +34,7 @@ class DragLaw:
 
     @property
     def contrast(self) -> float:
-        """Damping of sliding over that of approach."""
+        """Ratio of tangential to normal damping."""
         return 1.0
 
     @property
@@ -109,14 +109,14 @@ class ContactDamping(DragLaw):
     def __post_init__(self) -> None:
         if not (is_number(self.beta) and 0 <= self.beta <= LARGEST_BETA):
             raise InputError(
-                f"beta = {self.beta!r}: must be a number from 0 to {LARGEST_BETA:g}; beyond, the damping of approach "
-                "is lost in the rounding of that of sliding"
+                f"beta = {self.beta!r}: must be a number from 0 to {LARGEST_BETA:g}; at larger values normal "
+                "damping is lost to rounding"
             )
         _check_time(self.tau)
         if not (is_number(self.alpha) and LEAST_ALPHA <= self.alpha <= 1):
             raise InputError(
-                f"alpha = {self.alpha!r}: must be a number from {LEAST_ALPHA:g} to 1 (linear drag); in films of mobile "
-                "and of immobile surfactants it is 1/2 and 2/3"
+                f"alpha = {self.alpha!r}: must be a number from {LEAST_ALPHA:g} to 1 (linear drag); films with "
+                "mobile surfactants have 1/2, with immobile surfactants 2/3"
             )
         check_choice("lever_arms", self.lever_arms, ARMS)
 
@@ -127,7 +127,7 @@ class ContactDamping(DragLaw):
 
     @property
     def contrast(self) -> float:
-        """Damping of sliding over that of approach."""
+        """Ratio of tangential to normal damping."""
         return self.beta
 
     def linear(self) -> ContactDamping:
@@ -219,7 +219,7 @@ class StokesDrag(DragLaw):
 
     @property
     def resists_shear(self) -> bool:
-        """Whether a flow in which no particle leaves the affine motion costs drag: that of the fluid."""
+        """Whether affine flow costs drag, as with a fluid."""
         return self.eta_f > 0
 
     def linear(self) -> StokesDrag:
@@ -237,7 +237,7 @@ class StokesDrag(DragLaw):
         return sparse.diags_array(diagonal, format="csc")
 
     def lammps_variables(self) -> dict[str, float | str]:
-        """All drag is that of the background; contacts have none."""
+        """All drag is background drag; contacts have none."""
         return {"tau": self.tau, "background": 1.0, "fluid": self.eta_f}
 
 

@@ -115,7 +115,7 @@ class EquationOfMotion:
     drifting: bool
     displaced: Indices  # (moving,) coordinates 2 i, 2 i + 1 of the packing that the first ones are
     area: float  # A of the cell
-    # drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts
+    # ratio of tangential to normal damping, the beta of contact damping; 1 if drag has no such parts
     contrast: float = 1.0
     floppy: float = PairLaw.floppy
 
@@ -163,7 +163,7 @@ def equation_of_motion(
     packing = network.packing
     if packing.n == 1:
         raise InputError(
-            "one particle that presses on its own images moves with the box alone: it has no G* but that of "
+            "a single particle has no degrees of freedom besides the box, so G* does not relax; use "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
     k, b = _assemble(packing, damping, prestress, network.whole, direction)

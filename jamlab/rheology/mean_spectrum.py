@@ -1,6 +1,6 @@
 """Mean spectra: G*(omega) of packings alike together, with band and table; unlike packings get a curve each.
 
-G* is G*_xy, that of simple shear along x of the box. A small packing is anisotropic, so the static modulus averaged
+G* is G*_xy, for simple shear along x of the box. A small packing is anisotropic, so the static modulus averaged
 over directions, which `jamlab.measure` calls g, stands beside it.
 """
 
@@ -75,7 +75,7 @@ def mean_spectra(
     prestress: bool = True,
     method: str = "auto",
 ) -> list[Spectra]:
-    """G*_xy(omega) of packings: one mean for those of the same force law, units, sizes, ensemble and pressure.
+    """G*_xy(omega) of packings: one mean for packings of the same force law, units, sizes, ensemble and pressure.
     `packings`: one or more, at energy minima; `omega, damping, prestress, method`: as in `complex_modulus`. Returns one
     `Spectra` per group, in the order of their first packings; their labels say what the groups differ in."""
     groups = group_packings(packings)
@@ -104,7 +104,7 @@ def collect(
 
 
 def group_packings(packings: Sequence[Packing]) -> list[list[Packing]]:
-    """Gather packings that may be averaged: all alike but for their random start; pressures within 1e-3."""
+    """Gather packings that may be averaged: they differ only in their random start; pressures within 1e-3."""
     groups: list[list[Packing]] = []
     for packing in packings:
         group = next((group for group in groups if _alike(packing, group[0])), None)

@@ -39,7 +39,7 @@ class ModeCharacter(Result):
         rotation: (m,) share that turns them as a whole.
         along: (m,) share of the rest along their own outlines.
         across: (m,) share of the rest across their outlines; the four shares add up to 1.
-        sliding: (m,) share of the dissipation by sliding at contacts; the rest is that of approach. nan under Stokes
+        sliding: (m,) share of the dissipation by tangential motion at contacts; the rest is normal. nan under Stokes
             drag.
         unit: of stress, for labels.
 

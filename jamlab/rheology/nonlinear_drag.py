@@ -120,7 +120,7 @@ def nonlinear_modulus(
 ) -> NonlinearModulus:
     """G*(omega) under contact drag with exponent alpha, at an amplitude of shear stress or of shear strain.
 
-    All contacts get the same equivalent time, that of the typical force F_0 = stress times the mean size; the paper
+    All contacts get the same equivalent time, for the typical force F_0 = stress times the mean size; the paper
     says F_0 ~ stress and gives no factor. A time that is the same everywhere only rescales the frequency of the linear
     problem: G*_alpha(omega) = G*_1(omega tau_alpha(omega)/tau_1). The stress of a strain is |G*| times it, solved for.
 

@@ -41,8 +41,8 @@ class ShiftedSolver:
             self._solver.factorise(matrix)
         except ConvergenceError as error:
             raise ConvergenceError(
-                f"K + s B has no digits left at s = {shift:.2g}: ask for less extreme frequencies or beta, or use "
-                f"method='direct' ({error})"
+                f"K + s B loses all digits to rounding at s = {shift:.2g}: use less extreme frequencies or "
+                f"beta, or method='direct' ({error})"
             ) from error
 
     def forget(self) -> None:

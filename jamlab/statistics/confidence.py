@@ -99,7 +99,7 @@ def bootstrap(
     """
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):
-        raise InputError("bootstrap got an empty group: it needs one packing at least in each")
+        raise InputError("bootstrap got an empty group: each group needs at least one packing")
     if not 1 <= resamples <= MOST_RESAMPLES or not 0 < level < 1:
         raise InputError(f"resamples = {resamples}, level = {level}: need 1 to {MOST_RESAMPLES}, and 0 to 1")
     check_seed(seed)

@@ -70,7 +70,7 @@ def fit_scaling_exponents(
     G' and G''; an exponent that is given is held. Curves must overlap at the start of the search."""
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
-        raise InputError(f"{len(s)} scales need as many curves in each family, and must be positive")
+        raise InputError(f"{len(s)} scales: each family needs one curve per scale, and scales must be positive")
     free = [k for k, e in enumerate((a, b)) if e is None]
     logs = [_take_logarithms(family) for family in families]
     moves = np.log(s)

@@ -112,7 +112,7 @@ def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str],
     if mode is not None and not stat.S_ISREG(mode):  # a rename would put a file in its place
         raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket; give the name of a file")
     if any(target == Path(os.path.realpath(source)) for source in sources):
-        raise StorageError(f"cannot write {path}: it is what is read, and would be replaced; choose another name")
+        raise StorageError(f"cannot write {path}: it is also the input; choose another name")
     if mode is not None and not replace:
         raise StorageError(f"{path} exists: choose another name, or give --force to replace it")
     if not target.parent.is_dir():

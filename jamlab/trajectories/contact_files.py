@@ -29,7 +29,7 @@ def write_contacts(path: str | os.PathLike[str], packing: Packing) -> list[Path]
 
     A bond has the `force`, positive where the particles push each other apart, the `gap` of the surfaces, negative
     where they overlap, and `bearing`, 0 if one of the two rattles. A point has the number of its particle, its radius,
-    of droplets that of a disk of their area, and whether it rattles.
+    of droplets the diameter of a disk of the same area, and whether it rattles.
 
     Args:
         path: FILE.dump: the particles, and FILE.bonds.dump with the bonds, which OVITO loads by the modifier "Load

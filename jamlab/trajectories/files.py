@@ -107,7 +107,7 @@ def _read(path: FilePath, frame: int | None, given: _Given) -> list[Packing]:
     if kind == "hdf5":
         own = hdf5.read_all(path) if frame is None else [hdf5.read(path, frame)]
         if any(value is not None for value in given):
-            raise InputError(f"{path} holds box, sizes, units and force law: leave out radii, units, params and box")
+            raise InputError(f"{path} contains box, sizes, units and force law: leave out radii, units, params and box")
         return own
     packings = []
     for k, atoms in _chosen(_READERS[kind](path), frame):
@@ -135,8 +135,8 @@ def _kind(path: FilePath) -> str:
         return kind
     if (compressed or ending not in ("", *FORMATS["packings"].endings)) and file.is_file():
         raise StorageError(
-            f"{path} is of no kind that is read: give HDF5 of jamlab, {', '.join(_KIND_OF)}"
-            f", or text of these with {', '.join(COMPRESSED)}; pictures go to `analyze`"
+            f"{path} is of an unknown file type: give HDF5 of jamlab, {', '.join(_KIND_OF)}, compressed text "
+            f"({', '.join(COMPRESSED)}) or, to `jamlab analyze`, a picture"
         )
     return "hdf5"  # its reader refuses other files with a reason
 

@@ -114,7 +114,7 @@ def _cell(x: Sequence[float], y: Sequence[float], tilts: Sequence[str]) -> tuple
     """Lower left corner (2,) and lattice vectors (2, 2), from the ends of either side and the tilts xy, xz and yz."""
     xy, xz, yz = map(float, tilts)
     if xz or yz:
-        raise InputError(f"the box leans out of the plane, xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
+        raise InputError(f"the box is tilted by xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
     if not np.isfinite([*x, *y, xy]).all():
         raise ValueError("its box has edges that are not finite")
     return np.array([x[0], y[0]]), np.array([[x[1] - x[0], 0.0], [xy, y[1] - y[0]]])
@@ -208,7 +208,7 @@ def sites(frame: Frame) -> Sites:
     error += of_sizes + rounding(ends, box, chosen=True)
     if rings is not None and radius is not None:
         if np.ptp(radius):
-            raise InputError(f"vertices have rims of {radius.min():g} to {radius.max():g}: all must have one")
+            raise InputError(f"vertices have rim radii of {radius.min():g} to {radius.max():g}: all must have the same")
         entries.setdefault("delta", 2 * float(radius[0]))
     return Sites(
         box=box,
@@ -270,7 +270,7 @@ def _entries(atoms: Columns) -> dict[str, Any]:
         words = list(dict.fromkeys(atoms.words(name)))
         values = np.array(list(map(float, words)))
         if np.ptp(values):
-            raise InputError(f"{name} is {words[0]} on one atom and {words[1]} on another: all must have one")
+            raise InputError(f"{name} is {words[0]} on one atom and {words[1]} on another: they must be equal")
         found[name] = float(values[0])
     for name, names in (("contact", CONTACT_FORMS), ("ensemble", ENSEMBLES)):
         if name in found:

@@ -45,7 +45,7 @@ def complete_force_law(
         raise InputError(f"model {model} has no units {chosen!r}")
     names = law_names(model, chosen)
     if foreign := sorted(LAW_NAMES & found.keys() - set(names)):
-        raise InputError(f"the source has {foreign[0]}, which the force law of model {model}, units {chosen}, has not")
+        raise InputError(f"the source has {foreign[0]}, which model {model} in units {chosen} does not have")
     given = {name: value for name, value in (params or {}).items() if name != "a0"}
     for name in given:
         if name not in names:
@@ -83,7 +83,9 @@ def plane_box(name: str, values: ArrayLike) -> Array:
     box = np.diag(box) if box.ndim == 1 else box
     if box.shape == (3, 3):
         if np.any(box[:2, 2]) or np.any(box[2, :2]):
-            raise InputError(f"{name} {box.tolist()} is no plane box: its third vector must stand on the first two")
+            raise InputError(
+                f"{name} {box.tolist()} is not planar: its third vector must be perpendicular to the others"
+            )
         box = box[:2, :2]
     box = finite_array(name, box, (2, 2))
     check_box(box)
@@ -125,8 +127,8 @@ class Rings:
         winding = np.add.reduceat(steps, starts, axis=0).any(axis=1)
         if winding.any():
             raise InputError(
-                f"the bonds of polygon {np.flatnonzero(winding)[0]} lead around the periodic box: every edge must be "
-                "the shortest of its periodic images"
+                f"the bonds of polygon {np.flatnonzero(winding)[0]} wrap around the periodic box: every edge must "
+                "be the shortest of its periodic images"
             )
         taken = np.cumsum(steps, axis=0) - steps
         return np.asarray(vertices - (taken - np.repeat(taken[starts], counts, axis=0)) @ box)
@@ -140,8 +142,7 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
     if len(odd) or (ends[:, 0] == ends[:, 1]).any():
         k = odd[0] if len(odd) else ends[ends[:, 0] == ends[:, 1]][0, 0]
         raise InputError(
-            f"point {k} has {degree[k]} bonds: droplets are closed rings in which every vertex has two; for disks "
-            "leave the bonds out"
+            f"point {k} has {degree[k]} bonds: vertices of droplets must have exactly 2; for disks, remove the bonds"
         )
     i, j = np.concatenate([ends, ends[:, ::-1]]).T
     ring = connected_components(coo_array((np.ones(len(i)), (i, j)), (count, count)))[1]
@@ -202,7 +203,7 @@ class Sites:
         if self.rings is None:
             common |= {"positions": self.positions, "diameters": self._diameters(radii, assumed)}
         elif radii is not None:
-            raise InputError("radii are those of disks: the rim of droplets is params['delta']")
+            raise InputError("radii apply to disks only; the rim width of droplets is params['delta']")
         else:
             law["a0"] = self._rest_areas(self.rings, (params or {}).get("a0"), assumed)
             vertices = self.rings.polygons(self.positions, cell, self.wrapped)
@@ -286,7 +287,7 @@ def from_outlines(
         box: (2, 2), rows are the lattice vectors; or two sides of a rectangle.
         rest_areas: (n,) in the square of that unit; default the areas of the outlines.
         wrapped: whether the box may cut outlines: edges are then the shortest of their periodic images.
-        parameters: of the force law, values that replace those of `dp.parameters`, in units of eps and l.
+        parameters: force-law parameters that replace values of `dp.parameters`, in units of eps and l.
 
     Returns:
         DP packing of the same droplets in units "eps": lengths are divided by l, the mean root of the rest areas.
@@ -328,5 +329,5 @@ def _positive_areas(values: ArrayLike, shape: tuple[int, ...]) -> Array:
     areas = finite_array("rest_areas", values, shape)
     if (areas <= 0).any():
         m = int(np.argmin(areas))
-        raise InputError(f"rest_areas[{m}] is {areas[m]:.6g}: must be positive; an outline of no area needs one given")
+        raise InputError(f"rest_areas[{m}] is {areas[m]:.6g}: must be positive; outlines without area need one")
     return areas

@@ -217,8 +217,8 @@ def from_universe(
 
     Args:
         u: Universe, or an AtomGroup of it.
-        radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default those of the Universe.
-        units: "eps" or "k", see `Packing`; default those of the Universe, or "eps".
+        radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default: as in the Universe.
+        units: "eps" or "k", see `Packing`; default: as in the Universe, or "eps".
         params: of the force law, any of them, see `Packing`; `a0` may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
@@ -289,7 +289,7 @@ def _box(trajectory: Any) -> Array:
 
 
 class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
-    """Measure the frames of a trajectory, as `jamlab.measure` does those of `jamlab.from_universe(u)`.
+    """Measure the frames of a trajectory, as `jamlab.measure` measures `jamlab.from_universe(u)`.
 
     `PackingAnalysis(u, ("rho", "z")).run(step=10).results.rho` is (n_frames,) float64. With
     `run(backend="multiprocessing", n_workers=4)` processes share the frames. Frames are float32: moduli are refused
@@ -338,7 +338,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
         for name in self._quantities:
             check_choice("quantity", name, QUANTITIES)
             if name in ("g", "g_x", "b") and not relaxed:
-                raise InputError(f"{name} belongs to an energy minimum, and frames are float32: say relaxed=True")
+                raise InputError(f"{name} needs an energy minimum, but frames are float32: use relaxed=True")
 
     def _prepare(self) -> None:
         for name in self._quantities:

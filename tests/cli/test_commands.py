@@ -72,7 +72,7 @@ def test_analyze_names_what_a_foreign_file_lacks(packed, tmp_path):
 
 def test_gstar_explains_a_modulus_below_zero(tmp_path):
     done = call(tmp_path, "gstar", example_file("sp"), "--frame", "6", "--points", "3")
-    assert done.exit_code == 0 and "G = -" in done.stdout and "G below 0: at this box shape" in done.stdout
+    assert done.exit_code == 0 and "G = -" in done.stdout and "shear-stabilized" in done.stdout
 
 
 def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
@@ -238,7 +238,7 @@ def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
     jamlab.write(tmp_path / "mixed.h5", [p, unknown, unknown.with_state(max_force=1e-3, converged=False)])
     found = json.loads(call(tmp_path, "analyze", "mixed.h5", "--json").stdout)
     assert found["converged"] == [True, None, False]
-    assert "does not say whether" in call(tmp_path, "analyze", "mixed.h5").stdout
+    assert "converged -" in call(tmp_path, "analyze", "mixed.h5").stdout
 
 
 @pytest.mark.parametrize("name", ["nothere.png", "x.toml", "disks.csv"])

@@ -110,7 +110,7 @@ def test_errors_expected_from_the_shipped_table_hold_in_95_of_100_packings(name)
     ("rho", "tolerance", "options", "said"),
     [
         (0.90, {"z": 1e-6}, {"model": "sp"}, "64 disks"),
-        (0.99, {"z": 0.1}, {}, "0.85 .. 0.9"),
+        (0.99, {"z": 0.1}, {}, "0.85 and 0.9"),
         (0.90, {"weight": 0.1}, {}, "'weight'"),
         (0.90, {"z": -0.1}, {}, "-0.1"),
         (0.90, {}, {}, "tolerance"),

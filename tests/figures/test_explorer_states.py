@@ -134,7 +134,7 @@ def test_page_takes_known_numbers_measures_others_and_says_why_there_is_no_modul
     measured = jamlab.measure(stored, ["g", "pressure", "rho"])
     assert {name: first[name] for name in measured} == pytest.approx(measured)
     assert (first["why"], first["converged"], first["on_target"]) == ("", True, True)
-    assert last["g"] is None and "no contact bears a load" in last["why"] and last["converged"] is None
+    assert last["g"] is None and "0.7000" in last["why"] and last["converged"] is None
     assert content["along"]["name"] == "rho"
     assert "mean over directions" in content["curves"][1]["label"] and content["curves"][1]["unit"] == "ε/l²"
 
@@ -203,4 +203,4 @@ def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
 def test_a_modulus_below_zero_is_explained():
     packing = jamlab.read(example_file("sp"), frame=6)
     row = observe(packing, {}, 0.0)
-    assert row["g"] < 0 and "would shear by itself" in row["why"]
+    assert row["g"] < 0 and "shear-stabilized" in row["why"]

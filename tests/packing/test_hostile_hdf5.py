@@ -138,7 +138,7 @@ def test_a_file_without_checksum_is_read_and_analyze_says_so(path):
     path.write_bytes(path.read_bytes()[USER_BLOCK:])
     assert checksum(path) is None
     assert read(path).positions.tobytes() == packing.positions.tobytes()
-    assert "run.h5 has no checksum: damage to it would go unnoticed" in call(path.parent, "analyze", path.name).stderr
+    assert "run.h5 has no checksum" in call(path.parent, "analyze", path.name).stderr
 
 
 @pytest.mark.parametrize("flips", [30, pytest.param(200, marks=pytest.mark.slow)])

@@ -43,7 +43,7 @@ def check_one_sweep(packings: Sequence[Packing]) -> None:
                 raise InputError(f"packing {k} has {name} = {other}, packing 0 has {one}: write a page for each")
         name = first.difference(packing) or ""
         if name in ("diameters", "offsets", "params['a0']"):  # the law may change along a sweep, the particles may not
-            raise InputError(f"packing {k} differs from packing 0 in {name}: they are other particles, write two pages")
+            raise InputError(f"packing {k} differs from packing 0 in {name}: a page shows one set of particles")
     if first.n > MOST_PARTICLES:
         raise InputError(
             f"{first.n} particles: a page shows {MOST_PARTICLES} at most; draw single states instead, packing.plot()"
@@ -155,7 +155,7 @@ def explorer_fragment(
     """One explorer as a piece of HTML; a page may hold several, and `explorer_assets` once. Arguments and errors as in
     `write_page`."""
     if every < 1:
-        raise InputError(f"every = {every}: must be 1 or more, 2 takes every second state")
+        raise InputError(f"every = {every}: must be 1 or more; 2 shows every second state")
     everything = list(packings)
     check_one_sweep(everything)
     known = stored_columns(observables or {}, len(everything))

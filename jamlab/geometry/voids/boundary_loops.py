@@ -1,7 +1,7 @@
 """The boundary of the covered part of a packing: straight and circular pieces, chained into loops.
 
 Every piece runs counter-clockwise around its particle, so that the void lies on its right. A piece ends where another
-particle begins, and the loop goes on there along that particle. Loops live on a torus: each piece has a periodic image
+particle begins, and the loop continues along that particle. Loops live on a torus: each piece has a periodic image
 relative to the first piece of its loop, and a loop may wind around the torus instead of closing.
 
 A polygon with its rim is the union of the polygon and of a capsule around every edge: the points within w = delta/2 of
@@ -209,7 +209,7 @@ def _refuse_crossings(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> Non
     crossing = (cross(a, r) * cross(a, end_j) < 0) & (cross(b, -r) * cross(b, end_i - r) < 0)
     if crossing.any():
         m, n = (int(edges.particle[edge[crossing][0]]) for edge in (i, j))
-        raise BoundaryError(f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap")
+        raise BoundaryError(f"outlines of polygons {m} and {n} cross: separate them; only their rims may overlap")
 
 
 def _cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> tuple[Indices, Array, Array]:

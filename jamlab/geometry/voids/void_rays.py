@@ -1,6 +1,6 @@
 """Rays through voids, which find the loop around the void that an island of particles floats in.
 
-A void with islands has several boundary loops. From the extreme point of an island in some direction a ray goes on in
+A void with islands has several boundary loops. From the extreme point of an island in some direction a ray continues in
 that direction, through the void, until it hits a loop of the same void. The extreme of what it hits lies further on, so
 that from island to island the rays end at the loop around the void; where nothing encloses them they go around the
 torus.
@@ -97,7 +97,7 @@ def find_first_hits(
         inner = first[behind[first]]
         if len(inner):
             a, b = pieces.particle[source[open_rays[i[inner[0]]]]], pieces.particle[piece[inner[0]]]
-            raise BoundaryError(f"particle {a} lies inside particle {b}: move it out, or leave it out")
+            raise BoundaryError(f"particle {a} lies inside particle {b}: move or remove it")
         hit[open_rays[i[first]]], shift[open_rays[i[first]]] = loop[first], image[first]
         open_rays = np.delete(open_rays, i[first])
         length *= 2

@@ -302,7 +302,7 @@ class VoidStatistics(Result):
 
     @property
     def plateau(self) -> float:
-        """Mean shape factor of voids with three sides over that of a Plateau border, 4.8706; nan without such voids."""
+        """Mean shape factor of three-sided voids over 4.8706, the value of a Plateau border; nan without such voids."""
         found = np.flatnonzero(self.sides == 3)
         return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
 
@@ -340,7 +340,7 @@ def void_statistics(*found: Voids) -> VoidStatistics:
         True
     """
     if not found:
-        raise InputError("void_statistics got no voids: give it the voids of one packing at least")
+        raise InputError("void_statistics got no voids: give the voids of at least one packing")
     closed = np.concatenate([v.percolating == 0 for v in found])
     sides, area, shape = (
         np.concatenate(values)[closed]
