@@ -29,9 +29,7 @@ def _figures(functions: Mapping[str, Callable[[EnsembleTables], Drawing]]) -> tu
 
 PAPERS = _figures(
     {
-        "boromand-1": pictures.figure_1,
         "boromand-2": pictures.figure_2,
-        "boromand-3": pictures.figure_3,
         "boromand-4": geometry.figure_4,
         "boromand-5": contacts_and_modulus.figure_5,
         "boromand-6": contacts_and_modulus.figure_6,

@@ -18,7 +18,7 @@ from studies.registry import BEYOND, PAPERS
 
 TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
 FIGURES = [study.name for study in (*PAPERS, *BEYOND) if not study.tasks]
-PICTURES = ("boromand-1", "boromand-2", "boromand-3", "boromand-8-voids", "baumgarten-1-fields")
+PICTURES = ("boromand-2", "boromand-8-voids", "baumgarten-1-fields")
 PUBLISHED = [f"dynamics-{name}" for name in ("flow-curves", "collapse", "amplitudes")]  # figures of flow with a verdict
 
 
