@@ -5,17 +5,18 @@
 #include "atom.h"
 #include "block_cholesky.h"
 
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 /* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of this
-   rank: a ghost counts as the atom that it is an image of. */
+   rank: a ghost counts as the atom that it is an image of. Atoms that are given leave zeros. */
 template <int D> class BlockAssembly {
  public:
   using Block = typename BlockCholesky<D>::Block;
 
-  explicit BlockAssembly(Atom *atom) : atom(atom) {}
+  explicit BlockAssembly(Atom *atom, std::vector<char> given = {}) : atom(atom), given(std::move(given)) {}
 
   int owner(int i) const    // -1: another rank's
   {
@@ -28,7 +29,9 @@ template <int D> class BlockAssembly {
   {
     const int own_i = owner(i), own_j = owner(j);
     if (own_i < 0 || own_j < 0) return;
-    entries.push_back({own_i, own_j, b});
+    const bool free = given.empty() || !(given[own_i] || given[own_j]);
+    if (!free && own_i != own_j) return;
+    entries.push_back({own_i, own_j, free ? b : Block{}});
     if (i == j || own_i != own_j) return;
     Block &both = entries.back().block;
     for (int k = 0; k < D; k++)
@@ -45,6 +48,7 @@ template <int D> class BlockAssembly {
 
  private:
   Atom *atom;
+  std::vector<char> given;    // of owned atoms; empty: none
   std::vector<typename BlockCholesky<D>::Entry> entries;
 };
 

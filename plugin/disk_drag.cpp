@@ -209,7 +209,7 @@ void DiskDrag::factorise_for_answers()
  */
 void DiskDrag::factorise()
 {
-  BlockAssembly<3> matrix(atom);
+  BlockAssembly<3> matrix(atom, given);
   assemble_rows(matrix, false);
   for (int i = 0; i < nlocal; i++) {
     const Vec3 &f = blocks[0][i], &s = blocks[1][i];

@@ -55,7 +55,7 @@ class DiskDrag : public DragSystem<DiskRow> {
   void neighbors_are_new() { moved_between_ranks = true; }
   // from the positions of update_contacts, in coordinates that lean with the box by the strain
   void displace(const Field &moved, double strain);
-  void elastic_forces(Field &force) const;    // and those held, of the contacts of this rank
+  void elastic_forces(Field &force) const override;    // and those held, of the contacts of this rank
   void expect(const Change &);                // its state from the next update_contacts on
   Revision revise(const Field &u, double rate, double least_speed);    // states that fit the velocities better
   double misfit(const Field &u, double rate, double least_speed) const;    // the worst of the marginal pairs

@@ -79,9 +79,22 @@ double DragSolver::precondition_free()
   return product;
 }
 
-void DragSolver::net_forces(const Field &force, Field &u, double rate, Field &net)
+DragSolver::Followed DragSolver::follow(const Field &u, double rate, Field &force)
+{
+  if (!looks_ahead()) return {};
+  double power, flow, power_of_drag, flow_of_drag;
+  for (int i = 0; i < nlocal; i++) direction[i] = u[i] - start[i];
+  multiply_ahead(direction, rate - start_rate, product, power, flow);
+  field_add(force, -1.0, product, nlocal);
+  multiply(direction, rate - start_rate, product, power_of_drag, flow_of_drag);
+  field_add(force, 1.0, product, nlocal);
+  return {power - power_of_drag, flow - flow_of_drag};
+}
+
+void DragSolver::net_forces(Field &force, Field &u, double rate, Field &net)
 {
   double power, flow;
+  follow(u, rate, force);
   net.resize(nlocal + nghost);
   multiply(u, rate, net, power, flow);
   for (int i = 0; i < nlocal; i++)
@@ -91,20 +104,14 @@ void DragSolver::net_forces(const Field &force, Field &u, double rate, Field &ne
 /* residual = F - ahead K (u - start) - B u - b rate */
 DragSolver::Residual DragSolver::find_residual(const Field &force, Field &u, const Load &load, bool moved)
 {
-  double power, flow, unused, ahead = 0.0, without = 0.0;
+  double power, flow;
   multiply(u, load.rate, product, power, flow);
   std::copy_n(force.begin(), nlocal, residual.begin());
   field_add(residual, -1.0, product, nlocal);
-  if (moved && looks_ahead()) {
-    for (int i = 0; i < nlocal; i++) direction[i] = u[i] - start[i];
-    multiply_ahead(direction, load.rate - start_rate, product, unused, ahead);
-    field_add(residual, -1.0, product, nlocal);
-    multiply(direction, load.rate - start_rate, product, unused, without);
-    field_add(residual, 1.0, product, nlocal);
-  }
+  const Followed followed = moved ? follow(u, load.rate, residual) : Followed{};
   const double fluid = settings.fluid * load.rate;
   const double dissipation = std::max(power, affine_drag * load.rate * load.rate) + fluid * load.rate;
-  return {load.free_rate ? load.moment - flow - fluid - ahead + without : 0.0, dissipation};
+  return {load.free_rate ? load.moment - flow - fluid - followed.flow : 0.0, dissipation};
 }
 
 /* From the residual on, with the sums of an iteration in one exchange (Chronopoulos & Gear, J. Comput. Appl. Math. 25,

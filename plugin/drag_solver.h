@@ -76,8 +76,11 @@ class DragSolver {
   virtual void zero_rattler_velocities(Field &) {}    // those that nothing holds keep none from the last step
   Result solve(Field &force, Field &u, Load &load);    // force: changed where pairs are held
   void set_solution(Field &u, double rate);    // velocities of a run before, as if they were the solution
-  void hold(const std::vector<char> &atoms) { given = atoms; }    // owned ones whose velocities stay as they are
-  void net_forces(const Field &force, Field &u, double rate, Field &net);    // F - B u - b rate, on owned atoms
+  // owned atoms whose velocities stay as they are, and on which no background drags
+  virtual void hold(const std::vector<char> &atoms) { given = atoms; }
+  virtual void elastic_forces(Field &) const = 0;    // of the contacts that update_contacts has found
+  // force: in, of these; out, of the end of the step; net: with the drag, F - B u - b rate, on owned atoms
+  void net_forces(Field &force, Field &u, double rate, Field &net);
 
   // at the velocities of the last solution
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
@@ -115,6 +118,10 @@ class DragSolver {
     double flow, dissipation;    // of the rate, where it is free; power of these velocities, or of affine flow
   };
   Residual find_residual(const Field &force, Field &u, const Load &, bool moved);
+  struct Followed {    // work of the velocities and moment of the rate, of B less B + ahead K: 0 if nothing looks ahead
+    double power = 0.0, flow = 0.0;
+  };
+  Followed follow(const Field &u, double rate, Field &force);    // force -= ahead K (u - start)
   struct Goal {    // energy of the error: accuracy^2 of the whole, part of what is gained, or least
     double accuracy, part, least, dissipation;
   };

@@ -21,6 +21,13 @@ template <class Row> class DragSystem : public DragSolver {
         factors.memory_usage();
   }
 
+  void hold(const std::vector<char> &atoms) override
+  {
+    DragSolver::hold(atoms);
+    for (std::size_t i = 0; i < given.size(); i++)
+      if (given[i]) background[i] = 0.0;
+  }
+
  protected:
   static constexpr int D = Row::D;
   using Part = RowPart<D>;

@@ -141,35 +141,37 @@ double DropletDrag::elastic_moment() const
   return -virial.vector[3] * lmp->domain->xprd * lmp->domain->yprd;
 }
 
+void DropletDrag::elastic_forces(Field &force) const
+{
+  force.resize(nlocal);
+  for (int i = 0; i < nlocal; i++) force[i] = {lmp->atom->f[i][0], lmp->atom->f[i][1], 0.0};
+}
+
 /* with what forces and energy have followed: K (u - start), over the time ahead */
 FlowSums DropletDrag::add_up(const Field &u, double rate)
 {
-  double power, power_all, power_drag, all, drag;
   Field out(nlocal + nghost);
-  Field &followed = still;
-  for (int i = 0; i < nlocal; i++) followed[i] = u[i] - start[i];
-  const double extra = rate - start_rate;
-  multiply_ahead(followed, extra, out, power_all, all, nullptr);
-  multiply(followed, extra, out, power_drag, drag);
-  double given = 0.0;
+  const Followed followed = follow(u, rate, out);
+  double power, given_power = 0.0;
   const auto f = lmp->atom->f;
-  for (int i = 0; i < nlocal; i++) given += f[i][0] * followed[i].x + f[i][1] * followed[i].y;
+  for (int i = 0; i < nlocal; i++)
+    given_power += f[i][0] * (u[i].x - start[i].x) + f[i][1] * (u[i].y - start[i].y);
   const double elastic = elastic_moment();
 
   FlowSums sums;
   double viscous;
-  std::copy_n(u.begin(), nlocal + nghost, followed.begin());
-  apply(followed, rate, 0.0, false, out, power, viscous, nullptr, &sums);
+  std::copy_n(u.begin(), nlocal + nghost, still.begin());
+  apply(still, rate, 0.0, false, out, power, viscous, nullptr, &sums);
   add_background_sums(u, sums);
-  sums.energy = given;
+  sums.energy = given_power;
   MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(FlowSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
-  given = sums.energy - elastic * extra;
+  given_power = sums.energy - elastic * (rate - start_rate);
   const double a = lmp->domain->xprd * lmp->domain->yprd;
-  sums.elastic = elastic + all - drag;
+  sums.elastic = elastic + followed.flow;
   sums.viscous = viscous;
   sums.xx -= a * virial.vector[0];
   sums.yy -= a * virial.vector[1];
-  sums.energy = energy.compute_scalar() + ahead * (0.5 * (power_all - power_drag) - given);
+  sums.energy = energy.compute_scalar() + ahead * (0.5 * followed.power - given_power);
   return sums;
 }
 
@@ -195,7 +197,7 @@ void DropletDrag::factorise()
   factors_ahead = ahead;
   if (moved_between_ranks) factors.forget_order();
   moved_between_ranks = false;
-  BlockAssembly<2> matrix(lmp->atom);
+  BlockAssembly<2> matrix(lmp->atom, given);
   assemble_rows(matrix, true);
   for (int i = 0; i < nlocal; i++) matrix.add(i, i, {background[i], 0.0, 0.0, background[i]});
   if (ahead > 0.0) stiffness.assemble(ahead, matrix);
@@ -225,10 +227,10 @@ void DropletDrag::find_parts(std::size_t k, std::vector<Part> &parts) const
   }
 }
 
-/* without background drag, contacts leave droplets free to drift as a whole */
+/* without background drag, contacts leave droplets free to drift as a whole if none is held */
 void DropletDrag::project(Field &field) const
 {
-  if (settings.background > 0.0) return;
+  if (settings.background > 0.0 || !given.empty()) return;
   double mean[2] = {0.0, 0.0};
   for (int i = 0; i < nlocal; i++) {
     mean[0] += field[i].x;

@@ -23,6 +23,7 @@ class DropletDrag : public DragSystem<DropletRow> {
   DropletDrag(class LAMMPS *, GhostExchange &, const Settings &, const DragLaw &, class Compute &virial,
               Compute &energy);
   void update_contacts(int nlocal, int nghost, double ahead) override;
+  void elastic_forces(Field &) const override;
   double elastic_moment() const override;
   FlowSums add_up(const Field &u, double rate) override;
   double least_relaxation_time() const override { return HUGE_VAL; }    // steps look ahead: none is unstable

@@ -235,14 +235,10 @@ void FixOverdamped::post_run()
 /* of this moment */
 DragSolver::Result FixOverdamped::find_velocities(bool with_forces)
 {
-  const int nlocal = atom->nlocal;
-  if (droplets) {
-    forces.assign(nlocal, Vec3());
-    for (int i = 0; with_forces && i < nlocal; i++) forces[i] = {atom->f[i][0], atom->f[i][1], 0.0};
-  } else {
-    disks->elastic_forces(forces);
-  }
-
+  if (with_forces)
+    solver->elastic_forces(forces);
+  else
+    forces.assign(atom->nlocal, Vec3());
   state.rate = driven_rate();
   hold_fixed();
   DragSolver::Load load = {state.rate, 0.0, drive == STRESS};
@@ -314,30 +310,26 @@ void FixOverdamped::hold_fixed()
   solver->hold(given);
 }
 
-/* forces on walls, which do work beside that of the stress of an affine flow; no background drags on what is fixed */
+/* forces on walls, which do work beside that of the stress of an affine flow */
 void FixOverdamped::add_walls()
 {
   Field elastic, net;
-  disks->elastic_forces(elastic);
+  solver->elastic_forces(elastic);
   solver->net_forces(elastic, velocity, state.rate, net);
-  double found[7] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  double found[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & fixed_bit)) continue;
-    const Vec3 u = velocity[i];
-    const double x = net[i].x + settings.background * u.x, y = net[i].y + settings.background * u.y;
     const double offset = walls ? to_edge(i) : 0.0;
     found[0] -= elastic[i].x * offset;
-    found[1] -= (x - elastic[i].x) * offset;
-    found[2] += settings.background * (u.x * u.x + u.y * u.y);
-    double *const wall = found + (offset < 0.0 ? 3 : 5);
-    wall[0] += x;
-    wall[1] += y;
+    found[1] -= (net[i].x - elastic[i].x) * offset;
+    double *const wall = found + (offset < 0.0 ? 2 : 4);
+    wall[0] += net[i].x;
+    wall[1] += net[i].y;
   }
-  MPI_Allreduce(MPI_IN_PLACE, found, 7, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, found, 6, MPI_DOUBLE, MPI_SUM, world);
   sums.elastic += found[0];
   sums.viscous += found[1];
-  sums.dissipation -= found[2];
-  std::copy_n(found + 3, 4, sums.walls);
+  std::copy_n(found + 2, 4, sums.walls);
 }
 
 void FixOverdamped::add_up()

@@ -65,7 +65,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   DragSolver::Settings settings;
   DragLaw droplet_law;        // that of disks is in their pair style
   bool droplet_law_given = false;
-  int fixed_bit = 0;          // of the group of disks that do not move; 0: there is none
+  int fixed_bit = 0;          // of the group of atoms that do not move; 0: there is none
   bool walls = false;         // they are two, which move with the edges of the box
 
   bool droplets = false;

@@ -235,7 +235,6 @@ void FixOverdamped::check() const
     error->all(FLERR, "{}: drag is for droplets: that of disks stands in pair_style disk/drag", WHO);
   if (!disks && !droplet_law_given && settings.background == 0.0)
     error->all(FLERR, "{}: no drag at all: give drag tau beta alpha, or a background drag", WHO);
-  if (!disks && fixed_bit) error->all(FLERR, "{}: fixed and walls are of disks", WHO);
   if (walls && drive != RATE) error->all(FLERR, "{}: walls need a rate: their shape follows no other drive", WHO);
   if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every atom enters", WHO);
   if (domain->dimension != 2 || !domain->triclinic || !domain->xperiodic || !domain->yperiodic)

@@ -111,10 +111,6 @@ class OverdampedSession:
     ) -> None:
         check_flowing(damping, tolerance, background)
         packing.kind.points(packing)  # refuses outlines that cross
-        if packing.fixed is not None and packing.kind.deforms:
-            raise InputError(
-                f"fixed: {packing.fixed.sum()} droplets are fixed, and only quasistatic_shear supports fixed droplets"
-            )
         self._given, self._damping, self._tolerance, self._background = packing, damping, tolerance, background
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
@@ -141,7 +137,7 @@ class OverdampedSession:
             if natural.fixed is not None:  # the plugin holds them, and needs the forces on them
                 self._session.command("unfix fixed")
                 self._session.command("unfix on_fixed")
-                self._outlines = " walls fixed" if natural.walls else " fixed fixed"
+                self._outlines += " walls fixed" if natural.walls else " fixed fixed"
             self._between = _between_walls(natural) if natural.walls else np.zeros(4)
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:

@@ -77,7 +77,7 @@ def shear(
             the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of
             the stress (N = 16), though their means agree within their errors. 1e-4 is the default for disks, 1e-2 for
             droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
-        walls: True: between the walls of `jamlab.with_walls`, disks alone, the upper one of which moves by strain times
+        walls: True: between the walls of `jamlab.with_walls`, the upper one of which moves by strain times
             height of the box; False: take the walls away. By default the walls of the packing stay.
         path: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the
             same run, the run resumes; a run that went as far or farther is returned with its rows and frames.

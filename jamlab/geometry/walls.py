@@ -25,8 +25,8 @@ def with_walls(packing: Packing, thickness: float = 2.0) -> Packing:
 
     Args:
         packing: SP or DP.
-        thickness: of each wall, mean sizes: particles whose centre lies that near the bottom or the top are fixed; at
-            most a third of the height.
+        thickness: of each wall, mean sizes: particles whose centre lies that near the bottom or the top are fixed; from
+            the largest particle, since nothing may touch both sides of it, to a third of the height.
 
     Returns:
         The packing with `fixed` and `walls` set, in the ensemble "fixed-box".
@@ -40,7 +40,7 @@ def with_walls(packing: Packing, thickness: float = 2.0) -> Packing:
         (True, True, True)
     """
     size, height = mean_size(packing), float(packing.box[1, 1])
-    check_number("thickness", thickness, height / size / 3)
+    check_number("thickness", thickness, height / size / 3, packing.kind.sizes(packing).max() / size)
     y = packing.centroids[:, 1] % height
     low, high = y < thickness * size, y >= height - thickness * size
     if not (low.any() and high.any() and (~low & ~high).any()):
@@ -59,12 +59,13 @@ def walled(packing: Packing, walls: bool | None) -> Packing:
 def wall_stress(packing: Packing) -> Array:
     """(2, 2) stress of the slab on the lower and on the upper wall, by contact forces: shear stress, conjugate to the
     strain, and pressure. At force balance both walls feel the same."""
-    network = contacts(packing)
-    fixed = packing.fixed_particles
-    i, j = network.pairs[fixed[network.pairs].sum(axis=1) == 1].T
-    push = network.forces.on_j[fixed[network.pairs].sum(axis=1) == 1] * np.where(fixed[j], 1.0, -1.0)[:, None]
-    wall = np.where(fixed[j], j, i)
-    upper = packing.centroids[wall, 1] % packing.box[1, 1] > 0.5 * packing.box[1, 1]
+    network, fixed, height = contacts(packing), packing.fixed_particles, packing.box[1, 1]
+    mixed = fixed[network.pairs].sum(axis=1) == 1
+    i, j = network.pairs[mixed].T
+    sign = np.where(fixed[j], 1.0, -1.0)
+    push = network.forces.on_j[mixed] * sign[:, None]
+    image = packing.centroids[np.where(fixed[j], i, j), 1] % height + network.r[mixed, 1] * sign  # of what is fixed
+    upper = image > 0.5 * height
     low, high = push[~upper].sum(axis=0), push[upper].sum(axis=0)
     return np.asarray(np.array([[low[0], -low[1]], [-high[0], high[1]]]) / packing.box[0, 0])
 
