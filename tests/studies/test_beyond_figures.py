@@ -8,10 +8,14 @@ import pandas as pd
 import pytest
 from drawn_figures import drawn
 
+import jamlab
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from studies.beyond import dilatancy, polydispersity
 from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_voids import three_disks
-from studies.ensemble_tables import modes_at_fractions
+from studies.ensemble_tables import EnsembleTables, modes_at_fractions
+from studies.reference_data import reference_tables
+from studies.speed_accuracy.size_scaling import PARTS, STUDY
 
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
 DRAG = {"law": "stokes", "beta": np.nan, "eta_f": 1.0}
@@ -65,3 +69,46 @@ def test_modes_are_binned_without_loss():
     assert found["strength"].sum() == pytest.approx(4 * 2.0) and len(found) == 3
     assert found["translation"].sum() == pytest.approx(4 * 2.0 * 0.4)
     assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
+
+
+# studies that are measured -------------------------------------------------------------------------------------------
+
+
+def test_rows_of_dilatancy_are_those_of_a_run(monkeypatch):
+    for name, value in {"PARTICLES": 16, "STRAIN": 0.02, "ROWS": 2, "BLOCK": 1}.items():
+        monkeypatch.setattr(dilatancy, name, value)
+    rows = dilatancy.measure_dilatancy(1e-2, 3)
+    run = jamlab.quasistatic_shear(jamlab.pack(16, 1e-2, 3), 0.02, dilatancy.STEP, pressure="constant")
+    assert [row["strain"] for row in rows] == [0.0, 0.01, 0.02] and rows[0]["dilation"] == 0
+    assert rows[-1]["dilation"] == run.dilation[-1] and rows[-1]["ratio"] == run.stress[-1] / 1e-2
+    assert rows[-1]["off"] < 1e-8 and rows[-1]["phi"] == pytest.approx(run.packing.phi)
+
+
+def test_rows_are_measured_at_one_distance_above_the_onset_of_each_packing(monkeypatch):
+    monkeypatch.setattr(polydispersity, "PARTICLES", {"sp": 8, "dp": 4})
+    monkeypatch.setattr(polydispersity, "BLOCK", 1)
+    (row,) = polydispersity.measure_sizes("sp", "lognormal:0.2", 3)
+    onset = jamlab.jam(n=8, seed=3, sizes="lognormal:0.2")
+    *_, state = jamlab.compress(onset, onset.phi + polydispersity.DISTANCE, polydispersity.DISTANCE / 4, by="phi")
+    assert row["phi_J"] == onset.phi and row["z"] == jamlab.contacts(state).z
+    assert row["g"] == pytest.approx(jamlab.shear_modulus(state, average=True), rel=1e-9)
+    assert row["storage_0.1"] == pytest.approx(jamlab.complex_modulus(state, [0.1]).storage[0], rel=1e-9)
+
+
+def test_the_picture_shows_means_over_the_packings_of_the_table():
+    table, shown = reference_tables().read(polydispersity.STUDY.name), polydispersity.STUDY.draw(reference_tables())
+    assert {task.rpartition(" ")[0] for task in table["task"]} == {
+        task.rpartition(" ")[0] for task in polydispersity.STUDY.tasks
+    }
+    of = table[(table["model"] == "sp") & table["sizes"].str.startswith("bidisperse:2,")]
+    means = of["phi_J"].groupby(of["sizes"]).mean()
+    drawn = shown.table[(shown.table["panel"] == "a") & (shown.table["series"] == "ratio 2")]
+    assert sorted(drawn["y"]) == pytest.approx(sorted(means), rel=1e-9)
+    assert ((drawn["low"] <= drawn["y"]) & (drawn["y"] <= drawn["high"])).all()
+    assert all(np.isfinite(number["value"]) for number in shown.numbers.values())
+
+
+def test_the_power_of_made_up_costs_is_found():
+    rows = [{"part": "disks: contacts", "n": n, "seconds": 2e-6 * n**1.5, "bytes": 10**8} for n in (64, 256, 1024)]
+    (table,) = STUDY.draw(EnsembleTables(lambda name: pd.DataFrame(rows))).text
+    assert table.rows[0][2] == "1.50" and {task.partition(", N")[0] for task in STUDY.tasks} == set(PARTS)

@@ -1,33 +1,30 @@
-"""Figures of flow in time from tables in which known laws hold."""
+"""Numbers of flow in time: collapses through a critical point recover exponents; flow curves meet slow shear."""
 
-import drawn_figures
-import flow_tables
 import numpy as np
 import pytest
-from drawn_figures import tables
 
+from studies.dynamics.collapse import collapse_through
 from studies.dynamics.flow_curves import balanced_disks, yield_law_interval
-from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import of_packings
-from studies.papers.statements import measure
 from studies.reference_data import reference_tables
 
-
-def drawn(name):
-    return drawn_figures.drawn(f"dynamics-{name}")
-
-
-def curve(name, panel, series):
-    table = drawn(name).table
-    return table[(table["panel"] == panel) & (table["series"] == series)]
+SHAPE = (-0.02, 0.1, 0.4, 0.3)  # of ln f, highest power first
+X, S = (part.ravel() for part in np.meshgrid(np.linspace(0.80, 0.88, 9), np.geomspace(1e-4, 1e-2, 5)))
 
 
-def test_collapse_finds_the_exponents():
-    critical = EnsembleTables(lambda name: flow_tables.flow(critical=True))
-    q, above, below = (measure(f"flow-{name}", critical).value for name in ("q-tighe", "yield", "viscosity"))
-    assert q == pytest.approx(flow_tables.Q, abs=0.01)
-    assert above == pytest.approx(flow_tables.Q / flow_tables.W, rel=0.05)
-    assert below == pytest.approx((1 - flow_tables.Q) / flow_tables.W, rel=0.05)
+def data(q, w, critical=0.84):
+    z = (X - critical) / S**w
+    return S**q * np.exp(np.polyval(SHAPE, z))
+
+
+@pytest.mark.parametrize(("q", "w"), [(0.4, 0.3), (0.7, 0.25)])
+def test_exponents_and_the_scaling_function_are_recovered(q, w):
+    found = collapse_through(X, S, data(q, w), (0.835, q + 0.1, w + 0.05), order=3)
+    assert [found.critical, found.q, found.w] == pytest.approx([0.84, q, w], abs=1e-5)
+    z = np.linspace(-0.2, 0.3, 5)
+    assert found.function(z) == pytest.approx(np.exp(np.polyval(SHAPE, z)), rel=1e-4)
+    left = np.log(data(q, w)) - np.polyval(np.polyfit(X, np.log(data(q, w)), 3), X)  # one curve for all s
+    assert found.spread < 1e-6 and found.before == pytest.approx(np.sqrt(np.mean(left**2)), rel=1e-6)
 
 
 @pytest.mark.slow
@@ -40,9 +37,3 @@ def test_the_shipped_flow_curve_tends_to_quasistatic_shear():
     assert moving.low[0] < still.mean() < moving.high[0] and len(still) >= 6
     both = yield_law_interval(*of_packings(flow, "rate", "stress"))
     assert 0.45 < both.low[1] < both.value[1] < both.high[1] < 0.55
-
-
-def test_amplitudes_at_which_disks_soften_go_as_pressure():
-    assert measure("flow-softening", tables()).value == pytest.approx(1.0, abs=0.05)
-    soft = curve("amplitudes", "d", "softening")
-    assert soft["y"].to_numpy() == pytest.approx(flow_tables.SOFT_OVER_PRESSURE * soft["x"].to_numpy(), rel=0.15)

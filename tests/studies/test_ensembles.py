@@ -13,7 +13,6 @@ from studies.dynamics.flow_curves import steady_flows
 from studies.ensemble_tables import EnsembleTables, add_confluence, add_distances, count_voids
 from studies.ensembles import at_places, interpolators, limit_of_sizes
 from studies.papers.baumgarten.motion import correlations
-from studies.papers.baumgarten.spectra import Group, same_packings
 
 
 def test_distances_are_those_to_the_onset_of_each_packing():
@@ -70,17 +69,6 @@ def test_the_limit_of_large_systems_is_recovered_by_sizes_that_count_by_their_er
     wanted = np.linalg.solve(columns.T @ w @ columns, columns.T @ w @ [g.mean() for g in groups])
     assert limit_of_sizes(n, groups, 0.7) == pytest.approx(wanted[0], rel=1e-9)
     assert np.isnan(limit_of_sizes(n, [np.ones(3)] * 4))
-
-
-def test_packings_of_two_laws_are_paired_by_seed():
-    """Under one law seed 2 is not stable."""
-
-    def group(seeds, eta0):
-        one = np.ones((len(seeds), 1))
-        return Group(np.array(seeds), np.ones(1), one, one, one[:, 0], np.array(eta0), one[:, 0])
-
-    found = same_packings([group([1, 2, 3], [1.0, 2.0, 3.0]), group([1, 3], [10.0, 30.0])])
-    assert found.tolist() == [[1.0, 10.0], [3.0, 30.0]]
 
 
 def test_packings_are_paired_through_all_frequencies_of_a_correlation():

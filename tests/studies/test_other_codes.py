@@ -3,7 +3,7 @@
 import pytest
 from commands import call_studies
 
-from studies.other_codes.compare import HERE, compare, compare_analysis, jolted_minimum, text_of
+from studies.other_codes.compare import HERE, compare, compare_analysis, jolted_minimum
 from studies.other_codes.peers import Analyst, Lammps, Peer
 
 
@@ -40,13 +40,6 @@ def test_same_basin_gives_the_same_minimum(rows):
         assert row["max_force"] < 2e-12 and row["minimum"] < 1e-12
         assert row["z"] == 0.0 and abs(row["g"]) < 1e-7
         assert 0 < row["warm"] and 0 < row["cold"] and row["warm_ratio"] == pytest.approx(row["warm"] / rows[0]["warm"])
-
-
-def test_absent_peer_is_reported(rows):
-    row = rows[-1]
-    assert row["energy"] is None and row["warm"] is None
-    assert row["note"] == "not installed: pip install 'jamlab[peers]'"
-    assert text_of(row["energy"]) == "-"
 
 
 def itself(packing):

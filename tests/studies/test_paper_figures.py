@@ -8,12 +8,10 @@ import pandas as pd
 import pytest
 from bare_pictures import artists
 from commands import call_studies
-from drawn_figures import FIGURES, PICTURES, PUBLISHED, TABLES, drawn, saved, tables
+from drawn_figures import FIGURES, PICTURES, PUBLISHED, drawn, saved, tables
 from matplotlib.axes import Axes
 
-from jamlab.errors import InputError
 from studies import pages
-from studies.ensemble_tables import EnsembleTables
 from studies.panels import drawing
 from studies.papers import forest
 from studies.papers.verdicts import SUMMARY
@@ -67,18 +65,6 @@ def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
     assert page.index("data:image") < page.index("<tr data-mark=")  # pictures first
 
 
-def test_figures_that_the_tables_do_not_give_are_told(tmp_path):
-    def read(name):
-        if name == "quasistatic":
-            return TABLES[name]()
-        raise InputError(f"no table {name}")
-
-    some = EnsembleTables(read)
-    drawings, failures = write(tmp_path, "baumgarten-5", "boromand-8", given=some)
-    assert [d.name for d in drawings] == ["baumgarten-5"] and list(failures) == ["boromand-8"]
-    assert "Not drawn" in (tmp_path / "figures.html").read_text()
-
-
 def test_a_fault_of_a_figure_is_no_lack_of_data(tmp_path):
     """A column that the code names wrongly is no table that lacks it."""
     broken = Study("broken", "Broken", {}, lambda tables: tables.read("states")["no such column"])
@@ -101,14 +87,6 @@ def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):
     claims = [c for name in names for c in drawn(name).claims if c.measured.known and c.statement.counted]
     tests = sum(c.statement.tested for c in claims)
     assert (tmp_path / "out" / SUMMARY).read_text().startswith(f"Of {tests} numbers of both papers ")
-
-
-@pytest.mark.parametrize(
-    ("words", "named"), [(["boromand-12"], "boromand-12"), (["boromand-4", "--from", "nowhere"], "nowhere")]
-)
-def test_bad_calls_are_refused(tmp_path, words, named):
-    done = call_studies(tmp_path, "draw", *words)
-    assert done.exit_code == 1 and named in done.stderr and not list(tmp_path.iterdir())
 
 
 def test_a_curve_without_points_has_no_name_in_the_legend():

@@ -59,14 +59,6 @@ def test_numbers_are_what_the_tables_hold(statement, value, tolerance):
     assert found.low - 1e-12 <= found.value <= found.high + 1e-12
 
 
-def test_a_table_that_differs_gives_another_number():
-    both = pd.concat([states(z0=5.0, c=0.9), states("dp")])
-    other = EnsembleTables({"states": both, "onset": onset()}.__getitem__)
-    assert measure("BT-z0-sp-phi", other).value == pytest.approx(5.0, abs=0.1)
-    assert measure("B4-C", other).value == pytest.approx(0.9, abs=1e-3)
-    assert measure("BT-G0-sp-phi", other).value == pytest.approx(0.42, abs=0.01)
-
-
 def test_the_loss_of_the_fluid_alone_is_no_critical_slope():
     """G'' of a fluid of viscosity 1 rises with omega; what it adds to G'' ~ omega^0.5 is taken off. G'' itself, which
     the paper collapses, is another analysis, as G' is beside G' - G_0."""
@@ -107,16 +99,6 @@ def test_a_collapse_ends_at_the_highest_pressure_of_the_paper():
     found, right = (measure("T8-a-contact", given) for given in (wrong, tables()))
     assert (found.value, found.low, found.high) == (right.value, right.low, right.high)
     assert found.variants["highest = 0.1"].value < 0.95 * found.value
-
-
-def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():
-    """eta_0 = N^a (p N^2)^-0.4 has the slope -0.4 at every size together, a = 1 and 1.09."""
-    table = spectra()
-    a = np.where(table["law"] == "stokes", 1.09, 1.0)
-    table["eta0"] = table["n"] ** a * (table["target_pressure"] * table["n"] ** 2) ** -0.4
-    given = EnsembleTables({"spectra": table}.get)
-    slopes = [measure(f"T8-tail-{law}", given).value for law in ("contact", "stokes")]
-    assert slopes == pytest.approx([-0.4, -0.4], abs=1e-9)
 
 
 def test_regimes_of_root_laws_end_where_they_cross():

@@ -33,16 +33,6 @@ def test_nothing_is_cut_and_nothing_is_loaded(browser, figures_page, width):
     assert browser.errors() == [] and [name for name in browser.loaded() if not name.startswith("data:")] == []
 
 
-def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_page):
-    browser.open(figures_page)
-    assert len(shown(browser, "section figure img")) == 2
-    links = browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))")
-    assert len(links) == 1 + 2
-    for link in links[1:]:
-        order = browser.run("return [...document.querySelector(values[0]).children].map(e => e.tagName)", link)
-        assert order[:3] == ["H2", "FIGURE", "TABLE"]
-
-
 def test_rows_are_chosen_by_their_verdict(browser, figures_page):
     browser.open(figures_page)
     everything = shown(browser, "tr[data-mark]")

@@ -125,17 +125,6 @@ def test_a_minimiser_that_lies_is_seen(monkeypatch):
     assert attempt(partial(packings.try_tolerance, 1e-12, 8, 1)).verdict == SILENT
 
 
-# limits of theory ----------------------------------------------------------------------------------------------------
-
-
-def test_a_free_droplet_collapses_at_the_limit():
-    limit = MAPS["droplet-elasticity"].limit(300.0, 1)
-    p = {"gamma": 0.99 * limit, "ka": 300.0, "a0": np.array([(24 / 29) ** 2])}
-    assert jamlab.models.droplets.free_polygon_area(np.array([12]), p) > 0
-    with pytest.raises(jamlab.InputError):
-        jamlab.models.droplets.free_polygon_area(np.array([12]), {**p, "gamma": 1.01 * limit})
-
-
 # tables and pictures -------------------------------------------------------------------------------------------------
 
 
@@ -192,12 +181,3 @@ def test_counts_in_the_documentation():
         assert runs in text and f" {ended} ended " in text
     assert f"In {changed} more contacts changed, which jamlab knows" in text
     assert f"{parted} of the {compared} runs whose energy balances end more than 1 %" in text
-
-
-def test_a_cell_measured_anew_is_that_of_the_shipped_table():
-    name, x, y = "pressure", 0.5, 4
-    (now,) = MAPS[name].rows(y, [x])
-    shipped = reference_tables().read(name)
-    (before,) = shipped[np.isclose(shipped["x"], x, atol=0) & np.isclose(shipped["y"], y)].to_dict("records")
-    assert {key: now[key] for key in ("runs", "converged", "stalled", "refused")}.items() <= before.items()
-    assert now["limit"] == pytest.approx(before["limit"], rel=1e-4)
