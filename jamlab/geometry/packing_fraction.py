@@ -7,8 +7,8 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
-from jamlab.geometry.particle_shape import disk_radii, particle_areas
-from jamlab.geometry.power_cells import cuts_overlap, disk_cells, disk_chords, radical_height
+from jamlab.geometry.particle_shape import particle_areas
+from jamlab.geometry.power_cells import disk_cells, radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import bound_voids
 from jamlab.packing.packing import Packing
@@ -24,8 +24,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
         packing: SP or DP.
         method: one of
 
-            * "exact": rho, area of the union of the particles.
-            * "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
+            * "exact": rho, area of the union of the particles. SP: disks cut by their power cells, in closed form.
             * "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
               Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
               compression.
@@ -48,29 +47,22 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
     return methods[method](packing)
 
 
-def cover_by_disks(packing: Packing) -> tuple[float, str]:
-    """rho of an SP packing, and the way taken: "pairs" where no lens of two disks overlaps another, else "cells"."""
-    if cuts_overlap(disk_chords(packing)):
-        return fraction_by_cells(packing), "cells"
-    return fraction_by_pairs(packing), "pairs"
-
-
-def cover_by_droplets(packing: Packing) -> tuple[float, str]:
-    """rho of a DP packing, and the way taken: "boundary", 1 minus the voids, or, where outlines cross, "outlines"."""
+def cover_by_droplets(packing: Packing) -> float:
+    """rho of a DP packing: 1 minus the voids, or, where outlines cross, by their overlaps."""
     try:
-        return 1.0 - float(bound_voids(packing).area.sum() / packing.area), "boundary"
+        return 1.0 - float(bound_voids(packing).area.sum() / packing.area)
     except BoundaryError:
-        return float(particle_areas(packing).sum() / packing.area), "outlines"
+        return float(particle_areas(packing).sum() / packing.area)
 
 
-def fraction_by_cells(packing: Packing) -> float:
-    """Disks cut by their power cells, over the cell."""
+def cover_by_disks(packing: Packing) -> float:
+    """rho of an SP packing: disks cut by their power cells, over the cell."""
     return float(disk_cells(packing).area.sum() / packing.area)
 
 
 def fraction_by_pairs(packing: Packing) -> float:
     """Boromand et al. eq 9."""
-    near, radius = touching_disks(packing), disk_radii(packing)
+    near, radius = touching_disks(packing), 0.5 * packing.disk_diameters
     lenses = lens_area(np.hypot(*near.r.T), radius[near.i], radius[near.j])
     return packing.phi - float(lenses.sum() / packing.area)
 

@@ -6,25 +6,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.geometry.rims import moved
+from jamlab.geometry.edge_capsules import cut_lines, edge_rings, near_edges, sort_intervals
+from jamlab.geometry.vertex_contacts import named_pairs, unique_rows
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLUE
 
-SHAPE_DEFINITION = 1  # version, see jamlab.campaign.tasks
-
-
-def disk_radii(packing: Packing) -> Array:
-    """(n,) radii of the disks of an SP packing."""
-    return 0.5 * packing.disk_diameters
+# version, see jamlab.campaign.tasks; in 1 contact lengths were those of drawn arcs, off by up to 3e-4
+SHAPE_DEFINITION = 2
 
 
 @checked
@@ -111,9 +107,6 @@ def edge_lengths(packing: Packing) -> Array:
     return np.asarray(np.hypot(*packing.edges.T))
 
 
-_QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
-
-
 @dataclass(frozen=True)
 class ContactLengths(Result):
     """Lengths of outline in contact.
@@ -167,13 +160,15 @@ def contact_lengths(packing: Packing) -> ContactLengths:
         >>> lengths.pairs.shape == (len(lengths.length), 2), bool((lengths.length > 0).all())
         (True, True)
     """
-    outlines, network = packing.outlines(), contacts(packing)
-    grown = shapely.buffer(outlines, packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
-    rings, (i, j), move = shapely.get_exterior_ring(outlines), network.pairs.T, network.shift @ packing.box
-    sides = [
-        shapely.length(shapely.intersection(rings[one], moved(grown[other], step)))
-        for one, other, step in ((i, j, move), (j, i, -move))
-    ]
-    length = 0.5 * (sides[0] + sides[1])
+    contacts(packing)  # refuses outlines that cross
+    edges, near = edge_rings(packing), near_edges(packing)
+    i, j, shift = near.i[~near.own], near.j[~near.own], near.shift[~near.own]
+    rows, low, high = cut_lines(edges, i, j, near.r[~near.own], 2 * edges.rim)
+    # parts of one edge near one image of a polygon, then those of all edges on both sides
+    sides, part = unique_rows(np.column_stack([i, edges.particle[j], shift])[rows])
+    part, low, high, before = sort_intervals(part, low, high, edges.length[sides[:, 0]])
+    covered = np.bincount(part, np.maximum(high - np.maximum(low, before), 0.0), len(sides))
+    pairs, pair, _ = named_pairs(edges.particle[sides[:, 0]], sides[:, 1], sides[:, 2:])
+    length = np.asarray(0.5 * np.bincount(pair, covered, len(pairs)), dtype=np.float64)
     touching = length > 0
-    return ContactLengths(network.pairs[touching], length[touching], packing.unit_names.length)
+    return ContactLengths(pairs[touching, :2], length[touching], packing.unit_names.length)

@@ -22,14 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
-from jamlab.geometry.particle_shape import disk_radii
-from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.geometry.edge_capsules import latest
 from jamlab.packing.derived import per_packing
-from jamlab.packing.neighbors import Pairs
+from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
 EMPTY = 1e-14  # a cell smaller than this part of R^2 is rounding: a hundred times that of a double in some sums
+# Disks nearer than this part of R_i + R_j touch: rounding of a minimum (forces to 1e-14) must not open a void.
+TOUCH = 1e-12
 
 _TURN = 2 * np.pi
 
@@ -81,18 +82,22 @@ class DiskCells:
 @per_packing
 def disk_cells(packing: Packing) -> DiskCells:
     """Cut every disk of an SP packing by its power cell."""
-    return cut_disks(disk_chords(packing), disk_radii(packing))
+    chords, arcs = free_arcs(packing)
+    return cut_disks(chords, arcs, 0.5 * packing.disk_diameters)
 
 
 @per_packing
-def disk_chords(packing: Packing) -> Chords:
-    """Find the common chords of the disks of an SP packing that overlap."""
-    return find_chords(touching_disks(packing), disk_radii(packing))
+def free_arcs(packing: Packing) -> tuple[Chords, Arcs]:
+    """Common chords of the disks of an SP packing that overlap, or touch within `TOUCH`, and the arcs between them."""
+    radius = 0.5 * packing.disk_diameters
+    near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * TOUCH))
+    chords = find_chords(near, radius, TOUCH)
+    return chords, find_free_arcs(chords)
 
 
-def cut_disks(chords: Chords, radius: Array) -> DiskCells:
+def cut_disks(chords: Chords, arcs: Arcs, radius: Array) -> DiskCells:
     """Cut disks of the given radii, (n,), by the chords of all pairs that overlap; see `disk_cells`."""
-    arcs, length, n = find_free_arcs(chords), _clip(chords), len(radius)
+    length, n = _clip(chords), len(radius)
     free = _sum_by_disk(arcs.i, arcs.angle, n)
     area = 0.5 * (radius**2 * free + _sum_by_disk(chords.i, chords.height * length, n))
     perimeter = radius * free + _sum_by_disk(chords.i, length, n)
@@ -100,27 +105,6 @@ def cut_disks(chords: Chords, radius: Array) -> DiskCells:
     area[empty] = perimeter[empty] = 0.0
     length[empty[chords.i]] = 0.0
     return DiskCells(area, perimeter, free, chords, length, arcs)
-
-
-def cuts_overlap(chords: Chords) -> bool:
-    """Whether a point lies inside three disks, or a disk inside another. What three disks share is bounded by arcs that
-    lie in two other disks, so that two cuts of a circle overlap."""
-    if chords.swallowed.any():
-        return True
-    a, b = _chords_of_one_disk(chords)
-    height, half = chords.height, chords.half
-    square = half[a] ** 2 + height[a] ** 2  # of the radius
-    cosine = height[a] * height[b] - half[a] * half[b]  # of the sum of both half angles
-    beyond_half_turn = height[a] * half[b] + height[b] * half[a] < 0
-    near = (chords.normal[a] * chords.normal[b]).sum(axis=1) * square > cosine
-    return bool(((a < b) & (beyond_half_turn | near)).any())
-
-
-def _chords_of_one_disk(chords: Chords) -> tuple[Indices, Indices]:
-    """All pairs of rows of the same disk, each row with itself as well, by the first of both."""
-    number = np.diff(chords.first)[chords.i]
-    one = np.repeat(np.arange(len(number)), number)
-    return one, np.arange(len(one)) + np.repeat(chords.first[chords.i] - np.cumsum(number) + number, number)
 
 
 def _clip(chords: Chords) -> Array:
@@ -132,7 +116,10 @@ def _clip(chords: Chords) -> Array:
     lines that coincide, that of the more distant disk is in front."""
     if not len(chords.i):
         return np.empty(0)
-    e, k = _chords_of_one_disk(chords)
+    number = np.diff(chords.first)[chords.i]
+    stop = np.cumsum(number)
+    e = np.repeat(np.arange(len(number)), number)  # with all chords k of its disk, itself as well
+    k = np.arange(len(e)) + np.repeat(chords.first[chords.i] - stop + number, number)
     height, distance = chords.height, chords.distance
     sine, cosine = cross(chords.normal[e], chords.normal[k]), (chords.normal[e] * chords.normal[k]).sum(axis=1)
     facing = np.where(cosine < 0, -height[e], height[e])
@@ -140,7 +127,7 @@ def _clip(chords: Chords) -> Array:
     farther = (distance[k] > distance[e]) | ((distance[k] == distance[e]) & (k < e))
     hidden = (sine == 0) & ((room < 0) | ((room == 0) & (cosine > 0) & farther))
     end = room / np.where(sine == 0, 1.0, sine)
-    begin = np.searchsorted(e, np.arange(len(height)))
+    begin = stop - number
     below = np.minimum.reduceat(np.where(sine > 0, end, np.where(hidden, -np.inf, np.inf)), begin)
     above = np.maximum.reduceat(np.where(sine < 0, end, -np.inf), begin)
     return np.asarray(np.maximum(np.minimum(below, chords.half) - np.maximum(above, -chords.half), 0.0))
@@ -189,7 +176,7 @@ def find_free_arcs(chords: Chords) -> Arcs:
     """Find what no other disk covers of the circles that have chords, then the whole circles. A chord cuts the angles
     from theta - alpha to theta + alpha, alpha = arctan2(c, h), out of its circle. They are counted from the start of
     the first cut of each disk, so that no free arc runs through zero."""
-    n, m, first = len(chords.swallowed), len(chords.i), chords.first
+    m, first = len(chords.i), chords.first
     theta, alpha = np.arctan2(*chords.normal.T[::-1]), np.arctan2(chords.half, chords.height)
     start = np.mod(theta - alpha - (theta - alpha)[first[chords.i]], _TURN)
     through = np.flatnonzero(start + 2 * alpha > _TURN)  # zero: they cover its other side too
@@ -199,14 +186,8 @@ def find_free_arcs(chords: Chords) -> Arcs:
     order = np.lexsort((np.arange(len(row)), start, chords.i[row]))
     row, start, end = row[order], start[order], end[order]
     disk = chords.i[row]
-    place = np.arange(len(row)) - np.searchsorted(disk, disk)
-    furthest, reached = np.full(n, -np.inf), np.empty(n, dtype=np.int64)
-    covered, by = np.empty(len(row)), np.empty(len(row), dtype=np.int64)
-    for k in range(place.max(initial=-1) + 1):  # the k-th cut of each disk, and the cut so far that ends last
-        here = np.flatnonzero(place == k)
-        later = here[end[here] >= furthest[disk[here]]]
-        furthest[disk[later]], reached[disk[later]] = end[later], row[later]
-        covered[here], by[here] = furthest[disk[here]], reached[disk[here]]
+    so_far = latest(disk, end)  # the cut of the disk up to here that ends last
+    covered, by = end[so_far], row[so_far]
     last = np.append(disk[1:] != disk[:-1], np.ones(min(len(disk), 1), dtype=bool))
     following = np.where(last, first[disk], np.append(row[1:], 0)[: len(row)])  # after the last gap comes that at zero
     gap = np.where(last, _TURN, np.append(start[1:], 0.0)[: len(row)]) - covered

@@ -15,53 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
+from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.packing.neighbors import periodic_pairs
-from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
 shapely: Any = lazy_loader.load("shapely")  # only where outlines are drawn: disks have none
 Geometries = NDArray[np.object_]
 
 ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs by 1e-5 w^2 at most
-SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
-
-
-@dataclass(frozen=True)
-class EdgeRings:
-    """Edges of the polygons of a DP packing, counter-clockwise, m of them."""
-
-    particle: Indices  # (m,) polygon of each edge, ascending
-    tail: Array  # (m, 2) position at which each edge begins
-    length: Array  # (m,)
-    along: Array  # (m, 2) unit vectors
-    normal: Array  # (m, 2) unit vectors that point outwards
-    # before, after: (m,) edges that end at the tail and begin at the head
-    before: Indices
-    after: Indices
-    turn: Array  # (m,) exterior angle at the tail, from -pi to pi; positive at convex corners
-    rim: float  # width of the rim around the polygons, delta/2
-
-
-def edge_rings(packing: Packing) -> EdgeRings:
-    """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
-    x, low, high = packing.positions, packing.polygon_offsets[:-1], packing.polygon_offsets[1:]
-    after = np.arange(1, len(x) + 1)
-    after[high - 1] = low
-    length = np.hypot(*(x[after] - x).T)
-    particle = np.repeat(np.arange(packing.n), high - low)
-    kept = length > SHORTEST * np.add.reduceat(length, low)[particle]
-    particle, tail = particle[kept], x[kept]
-    end = np.cumsum(np.bincount(particle, minlength=packing.n))
-    begin = np.append(0, end[:-1])
-    begin, end = begin[begin < end], end[begin < end]
-    before, after = np.arange(len(tail)) - 1, np.arange(len(tail)) + 1
-    before[begin], after[end - 1] = end - 1, begin
-    edge = tail[after] - tail
-    length = np.hypot(*edge.T)
-    along = edge / length[:, None]
-    normal, arriving = np.column_stack([along[:, 1], -along[:, 0]]), along[before]
-    turn = np.arctan2(cross(arriving, along), (arriving * along).sum(axis=1))
-    return EdgeRings(particle, tail, length, along, normal, before, after, turn, 0.5 * packing.params["delta"])
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
-from jamlab.geometry.particle_shape import disk_radii
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.derived import per_packing
 from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
@@ -35,7 +34,7 @@ def touching_disks(packing: Packing) -> Pairs:
     """Find all pairs of disks within the cutoff of their law: the sum of their radii, or farther by its range. Returns
     pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own image,
     touches each of them."""
-    return periodic_pairs(packing.positions, packing.box, disk_radii(packing) + 0.5 * packing.law.range)
+    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.disk_diameters + 0.5 * packing.law.range)
 
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)
@@ -99,7 +98,7 @@ def _closest_of_edges(packing: Packing, found: VertexContacts) -> Indices:
     refuse_crossings(packing)
     before, image = np.argsort(packing.successor), _images(packing, found)
     own = np.concatenate([found.vertex, before[found.vertex]])
-    _, pair, _ = _named_pairs(own, np.tile(found.tail, 2), np.tile(image, (2, 1)))
+    _, pair, _ = named_pairs(own, np.tile(found.tail, 2), np.tile(image, (2, 1)))
     order = np.lexsort([np.tile(found.tail, 2), np.tile(found.distance, 2), pair])
     return np.asarray(order[np.unique(pair[order], return_index=True)[1]] % len(found.vertex))
 
@@ -128,7 +127,8 @@ def refuse_crossings(packing: Packing, *, within: bool = False) -> None:
     i, j = near.i[suspect], near.j[suspect]
     shift = np.repeat(near.r[suspect] - (middle[j] - middle[i]), shapely.get_num_coordinates(shapes[j]), axis=0)
     others = shapely.transform(shapes[j], lambda x: x + shift)
-    crossed = np.flatnonzero(shapely.intersects(shapes[i], others) & ~shapely.touches(shapes[i], others))
+    meet = np.flatnonzero(shapely.intersects(shapes[i], others))
+    crossed = meet[~shapely.touches(shapes[i[meet]], others[meet])]
     if len(crossed):
         raise crossing_error(int(i[crossed[0]]), int(j[crossed[0]]))
 
@@ -155,21 +155,21 @@ def name_pairs(packing: Packing) -> PairNames:
     """Name the pairs of polygons that meet, alike from both sides. Returns (k, 4) int64, sorted: i <= j and the image
     of j; (m,) which of them each meeting belongs to; (m,) bool: the vertex is one of j, not of i."""
     particle, found = packing.particle, vertex_contacts(packing)
-    return _named_pairs(particle[found.vertex], particle[found.tail], _images(packing, found))
+    return named_pairs(particle[found.vertex], particle[found.tail], _images(packing, found))
 
 
 def _images(packing: Packing, found: VertexContacts) -> NDArray[np.int64]:
     return np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
 
 
-def _named_pairs(i: Indices, j: Indices, image: NDArray[np.int64]) -> PairNames:
+def named_pairs(i: Indices, j: Indices, image: NDArray[np.int64]) -> PairNames:
     """Seen from both sides a pair has one name: the lower number first, and the image counted from it."""
     swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
-    return *_unique_rows(np.column_stack([np.minimum(i, j), np.maximum(i, j), image])), swapped
+    return *unique_rows(np.column_stack([np.minimum(i, j), np.maximum(i, j), image])), swapped
 
 
-def _unique_rows(rows: Indices) -> tuple[Indices, Indices]:
+def unique_rows(rows: Indices) -> tuple[Indices, Indices]:
     """Sorted rows (m, 4) without repeats, and (m,) which of them each row is; `np.unique` takes four times as long."""
     order = np.lexsort(rows.T[::-1])
     in_turn = rows[order]

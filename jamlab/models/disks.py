@@ -11,7 +11,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError
 from jamlab.geometry.contact_network import ContactForces, per_length
-from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_cells, fraction_by_pairs
+from jamlab.geometry.packing_fraction import cover_by_disks, fraction_by_pairs
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.boundary_loops import trace_disks
@@ -41,11 +41,9 @@ class Disks:
     least_force = 2e-14
     points = staticmethod(touching_disks)
     boundary = staticmethod(trace_disks)
-    cover = staticmethod(cover_by_disks)
     fraction_methods: Mapping[str, Callable[[Packing], float]] = {
-        "exact": lambda packing: cover_by_disks(packing)[0],
+        "exact": cover_by_disks,
         "pairs": fraction_by_pairs,
-        "cells": fraction_by_cells,
         "nominal": lambda packing: packing.phi,
     }
 

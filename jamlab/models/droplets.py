@@ -17,6 +17,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError, SelfCrossingError
 from jamlab.geometry.contact_network import ContactForces, per_length
+from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.packing_fraction import cover_by_droplets
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.geometry.vertex_contacts import name_pairs, pair_polygons, vertex_contacts
@@ -64,9 +65,8 @@ class Droplets:
     deforms = True
     points = staticmethod(vertex_contacts)
     boundary = staticmethod(trace_polygons)
-    cover = staticmethod(cover_by_droplets)
     fraction_methods: Mapping[str, Callable[[Packing], float]] = {
-        "exact": lambda packing: cover_by_droplets(packing)[0],
+        "exact": cover_by_droplets,
         "nominal": lambda packing: packing.phi,
     }
 
@@ -204,10 +204,15 @@ class Droplets:
         return shared_areas(packing)
 
     def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]:
-        if rim:
-            grown = rims(packing)
-            return grown.area, grown.perimeter
-        return packing.polygon_areas, packing.perimeters
+        area, perimeter, w = packing.polygon_areas, packing.perimeters, 0.5 * packing.params["delta"]
+        if not rim:
+            return area, perimeter
+        area, perimeter = area + w * perimeter + np.pi * w**2, perimeter + 2 * np.pi * w  # Steiner, of convex polygons
+        edges = edge_rings(packing)
+        if (dented := np.bincount(edges.particle, edges.turn < 0, packing.n) > 0).any():
+            grown = rims(packing.select(dented))
+            area[dented], perimeter[dented] = grown.area, grown.perimeter
+        return area, perimeter
 
     def bare_areas(self, packing: Packing) -> Array:
         return packing.polygon_areas

@@ -89,7 +89,6 @@ class Model(Protocol):
     def shares(self, packing: Packing) -> Array: ...  # (n,) areas, overlaps shared
     def outline(self, packing: Packing, rim: bool) -> tuple[Array, Array]: ...  # (n,) area and perimeter
     def bare_areas(self, packing: Packing) -> Array: ...  # (n,) to compare with `rest_areas`
-    def cover(self, packing: Packing, /) -> tuple[float, str]: ...  # rho, and the way it was found
     def boundary(self, packing: Packing, /) -> Any: ...  # `Boundary` of the covered region
     def power_points(
         self, packing: Packing, spacing: float

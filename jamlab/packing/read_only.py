@@ -1,7 +1,7 @@
 """Make what several packings share read-only: mappings and arrays, and what holds them."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -39,10 +39,10 @@ def frozen(value: Any) -> Any:
 def lock(value: Any) -> None:
     """Make arrays read-only, those in tuples, lists and dataclasses as well."""
     if isinstance(value, np.ndarray):
-        value.flags.writeable = False
+        value.setflags(write=False)
     elif isinstance(value, tuple | list):
         for each in value:
             lock(each)
     elif is_dataclass(value):
-        for each in fields(value):
-            lock(getattr(value, each.name))
+        for each in vars(value).values():
+            lock(each)

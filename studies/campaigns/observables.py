@@ -7,7 +7,7 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.packing_fraction import lens_area, packing_fraction
-from jamlab.geometry.power_cells import cut_disks, find_chords
+from jamlab.geometry.power_cells import cut_disks, find_chords, find_free_arcs
 from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.measure import measure
@@ -77,7 +77,8 @@ def _shared_by_triples(near: Pairs, radius: Array) -> float:
     first, second = disk[:, [0, 0, 1]].ravel(), disk[:, [1, 2, 2]].ravel()
     sides = np.stack([r[a], r[b], apart], axis=1).reshape(-1, 2)
     triples = Pairs(first, second, sides, np.zeros((len(first), 2), dtype=np.int64))
-    union = cut_disks(find_chords(triples, three.ravel()), three.ravel()).area.reshape(-1, 3).sum(axis=1)
+    chords = find_chords(triples, three.ravel())
+    union = cut_disks(chords, find_free_arcs(chords), three.ravel()).area.reshape(-1, 3).sum(axis=1)
     lenses = _lenses(triples, three.ravel()).reshape(-1, 3).sum(axis=1)
     shared = np.maximum(union - np.pi * (three**2).sum(axis=1) + lenses, 0.0)
     return float((shared / times).sum())

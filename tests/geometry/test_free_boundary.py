@@ -8,7 +8,7 @@ from packings_by_hand import droplets
 from random_packings import disks, polygons
 
 from jamlab.errors import BoundaryError, InputError
-from jamlab.geometry.rims import edge_rings
+from jamlab.geometry.edge_capsules import edge_rings
 from jamlab.geometry.voids.boundary_loops import trace_polygons
 from jamlab.geometry.voids.voids import voids
 

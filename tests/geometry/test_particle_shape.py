@@ -76,7 +76,7 @@ def test_shifted_rectangles_share_their_common_side_and_what_lies_around_its_end
     packing = droplets([rectangle(1, 1, [1, 1]), rectangle(1, 1, [2 + gap, 1.4])], 0.25)
     found = jamlab.contact_lengths(packing)
     assert found.pairs.tolist() == [[0, 1]]
-    assert found.length == pytest.approx([0.6 + np.sqrt(0.25**2 - gap**2) + 0.25 - gap], rel=1e-3)  # arcs are polygons
+    assert found.length == pytest.approx([0.6 + np.sqrt(0.25**2 - gap**2) + 0.25 - gap], rel=1e-12)
 
 
 def test_contact_across_the_boundary_and_with_two_images():

@@ -15,7 +15,7 @@ TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 
 
 def check_sum(packing, found, tolerance=1e-12):
-    rho = packing_fraction(packing, "cells")
+    rho = packing_fraction(packing)
     np.testing.assert_allclose(found.area.sum() / packing.area + rho, 1.0, rtol=0, atol=tolerance)
     for values in (found.area, found.perimeter, found.shape, found.centroid[found.percolating == 0]):
         assert np.isfinite(values).all()

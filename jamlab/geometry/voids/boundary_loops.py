@@ -7,8 +7,7 @@ relative to the first piece of its loop, and a loop may wind around the torus in
 A polygon with its rim is the union of the polygon and of a capsule around every edge: the points within w = delta/2 of
 the edge. Its outline runs along the edges, moved outwards by w, and along arcs of radius w around convex corners. Each
 of these elements is cut by the capsules of other edges: those of other particles, and of the same particle where it is
-not convex. A capsule is convex, and two capsules around edges that do not cross meet in at most two points, so that a
-capsule hides one interval of an element. What no capsule hides is free boundary.
+not convex. Each capsule hides one interval of an element, and what no capsule hides is free boundary.
 
 Disks leave free arcs, each followed by the arc of the disk that it meets.
 """
@@ -19,10 +18,9 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
-from jamlab.geometry.particle_shape import disk_radii
-from jamlab.geometry.power_cells import find_chords, find_free_arcs
-from jamlab.geometry.rims import EdgeRings, edge_rings
-from jamlab.packing.neighbors import periodic_neighbors, periodic_pairs
+from jamlab.geometry.edge_capsules import EdgeRings, Elements, cut_arcs, cut_lines, edge_rings, near_edges
+from jamlab.geometry.power_cells import free_arcs
+from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 
@@ -63,25 +61,20 @@ def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary
         following: (k,) int64, a permutation: piece that comes next.
         shift: (k, 2) int64, which periodic image of it.
     """
-    order: list[int] = []
-    begin, seen, ahead = [], [False] * len(following), following.tolist()
-    for first in range(len(ahead)):
-        if not seen[first]:
-            begin.append(len(order))
-        piece = first
-        while not seen[piece]:
-            seen[piece] = True
-            order.append(piece)
-            piece = ahead[piece]
-    assert len(np.unique(following)) == len(order), "every piece follows one other"
-    begins, along = np.array(begin, dtype=np.int64), np.array(order, dtype=np.int64)
-    length = np.diff(np.append(begins, len(order)))
-    loop, image = np.empty_like(following), np.empty_like(shift)
-    loop[along] = np.repeat(np.arange(len(begins)), length)
-    before = np.cumsum(shift[along], axis=0) - shift[along]
-    image[along] = before - np.repeat(before[begins], length, axis=0)
-    last = along[begins + length - 1]
-    return Boundary(pieces, following, loop, image, image[last] + shift[last], along[begins])
+    assert (np.bincount(following, minlength=len(following)) == 1).all(), "every piece follows one other"
+    first, ahead = np.arange(len(following)), following
+    while not np.array_equal(lower := np.minimum(first, first[ahead]), first):  # twice as far ahead every time
+        first, ahead = lower, ahead[ahead]
+    behind, image = np.empty_like(following), np.zeros_like(shift)
+    behind[following], image[following] = np.arange(len(following)), shift
+    origin = np.flatnonzero(first == np.arange(len(first)))
+    last, winding = behind[origin], image[origin].copy()
+    behind[origin], image[origin] = origin, 0
+    while (behind != first).any():
+        image, behind = image + image[behind], behind[behind]
+    loop = np.empty_like(following)
+    loop[origin] = np.arange(len(origin))
+    return Boundary(pieces, following, loop[first], image, image[last] + winding, origin)
 
 
 def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> None:
@@ -95,9 +88,10 @@ def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Arr
         box: (2, 2).
         size: radius that `JOINT` refers to.
     """
-    loose = np.flatnonzero(following < 0)
+    known, taken = following >= 0, np.zeros(len(following), dtype=bool)
+    taken[following[known]] = True
+    loose, free = np.flatnonzero(~known), np.flatnonzero(~taken)
     if len(loose):
-        free = np.setdiff1d(np.arange(len(following)), following)
         after, shift[loose] = match_ends(pieces.end[loose], pieces.start[free], box, JOINT * size)
         following[loose] = free[after]
 
@@ -110,6 +104,8 @@ def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tupl
     from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
     near, k = periodic_neighbors(ends, starts, box, tolerance), len(ends)
+    if len(near.i) == k and (np.bincount(near.i, minlength=k) * np.bincount(near.j, minlength=k) == 1).all():
+        return near.j, near.shift
     weight = np.hypot(*near.r.T) + 1e-3 * tolerance  # any positive constant will do: a sparse matrix would lose zeros
     try:
         end, start = min_weight_full_bipartite_matching(csr_array((weight, (near.i, near.j)), shape=(k, k)))
@@ -125,16 +121,9 @@ def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tupl
     return start[np.argsort(end)].astype(np.int64), near.shift[chosen][np.argsort(end)]
 
 
-# Disks nearer than this part of R_i + R_j touch: rounding of a minimum (forces to 1e-14) must not open a void.
-TOUCH = 1e-12
-
-
 def trace_disks(packing: Packing) -> Boundary:
     """Trace the boundary of the union of the disks of an SP packing."""
-    radius = disk_radii(packing)
-    near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * TOUCH))
-    chords = find_chords(near, radius, TOUCH)
-    arcs = find_free_arcs(chords)
+    (chords, arcs), radius = free_arcs(packing), 0.5 * packing.disk_diameters
     m, w, centre = len(arcs.i), radius[arcs.i], packing.positions[arcs.i]
     begin, end = (
         centre + w[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -150,44 +139,10 @@ def trace_disks(packing: Packing) -> Boundary:
     return chain_pieces(pieces, following, shift)
 
 
-@dataclass(frozen=True)
-class _Elements:
-    """Edges moved outwards by the rim, or arcs around their tails: element i belongs to edge i."""
-
-    extent: Array  # (m,) length of the edge, or exterior angle: not positive where there is no arc
-    # of the intervals that a capsule hides: element, and where they lie on it
-    number: Indices
-    low: Array
-    high: Array
-
-    def free(self) -> tuple[Indices, Array, Array]:
-        """Element, begin and end of what is not hidden, in this order."""
-        low, high = np.maximum(self.low, 0.0), np.minimum(self.high, self.extent[self.number])
-        kept = np.flatnonzero(low < high)
-        kept = kept[np.lexsort((low[kept], self.number[kept]))]
-        number, low, high = self.number[kept], low[kept], high[kept]
-        place = np.arange(len(number)) - np.searchsorted(number, number)
-        reached, found = np.zeros(len(self.extent)), []
-        for k in range(place.max(initial=-1) + 1):  # the k-th interval of each element
-            here = place == k
-            which, gap = number[here], low[here] > reached[number[here]]
-            found.append((which[gap], reached[which[gap]], low[here][gap]))
-            reached[which] = np.maximum(reached[which], high[here])
-        rest = np.flatnonzero(self.extent > reached)
-        found.append((rest, reached[rest], self.extent[rest]))
-        element, begin, end = (np.concatenate(values) for values in zip(*found, strict=True))
-        order = np.lexsort((begin, element))
-        return element[order], begin[order], end[order]
-
-
 def trace_polygons(packing: Packing) -> Boundary:
     """Trace the boundary of the union of the polygons of a DP packing, each grown by its rim delta/2."""
-    edges = edge_rings(packing)
-    w, middle = edges.rim, edges.tail + 0.5 * edges.length[:, None] * edges.along
-    near = periodic_pairs(middle, packing.box, 0.5 * edges.length + w * (1 + JOINT))
-    i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
-    r = edges.tail[j] - edges.tail[i] + np.concatenate([near.shift, -near.shift]) @ packing.box
-    own = (edges.particle[i] == edges.particle[j]) & np.tile((near.shift == 0).all(axis=1), 2)
+    edges, near = edge_rings(packing), near_edges(packing)
+    w, i, j, r, own = edges.rim, near.i, near.j, near.r, near.own
     _refuse_crossings(edges, i[~own], j[~own], r[~own])
     # neighbors on one polygon hide each other only at reflex corners; on an image of it they are like any others
     dented = np.bincount(edges.particle, edges.turn < 0, packing.n) > 0
@@ -195,8 +150,10 @@ def trace_polygons(packing: Packing) -> Boundary:
     beside = (after & (edges.turn[j] >= 0)) | (before & (edges.turn[i] >= 0))
     apart = ~own | dented[edges.particle[i]]
     cut, round_cut = apart & ~beside, apart & ~before & (edges.turn[i] > 0)
-    lines = _Elements(edges.length, *_cut_lines(edges, i[cut], j[cut], r[cut])).free()
-    arcs = _Elements(edges.turn, *_cut_arcs(edges, i[round_cut], j[round_cut], r[round_cut])).free()
+    i_cut = i[cut]
+    rows, low, high = cut_lines(edges, i_cut, j[cut], r[cut] - w * edges.normal[i_cut], w)
+    lines = Elements(edges.length, i_cut[rows], low, high).free()
+    arcs = Elements(edges.turn, *cut_arcs(edges, i[round_cut], j[round_cut], r[round_cut])).free()
     pieces, following = _draw(edges, lines, arcs)
     shift = np.zeros((len(following), 2), dtype=np.int64)
     join_loose_ends(pieces, following, shift, packing.box, w)
@@ -210,66 +167,6 @@ def _refuse_crossings(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> Non
     if crossing.any():
         m, n = (int(edges.particle[edge[crossing][0]]) for edge in (i, j))
         raise BoundaryError(f"outlines of polygons {m} and {n} cross: separate them; only their rims may overlap")
-
-
-def _cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> tuple[Indices, Array, Array]:
-    """Parts of moved edges i in the capsules around edges j, whose tails lie at r from those of i. A capsule is the
-    union of two disks around its ends and of a rectangle, and the part of a line in it is one interval."""
-    w, u, v, extent = edges.rim, edges.along[i], edges.along[j], edges.length[j]
-    r = r - w * edges.normal[i]
-    low, high, aside = np.full(len(i), np.inf), np.full(len(i), -np.inf), []
-    for end in (r, r + extent[:, None] * v):
-        place, across = (end * u).sum(axis=1), cross(u, end)
-        half = np.sqrt(np.maximum((w - across) * (w + across), 0.0))
-        low = np.where(half > 0, np.minimum(low, place - half), low)
-        high = np.where(half > 0, np.maximum(high, place + half), high)
-        aside.append(across)
-    enter, leave = np.full(len(i), -np.inf), np.full(len(i), np.inf)
-    slabs = ((-(r * v).sum(axis=1), (u * v).sum(axis=1), 0.0, extent), (-cross(v, r), cross(v, u), -w, w))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for start, slope, least, most in slabs:  # where least < start + slope s < most
-            one, two, inside = (least - start) / slope, (most - start) / slope, (least < start) & (start < most)
-            across = np.where(inside, np.inf, -np.inf)
-            enter = np.maximum(enter, np.where(slope == 0, -across, np.minimum(one, two)))
-            leave = np.minimum(leave, np.where(slope == 0, across, np.maximum(one, two)))
-    through = enter < leave
-    low, high = np.where(through, np.minimum(low, enter), low), np.where(through, np.maximum(high, leave), high)
-    meets = ~((np.minimum(*aside) >= w) | (np.maximum(*aside) <= -w))
-    return i[meets], low[meets], high[meets]
-
-
-def _cut_arcs(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> tuple[Indices, Array, Array]:
-    """Parts of the arcs around the tails of edges i in the capsules around edges j, whose tails lie at r from those.
-
-    In the frame of the capsule, x along it and y >= 0 the distance of the corner from its line, directions are counted
-    from the one straight at the line, (sine, cosine): the circle crosses the near side y = w of the capsule at +-beta,
-    cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end."""
-    w, v, length = edges.rim, edges.along[j], edges.length[j]
-    x, across = -(r * v).sum(axis=1), -cross(v, r)
-    beyond = x - np.clip(x, 0.0, length)
-    meets = np.hypot(beyond, across) < 2 * w
-    i, v, length, x, across, beyond = (values[meets] for values in (i, v, length, x, across, beyond))
-    y, side, first = np.abs(across), np.where(across >= 0, 1.0, -1.0), edges.normal[edges.before[i]]
-    down, ends = side[:, None] * np.column_stack([v[:, 1], -v[:, 0]]), []
-    for sign in (-side, side):
-        cosine = np.clip(y / w - 1, -1.0, 1.0)
-        sine = sign * np.sqrt((1 - cosine) * (1 + cosine))
-        crossing = x + w * sine
-        aside = np.where(crossing > length, length, 0.0) - x
-        apart = np.hypot(aside, y)
-        toward = np.where(apart > 0, (aside, y), ((0.0,), (1.0,))) / np.where(apart > 0, apart, 1.0)
-        c = np.minimum(0.5 * apart / w, 1.0)
-        s = sign * np.sqrt((1 - c) * (1 + c))
-        between = (crossing >= 0) & (crossing <= length)
-        local = np.where(between, (sine, cosine), (toward[0] * c + toward[1] * s, toward[1] * c - toward[0] * s))
-        direction = v * local[0][:, None] + down * local[1][:, None]
-        ends.append(np.arctan2(cross(first, direction), (first * direction).sum(axis=1)))
-    # the interval spans more than 2 pi/3 from nearer than w/2, and less than 4 pi/3 from further away
-    width = ends[1] - ends[0]
-    width += np.where(width < np.where(np.hypot(beyond, y) < 0.5 * w, 1.0, -1.0), 2 * np.pi, 0.0)
-    begin = np.where(ends[0] < 0, ends[0] + 2 * np.pi, ends[0])
-    begin = np.concatenate([begin, begin - 2 * np.pi])  # one that runs through the beginning shows at both ends
-    return np.tile(i, 2), begin, begin + np.tile(width, 2)
 
 
 _Parts = tuple[Indices, Array, Array]

@@ -21,6 +21,7 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.geometry.vertex_contacts import unique_rows
 from jamlab.geometry.voids.boundary_loops import Boundary
 from jamlab.geometry.voids.void_rays import find_first_hits, follow_rays
 from jamlab.packing.derived import per_packing
@@ -171,7 +172,7 @@ def voids(packing: Packing) -> Voids:
     counts = (bounded.kind == LoopKind.AROUND) | np.append(percolates, False)[bounded.void]
     side = counts[boundary.loop[bounding]] & (length > SLIVER * np.sqrt(packing.area / packing.n))
     images = np.where(percolates[where, None], 0, image[bounding])
-    corners = np.unique(np.column_stack([where, owner, images])[side], axis=0)
+    corners = unique_rows(np.column_stack([where, owner, images])[side])[0]
     sides = np.bincount(corners[:, 0], minlength=count)
     centre = reference + moment / area[:, None]
     centre += moves_home(centre, packing.box)

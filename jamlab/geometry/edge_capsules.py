@@ -1,0 +1,182 @@
+"""Edges of droplets and the capsules around them: where edges and rims lie in the rims of others.
+
+A capsule holds the points within a distance of an edge. It is convex, so that it hides one interval of a straight
+line, and of an arc around a corner; what several hide is the union of their intervals.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jamlab.arrays import Array, Indices, Mask
+from jamlab.packing.derived import per_packing
+from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.outlines import cross
+from jamlab.packing.packing import Packing
+
+SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
+MARGIN = 1e-6  # of the rim, beyond which edges are not looked at
+
+
+@dataclass(frozen=True)
+class EdgeRings:
+    """Edges of the polygons of a DP packing, counter-clockwise, m of them."""
+
+    particle: Indices  # (m,) polygon of each edge, ascending
+    tail: Array  # (m, 2) position at which each edge begins
+    length: Array  # (m,)
+    along: Array  # (m, 2) unit vectors
+    normal: Array  # (m, 2) unit vectors that point outwards
+    # before, after: (m,) edges that end at the tail and begin at the head
+    before: Indices
+    after: Indices
+    turn: Array  # (m,) exterior angle at the tail, from -pi to pi; positive at convex corners
+    rim: float  # width of the rim around the polygons, delta/2
+
+
+@per_packing
+def edge_rings(packing: Packing) -> EdgeRings:
+    """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
+    x, low, high = packing.positions, packing.polygon_offsets[:-1], packing.polygon_offsets[1:]
+    after = np.arange(1, len(x) + 1)
+    after[high - 1] = low
+    length = np.hypot(*(x[after] - x).T)
+    particle = np.repeat(np.arange(packing.n), high - low)
+    kept = length > SHORTEST * np.add.reduceat(length, low)[particle]
+    particle, tail = particle[kept], x[kept]
+    end = np.cumsum(np.bincount(particle, minlength=packing.n))
+    begin = np.append(0, end[:-1])
+    begin, end = begin[begin < end], end[begin < end]
+    before, after = np.arange(len(tail)) - 1, np.arange(len(tail)) + 1
+    before[begin], after[end - 1] = end - 1, begin
+    edge = tail[after] - tail
+    length = np.hypot(*edge.T)
+    along = edge / length[:, None]
+    normal, arriving = np.column_stack([along[:, 1], -along[:, 0]]), along[before]
+    turn = np.arctan2(cross(arriving, along), (arriving * along).sum(axis=1))
+    return EdgeRings(particle, tail, length, along, normal, before, after, turn, 0.5 * packing.params["delta"])
+
+
+@dataclass(frozen=True)
+class NearEdges:
+    """Pairs of edges of a DP packing whose rims may overlap, each pair from both sides."""
+
+    i: Indices
+    j: Indices
+    r: Array  # (m, 2) from the tail of edge i to that of the image of edge j
+    shift: Indices  # (m, 2) which image of edge j
+    own: Mask  # (m,) both belong to one polygon, and not to two images of it
+
+
+@per_packing
+def near_edges(packing: Packing) -> NearEdges:
+    """Find the edges of a DP packing nearer than delta to each other, and some more."""
+    edges = edge_rings(packing)
+    middle = edges.tail + 0.5 * edges.length[:, None] * edges.along
+    near = periodic_pairs(middle, packing.box, 0.5 * edges.length + edges.rim * (1 + MARGIN))
+    i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
+    shift = np.concatenate([near.shift, -near.shift])
+    r = edges.tail[j] - edges.tail[i] + shift @ packing.box
+    return NearEdges(i, j, r, shift, (edges.particle[i] == edges.particle[j]) & (shift == 0).all(axis=1))
+
+
+def latest(owner: Indices, end: Array) -> Indices:
+    """(m,) of the intervals of one owner up to each, that which ends last. Owners, (m,), ascend."""
+    order = np.lexsort((end, owner))
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return np.asarray(order[np.maximum.accumulate(rank)])
+
+
+def sort_intervals(number: Indices, low: Array, high: Array, extent: Array) -> tuple[Indices, Array, Array, Array]:
+    """Intervals, (m,), within 0 and the extents of the elements, (k,), that they lie on, by element and begin; and how
+    far those before each one on its element reach."""
+    low, high = np.maximum(low, 0.0), np.minimum(high, extent[number])
+    kept = np.flatnonzero(low < high)
+    kept = kept[np.lexsort((low[kept], number[kept]))]
+    number, low, high = number[kept], low[kept], high[kept]
+    before = np.zeros(len(kept))
+    if len(kept):
+        before[1:] = np.where(number[1:] == number[:-1], high[latest(number, high)][:-1], 0.0)
+    return number, low, high, before
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Edges moved outwards by the rim, or arcs around their tails: element i belongs to edge i."""
+
+    extent: Array  # (m,) length of the edge, or exterior angle: not positive where there is no arc
+    # of the intervals that a capsule hides: element, and where they lie on it
+    number: Indices
+    low: Array
+    high: Array
+
+    def free(self) -> tuple[Indices, Array, Array]:
+        """Element, begin and end of what is not hidden, in this order."""
+        number, low, high, hidden = sort_intervals(self.number, self.low, self.high, self.extent)
+        reached = np.zeros(len(self.extent))
+        np.maximum.at(reached, number, high)
+        gap, rest = np.flatnonzero(low > hidden), np.flatnonzero(self.extent > reached)
+        element, begin = np.append(number[gap], rest), np.append(hidden[gap], reached[rest])
+        order = np.lexsort((begin, element))
+        return element[order], begin[order], np.append(low[gap], self.extent[rest])[order]
+
+
+def cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array, w: float) -> tuple[Indices, Array, Array]:
+    """Parts of lines parallel to edges i in the capsules of radius w around edges j, whose tails lie at r from the
+    beginnings of the lines: rows, and from where to where. A capsule is the union of two disks around its ends and of a
+    rectangle, and the part of a line in it is one interval."""
+    u, v, extent = edges.along[i], edges.along[j], edges.length[j]
+    low, high, aside = np.full(len(i), np.inf), np.full(len(i), -np.inf), []
+    for end in (r, r + extent[:, None] * v):
+        place, across = (end * u).sum(axis=1), cross(u, end)
+        half = np.sqrt(np.maximum((w - across) * (w + across), 0.0))
+        low = np.where(half > 0, np.minimum(low, place - half), low)
+        high = np.where(half > 0, np.maximum(high, place + half), high)
+        aside.append(across)
+    enter, leave = np.full(len(i), -np.inf), np.full(len(i), np.inf)
+    slabs = ((-(r * v).sum(axis=1), (u * v).sum(axis=1), 0.0, extent), (-cross(v, r), cross(v, u), -w, w))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for start, slope, least, most in slabs:  # where least < start + slope s < most
+            one, two, inside = (least - start) / slope, (most - start) / slope, (least < start) & (start < most)
+            across = np.where(inside, np.inf, -np.inf)
+            enter = np.maximum(enter, np.where(slope == 0, -across, np.minimum(one, two)))
+            leave = np.minimum(leave, np.where(slope == 0, across, np.maximum(one, two)))
+    through = enter < leave
+    low, high = np.where(through, np.minimum(low, enter), low), np.where(through, np.maximum(high, leave), high)
+    meets = np.flatnonzero((low < high) & (np.minimum(*aside) < w) & (np.maximum(*aside) > -w))
+    return meets, low[meets], high[meets]
+
+
+def cut_arcs(edges: EdgeRings, i: Indices, j: Indices, r: Array) -> tuple[Indices, Array, Array]:
+    """Parts of the arcs around the tails of edges i in the capsules around edges j, whose tails lie at r from those.
+
+    In the frame of the capsule, x along it and y >= 0 the distance of the corner from its line, directions are counted
+    from the one straight at the line, (sine, cosine): the circle crosses the near side y = w of the capsule at +-beta,
+    cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end."""
+    w, v, length = edges.rim, edges.along[j], edges.length[j]
+    x, across = -(r * v).sum(axis=1), -cross(v, r)
+    beyond = x - np.clip(x, 0.0, length)
+    meets = np.hypot(beyond, across) < 2 * w
+    i, v, length, x, across, beyond = (values[meets] for values in (i, v, length, x, across, beyond))
+    y, side, first = np.abs(across), np.where(across >= 0, 1.0, -1.0), edges.normal[edges.before[i]]
+    down, ends = side[:, None] * np.column_stack([v[:, 1], -v[:, 0]]), []
+    for sign in (-side, side):
+        cosine = np.clip(y / w - 1, -1.0, 1.0)
+        sine = sign * np.sqrt((1 - cosine) * (1 + cosine))
+        crossing = x + w * sine
+        aside = np.where(crossing > length, length, 0.0) - x
+        apart = np.hypot(aside, y)
+        toward = np.where(apart > 0, (aside, y), ((0.0,), (1.0,))) / np.where(apart > 0, apart, 1.0)
+        c = np.minimum(0.5 * apart / w, 1.0)
+        s = sign * np.sqrt((1 - c) * (1 + c))
+        between = (crossing >= 0) & (crossing <= length)
+        local = np.where(between, (sine, cosine), (toward[0] * c + toward[1] * s, toward[1] * c - toward[0] * s))
+        direction = v * local[0][:, None] + down * local[1][:, None]
+        ends.append(np.arctan2(cross(first, direction), (first * direction).sum(axis=1)))
+    # the interval spans more than 2 pi/3 from nearer than w/2, and less than 4 pi/3 from further away
+    width = ends[1] - ends[0]
+    width += np.where(width < np.where(np.hypot(beyond, y) < 0.5 * w, 1.0, -1.0), 2 * np.pi, 0.0)
+    begin = np.where(ends[0] < 0, ends[0] + 2 * np.pi, ends[0])
+    begin = np.concatenate([begin, begin - 2 * np.pi])  # one that runs through the beginning shows at both ends
+    return np.tile(i, 2), begin, begin + np.tile(width, 2)
