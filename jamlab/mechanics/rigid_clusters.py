@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Indices
 from jamlab.checks import checked
-from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -58,10 +57,8 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         >>> bool(c.sizes[0] < p.n), len(c.bonds) == len(jamlab.contacts(p).pairs)
         (True, True)
     """
-    if packing.offsets is not None:
-        raise InputError(f"model {packing.model}: the pebble game needs disks; use maxwell_count for droplets")
     pairs = contacts(packing).pairs
-    game = _Game(packing.n)
+    game = _Game(len(packing.disk_diameters))  # refuses droplets
     redundant = 0
     for i, j in pairs.tolist():
         redundant += not game.add(i, j)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError
 from jamlab.geometry.contact_network import ContactForces, per_length
@@ -63,6 +63,15 @@ class Disks:
         check_magnitudes(packing.box, packing.positions, diameters)
         PowerLaw.of(packing.params, float(diameters.mean()))
         return {"diameters": diameters}
+
+    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
+        return {"diameters": packing.disk_diameters[particles]}
+
+    def particle(self, packing: Packing) -> Indices:
+        return np.arange(packing.n)
+
+    def centroids(self, packing: Packing) -> Array:
+        return packing.positions
 
     def law(self, packing: Packing) -> PairLaw:
         return PowerLaw.of(packing.params, float(packing.disk_diameters.mean()))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_positive, finite_array
 from jamlab.errors import EngineError, InputError, SelfCrossingError
 from jamlab.geometry.contact_network import ContactForces, per_length
@@ -52,7 +52,7 @@ class Droplets:
     name = "dp"
     particles = "droplets"
     size_name = "rest area"
-    size_label = r"$\sqrt{a_0}$"
+    size_label = "√a₀"
     unit_names: Mapping[str, UnitNames] = {"eps": UnitNames("l", "ε/l", "ε/l²")}
     motions = 3
     translations = 2
@@ -98,6 +98,19 @@ class Droplets:
             m = negative[0]
             raise InputError(f"polygon {m} has area {areas[m]:.6g}: order its vertices counter-clockwise")
         return {"offsets": offsets, "params": {**packing.params, "a0": a0}}
+
+    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
+        return {"offsets": np.append(0, np.cumsum(vertex_counts(packing)[particles]))}
+
+    def particle(self, packing: Packing) -> Indices:
+        return np.repeat(np.arange(packing.n), vertex_counts(packing))
+
+    def centroids(self, packing: Packing) -> Array:
+        first = packing.positions[packing.polygon_offsets[:-1]]
+        r = packing.positions - first[packing.particle]
+        s = r[packing.successor]
+        moment = np.add.reduceat((r + s) * cross(r, s)[:, None], packing.polygon_offsets[:-1])
+        return np.asarray(first + moment / (6.0 * packing.polygon_areas[:, None]))
 
     def law(self, packing: Packing) -> RimLaw:
         return RimLaw(float(packing.params["eps"]), float(packing.params["delta"]))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.checks import check_choice, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError
 from jamlab.old_names import hint
@@ -50,7 +50,7 @@ class Model(Protocol):
     name: str  # of `Packing.model`
     particles: str  # what they are called
     size_name: str
-    size_label: str  # of a scale of colours
+    size_label: str  # of a scale of colours and in pages
     unit_names: Mapping[str, UnitNames]  # by `Packing.units`
     motions: int  # of a rigid particle
     translations: int  # axes, x first, along which a packing moves as a whole at no cost
@@ -66,6 +66,9 @@ class Model(Protocol):
     # state
     def parameters(self, units: str) -> dict[str, Parameter]: ...  # of the force law, declared once
     def checked(self, packing: Packing) -> dict[str, Any]: ...  # attributes as kept; refuses what is no state
+    def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]: ...  # attributes of some particles alone
+    def particle(self, packing: Packing) -> Indices: ...  # of each position
+    def centroids(self, packing: Packing) -> Array: ...  # (n, 2)
     def law(self, packing: Packing) -> PairLaw: ...  # of its contacts
     def sizes(self, packing: Packing) -> Array: ...  # (n,) whose mean is the unit of length in packings of jamlab
     def rest_areas(self, packing: Packing) -> Array: ...  # (n,) of single particles, rims left out
@@ -295,9 +298,7 @@ class Packing:
     @per_packing
     def particle(self) -> NDArray[np.int64]:
         """(len(positions),) particle that each position belongs to."""
-        if self.offsets is None:
-            return np.arange(self.n)
-        return np.repeat(np.arange(self.n), np.diff(self.offsets))
+        return self.kind.particle(self)
 
     @property
     def fixed_particles(self) -> NDArray[np.bool_]:
@@ -353,15 +354,7 @@ class Packing:
     @per_packing
     def centroids(self) -> Array:
         """(n, 2): centres of the disks, or area centroids of the polygons without rim."""
-        if self.offsets is None:
-            return self.positions
-        starts = self.offsets[:-1]
-        first = self.positions[starts]
-        r = self.positions - np.repeat(first, np.diff(self.offsets), axis=0)
-        s = r[self.successor]
-        wedge = r[:, 0] * s[:, 1] - r[:, 1] * s[:, 0]
-        moment = np.add.reduceat((r + s) * wedge[:, None], starts)
-        return first + moment / (6.0 * self.polygon_areas[:, None])
+        return self.kind.centroids(self)
 
     @property
     def phi(self) -> float:
@@ -421,13 +414,10 @@ class Packing:
             raise InputError(f"particles {particles.shape}: give {self.n} truth values, one or more of them True")
         changes: dict[str, Any] = {"positions": self.positions[particles[self.particle]]}
         changes["onset"] = self.onset if particles.all() else None
-        if self.diameters is not None:
-            changes["diameters"] = self.diameters[particles]
+        changes |= self.kind.selected(self, particles)
         if self.fixed is not None:
             mask = self.fixed[particles]
             changes |= {"fixed": mask if mask.any() else None, "walls": self.walls and bool(mask.any())}
-        if self.offsets is not None:
-            changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[particles])])
         own = {name: self.params[name][particles] for name, each in self.parameters.items() if each.each}
         sizes = self.kind.sizes(self)
         for name in (name for name, each in self.parameters.items() if each.over_size and name in self.params):

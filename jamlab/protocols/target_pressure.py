@@ -278,8 +278,8 @@ def _strains(ensemble: str) -> Array:
 def _check_met(packing: Packing, found: Relaxed, pressure: float, remedy: str) -> None:
     """Refuse a state whose pressure is not that asked for."""
     reached, force = found.evaluation.pressure, found.evaluation.max_force
-    scale = load(packing, found.evaluation) if packing.law.range else pressure
-    if not found.converged or abs(reached - pressure) > numbers("pressure")["miss"] * scale:
+    most = numbers("pressure")["miss"] * load(packing, found.evaluation)
+    if not (found.converged and abs(reached - pressure) <= most):
         raise ConvergenceError(
             f"pressure not reached with n = {packing.n}: the search for {pressure:g} (natural units) ended "
             f"at {reached:g} (residual force {force:.2g}, tolerance {found.tolerance:.2g}); {remedy}"

@@ -223,7 +223,7 @@ def _size_colours(packing: Packing) -> dict[str, Any]:
     """Colours of more sizes than two: of every particle, and of a bar from the smallest to the largest."""
     sizes = packing.kind.sizes(packing)
     return {
-        "name": "diameter" if packing.diameters is not None else "√a₀",
+        "name": packing.kind.size_label,
         "values": sizes.tolist(),
         "colours": size_colours(packing).tolist(),
         "bar": bar_colours(),
