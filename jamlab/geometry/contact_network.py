@@ -122,7 +122,7 @@ class Contacts(Result):
     @property
     def unjammed(self) -> bool:
         """Whether the packing is unjammed: every particle is a rattler if contacts of any force count."""
-        return bool((_rattlers(self.packing, self.pairs)[0] | self.packing.fixed_particles).all())
+        return bool((_contacts_of_all(self.packing)[1] | self.packing.fixed_particles).all())
 
     @property
     def z(self) -> float:

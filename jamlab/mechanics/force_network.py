@@ -20,7 +20,7 @@ LARGEST_IMBALANCE = 0.01  # of `force_scale`: minima of disks leave 1e-12 (press
 def force_scale(packing: Packing) -> float:
     """Mean magnitude of the forces between pairs in contact; 0 without contacts. Pressure would do for pure repulsion
     alone."""
-    size = contacts(packing).forces.size
+    size = packing.kind.contact_forces(packing).size
     return float(size.mean()) if len(size) else 0.0
 
 
