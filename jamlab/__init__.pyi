@@ -49,10 +49,10 @@ from .geometry.walls import slab as slab
 from .geometry.walls import with_walls as with_walls
 from .measure import measure as measure
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
-from .mechanics.maxwell_count import maxwell_count as maxwell_count
 from .mechanics.nonaffine_response import nonaffine_response as nonaffine_response
-from .mechanics.rigid_clusters import RigidClusters as RigidClusters
-from .mechanics.rigid_clusters import rigid_clusters as rigid_clusters
+from .mechanics.rigidity import RigidClusters as RigidClusters
+from .mechanics.rigidity import maxwell_count as maxwell_count
+from .mechanics.rigidity import rigid_clusters as rigid_clusters
 from .mechanics.stiffness import hessian as hessian
 from .mechanics.vibrations import count_zero_modes as count_zero_modes
 from .mechanics.vibrations import lowest_modes as lowest_modes

@@ -19,8 +19,8 @@ from jamlab.geometry.tessellation import Tessellation as Tessellation
 from jamlab.geometry.voids.voids import Voids as Voids
 from jamlab.geometry.voids.voids import VoidStatistics as VoidStatistics
 from jamlab.mechanics.elasticity import ElasticTensor as ElasticTensor
-from jamlab.mechanics.maxwell_count import MaxwellCount as MaxwellCount
 from jamlab.mechanics.nonaffine_response import NonaffineResponse as NonaffineResponse
+from jamlab.mechanics.rigidity import MaxwellCount as MaxwellCount
 from jamlab.mechanics.vibrations import Modes as Modes
 from jamlab.micrographs.measured_droplets import Micrograph as Micrograph
 from jamlab.micrographs.tracks import Tracks as Tracks

@@ -22,20 +22,12 @@ from jamlab.plotting.palette import BLACK, BLUE
 _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
 
 
-@dataclass(frozen=True)
-class ModeSettings:
-    """Numbers of the search for the lowest modes, each over the largest eigenvalue."""
-
-    # eigenvalue that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below the softest
-    # modes of stable packings, 1e-5 for disks at pressure 1e-6 k
-    zero: float = 1e-9
-    # how far below zero the iteration begins: far enough for well-conditioned factors, near enough that the lowest
-    # eigenvalues stand apart
-    shift: float = 1e-6
-    growth: float = 4.0  # factor on the shift until no eigenvalue lies below it
-
-
-SETTINGS = ModeSettings()
+# Eigenvalue over the largest that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below
+# the softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k.
+_ZERO = 1e-9
+# How far below zero, over the largest, the iteration begins: far enough for well-conditioned factors, near enough that
+# the lowest eigenvalues stand apart; and the factor on it until no eigenvalue lies below.
+_SHIFT, _GROWTH = 1e-6, 4.0
 
 
 @dataclass(frozen=True)
@@ -63,7 +55,7 @@ class Modes(Result):
 
         >>> ax = jamlab.lowest_modes(jamlab.pack(n=64, pressure=1e-3, seed=1), 40).plot()
         """
-        rounding = SETTINGS.zero * np.abs(self.eigenvalues).max()
+        rounding = _ZERO * np.abs(self.eigenvalues).max()
         below = int(np.sum(self.eigenvalues < -rounding))
         label = f"{len(self.eigenvalues)} lowest modes" + (f", {below} below zero" if below else "")
         plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
@@ -138,7 +130,7 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
         True
     """
     matrix = _free_hessian(packing, prestress)
-    shift = SETTINGS.zero * float(sparse.linalg.norm(matrix, np.inf))
+    shift = _ZERO * float(sparse.linalg.norm(matrix, np.inf))
     if shift == 0:  # nothing touches
         return int(matrix.shape[0])
     identity = sparse.eye_array(matrix.shape[0], format="csc")
@@ -155,9 +147,9 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
     if scale == 0:  # nothing touches
         return np.zeros(count), null[:, :count].toarray()
     identity = sparse.eye_array(matrix.shape[0], format="csc")
-    shift = SETTINGS.shift * scale
+    shift = _SHIFT * scale
     while (factors := SymmetricFactors(matrix + shift * identity)).negative:
-        shift *= SETTINGS.growth
+        shift *= _GROWTH
 
     def without_null(x: Array) -> Array:
         return np.asarray(x - null @ (null.T @ x))
@@ -170,7 +162,7 @@ def _find_lowest(matrix: sparse.csc_array, count: int, drifts: bool = True) -> t
         raise ConvergenceError(f"the {count} lowest modes were not found: {error}") from error
     values = np.concatenate([np.zeros(null.shape[1]), values])
     order = np.argsort(values, kind="stable")[:count]
-    highest = values[order[-1]] - SETTINGS.zero * scale
+    highest = values[order[-1]] - _ZERO * scale
     below = int(np.sum(values[order] < highest))  # found; the factors count all there are
     if SymmetricFactors(matrix - highest * identity).negative > below:
         raise ConvergenceError(f"some of the {count} lowest modes have equal eigenvalues and were missed: ask for more")

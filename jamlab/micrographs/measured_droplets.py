@@ -12,7 +12,7 @@ import numpy as np
 from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.picture_numbers import Mean, Number, PictureVoids, mean_of, share_of
 from jamlab.plotting.palette import BLUE, ORANGE, OTHER, OUTLINE, RATTLER, SIDE_COLOURS, side_names
-from jamlab.protocols.packing_of_picture import packing_of_picture
+from jamlab.protocols.droplets_from_disks import packing_of_picture
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.measure import measure
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.maxwell_count import maxwell_count
 from jamlab.mechanics.nonaffine_response import nonaffine_response
+from jamlab.mechanics.rigidity import maxwell_count
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing

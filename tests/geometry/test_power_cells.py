@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import random_packings
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
@@ -97,27 +96,6 @@ def test_each_cell_is_the_disk_clipped_by_its_radical_lines():
             corners = [foot - along, foot + along, foot + along - 10 * normal, foot - along - 10 * normal]
             shape = shape.intersection(shapely.Polygon(corners))
         np.testing.assert_allclose([cells.area[i], cells.perimeter[i]], [shape.area, shape.length], atol=1e-5)
-
-
-@given(random_packings.disks())
-def test_free_arcs_join_into_closed_loops(packing):
-    """An arc that ends on the chord of i towards j goes on along j, from the chord towards i."""
-    cells = disk_cells(packing)
-    cut = cells.arcs.begin >= 0
-
-    def places(angle):
-        radius = 0.5 * packing.diameters[cells.arcs.i[cut]]
-        x = packing.positions[cells.arcs.i[cut]] + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-        return x @ np.linalg.inv(packing.box)
-
-    start, end = places(cells.arcs.start[cut]), places((cells.arcs.start + cells.arcs.angle)[cut])
-    apart = start[None] - end[:, None]
-    apart = np.abs(apart - np.rint(apart)).max(axis=2)
-    own, to, come = cells.arcs.i[cut], cells.chords.j[cells.arcs.end[cut]], cells.chords.j[cells.arcs.begin[cut]]
-    follows = (to[:, None] == own) & (own[:, None] == come)
-    assert (np.count_nonzero(follows & (apart < 1e-7), axis=1) >= 1).all()
-    assert (cells.arcs.i[cut] == cells.chords.i[cells.arcs.begin[cut]]).all()
-    assert (cells.arcs.i[cut] == cells.chords.i[cells.arcs.end[cut]]).all()
 
 
 def test_hexagonal_and_square_lattice():

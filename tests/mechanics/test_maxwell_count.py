@@ -12,7 +12,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import count_strong
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.force_network import without_load
-from jamlab.mechanics.maxwell_count import MOST
+from jamlab.mechanics.rigidity import MOST
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
 

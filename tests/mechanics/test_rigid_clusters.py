@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.mechanics.rigid_clusters import _clusters, _Game
+from jamlab.mechanics.rigidity import _clusters, _Game
 
 
 def by_rank(n, pairs, x):

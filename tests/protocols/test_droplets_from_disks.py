@@ -6,8 +6,7 @@ import pytest
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.models.droplets import free_area
-from jamlab.protocols.droplets_from_disks import inscribe
-from jamlab.protocols.packing_of_picture import packing_of_picture
+from jamlab.protocols.droplets_from_disks import inscribe, packing_of_picture
 
 
 @pytest.fixture(scope="module")
