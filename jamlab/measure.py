@@ -19,7 +19,7 @@ from jamlab.geometry.particle_shape import contact_lengths, edge_lengths, relati
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.stiffness import energy_terms, forces, pressure
+from jamlab.mechanics.stiffness import energy_terms, forces, pressure, pressure_of, stress
 from jamlab.packing.packing import Packing
 from jamlab.packing.quantities import COLUMNS, QUANTITIES
 from jamlab.processes.cores import available_cores
@@ -235,7 +235,7 @@ def _moduli(packing: Packing) -> dict[str, float]:
     return {
         "g": float(modulus_along(c, AVERAGING_ANGLES).mean()),
         "g_x": float(modulus_along(c, np.zeros(1))[0]),
-        "b": compression_modulus(c, pressure(packing)),
+        "b": compression_modulus(c, pressure_of(stress(packing))),
     }
 
 

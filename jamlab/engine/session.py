@@ -51,7 +51,7 @@ class Evaluation(Result):
         forces: (len(positions), 2) float64, -dE/dx; 0 on fixed particles.
         stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms. Between
             walls that on the upper one: with the lattice plane next to a fixed particle for its height in r.
-        pressure: trace of the stress over 2.
+        pressure: trace of the stress over 2; between walls the normal stress on them, without forces inside them.
         max_force: largest norm of a force.
 
     Example:
@@ -422,7 +422,7 @@ class Session:
             contact_energy=self.contact_energy(),
             forces=forces,
             stress=stress,
-            pressure=0.5 * float(np.trace(stress)),
+            pressure=float(stress[1, 1] if self._packing.walls else 0.5 * np.trace(stress)),
             max_force=float(np.hypot(*forces.T).max()),
         )
 

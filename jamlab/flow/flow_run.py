@@ -78,7 +78,7 @@ class FlowRun:
     # elastic_stress, viscous_stress: (m,) parts of it, by contact forces and by drag
     elastic_stress: Array
     viscous_stress: Array
-    pressure: Array  # (m,) both parts of the forces, positive in compression
+    pressure: Array  # (m,) both parts of the forces, positive in compression; between walls the normal stress on them
     normal_stress_difference: Array  # (m,) N_1 = sigma_xx - sigma_yy, tension positive
     dissipation: Array  # (m,) per time and area; in steady flow stress times rate
     energy: Array  # (m,) elastic, per area

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +16,7 @@ from matplotlib.figure import Figure
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
-from jamlab.errors import InputError
+from jamlab.errors import EngineError, InputError
 from jamlab.flow.flow_run import FlowRun
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.stiffness import pressure
@@ -34,7 +35,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
 
     The curve of a flow shows shear stress over strain, the curve of a sweep (list of packings) its pressure over the
     packing fraction. Contacts that push are blue, those that pull red, as wide as their force beside the mean of the
-    packing. The frames of a flow are the packings that it kept, see `frames` of `shear`.
+    packing. The frames of a flow are the packings that it kept, see `snapshot_every` of `shear`.
 
     Args:
         run: result of a flow or of quasi-static shear, or two packings or more.
@@ -46,6 +47,7 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
 
     Raises:
         InputError: fewer than two packings, another ending, or no ffmpeg.
+        EngineError: ffmpeg stops, as one does that does not know the codec h264.
         StorageError: the file cannot be written.
 
     Example:
@@ -71,13 +73,17 @@ def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], 
     widest = np.array([np.min(limits, axis=0)[:, 0], np.max(limits, axis=0)[:, 1]]).T
     with atomic_file(path) as temporary, tempfile.TemporaryDirectory(dir=temporary.parent) as folder:
         film = Path(folder) / f"film{Path(path).suffix.lower() or '.gif'}"  # writers go by the ending
-        with writer.saving(figure, str(film), _DPI):
-            for packing, place in zip(packings, at, strict=True):
-                _draw_frame(left, packing)
-                left.set_xlim(*widest[0])
-                left.set_ylim(*widest[1])
-                dot.set_data([place[0]], [place[1]])
-                writer.grab_frame()
+        try:
+            with writer.saving(figure, str(film), _DPI):
+                for packing, place in zip(packings, at, strict=True):
+                    _draw_frame(left, packing)
+                    left.set_xlim(*widest[0])
+                    left.set_ylim(*widest[1])
+                    dot.set_data([place[0]], [place[1]])
+                    writer.grab_frame()
+        except (subprocess.CalledProcessError, BrokenPipeError) as error:
+            said = str(getattr(error, "stderr", "") or error).strip()
+            raise EngineError(f"{path}: ffmpeg stopped ({said}): install one with h264, or write a .gif") from error
         film.replace(temporary)
     return len(packings)
 

@@ -210,7 +210,10 @@ class OverdampedSession:
         return self._counted(self._corrected(state) if self._session.kind.deforms else state)
 
     def _counted(self, state: FlowState) -> FlowState:
-        """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets."""
+        """With the pairs that press; the plugin counts disks that rub without overlap, and vertices of droplets.
+        Between walls with the pressure on them."""
+        if self._given.walls:
+            state = state._replace(pressure=0.5 * (state.lower_pressure + state.upper_pressure))
         return state._replace(contacts=float(count_pressing(self._session.strained())))
 
     def _corrected(self, state: FlowState) -> FlowState:

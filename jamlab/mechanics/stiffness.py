@@ -159,8 +159,9 @@ def stress_of(terms: Sequence[Terms], area: float) -> Array:
 
 
 def pressure(packing: Packing) -> float:
-    """p = (S_xx + S_yy)/2 of a packing, positive in compression."""
-    return pressure_of(stress(packing))
+    """p = (S_xx + S_yy)/2 of a packing, positive in compression; between walls S_yy, the normal stress on them."""
+    found = stress(packing)
+    return float(found[1, 1]) if packing.walls else pressure_of(found)
 
 
 def pressure_of(stress: Array) -> float:

@@ -55,9 +55,10 @@ def droplets_from_disks(
             alike: (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, of all or (n,) of each.
 
     Returns:
-        DP packing in units "eps", `onset` as for the disks. Its provenance holds `handover`: rho and z of the disks,
-        z of the droplets, the share of contacts that both have, and whether it is `continuous`: rho met to 1e-6, z
-        within 0.5, three quarters of the contacts kept. Close to onset droplets may unjam; then it is not.
+        DP packing in units "eps", `onset`, fixed particles and walls as for the disks. Its provenance holds `handover`:
+        rho and z of the disks, z of the droplets, the share of contacts that both have, and whether it is
+        `continuous`: rho met to 1e-6, z within 0.5, three quarters of the contacts kept. Close to onset droplets may
+        unjam; then it is not.
 
     Raises:
         InputError: not disks, an unknown parameter, disks too small for the width of the circulo-lines.
@@ -136,7 +137,8 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     offsets = np.concatenate([[0], np.cumsum(nv)])
     origin = {**packing.provenance, "handed_over": True}
     vertices = np.concatenate(shapes)
-    return Packing("dp", box, vertices, params, offsets=offsets, onset=packing.onset, provenance=origin)
+    droplets = Packing("dp", box, vertices, params, offsets=offsets, onset=packing.onset, provenance=origin)
+    return droplets.with_state(fixed=packing.fixed, walls=packing.walls)
 
 
 def _rest_area(nv: NDArray[np.int64], grown: Array, params: dict[str, Any]) -> Array:

@@ -117,7 +117,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     if method == "finite-strain":
         return _compressed(packing, first)
     tensor = elastic_tensor(packing)
-    return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure(packing))
+    return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure_of(stress(packing)))
 
 
 def _check_method(method: str) -> None:

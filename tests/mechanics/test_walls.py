@@ -53,6 +53,7 @@ def test_stress_is_what_moving_the_wall_costs(walled):
         assert slope == pytest.approx(-np.sum(jamlab.evaluate(walled).stress * gradient), rel=1e-6, abs=1e-9)
         assert slope == pytest.approx((1 - 2 * k) * on_walls[0, k], rel=1e-6, abs=1e-9)
     assert on_walls[0] == pytest.approx(on_walls[1], abs=1e-12)
+    assert jamlab.evaluate(walled).pressure == pytest.approx(on_walls[0, 1], abs=1e-12)
 
 
 def test_moduli_by_strain_are_those_of_linear_response(walled):
@@ -115,7 +116,7 @@ def test_walls_shear_a_slab(packing):
     found = jamlab.quasistatic_shear(walled, 0.05, 5e-3, walls=True, every=0.01)
     assert found.converged.all() and found.wall_stress.shape == (11, 2, 2)
     assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], abs=1e-11)
-    assert found.wall_stress[:, 0, 0] == pytest.approx(found.stress, abs=1e-11)
+    assert found.wall_stress[:, 0] == pytest.approx(np.column_stack([found.stress, found.pressure]), abs=1e-11)
     moved, height = (found.packing.positions - walled.positions)[walled.fixed], walled.box[1, 1]
     image, inside = np.divmod(walled.positions[walled.fixed, 1], height)
     assert moved[:, 0] - 0.05 * height * image == pytest.approx(0.05 * height * (inside > height / 2), abs=1e-12)
@@ -149,7 +150,7 @@ def test_flow_in_time_between_walls(walled, damping, tmp_path):
     assert np.abs(moved[:, 1]).max() < 1e-12
     if damping.at_contacts:  # nothing but the walls pushes the slab
         assert found.wall_stress[:, 0] == pytest.approx(found.wall_stress[:, 1], rel=1e-4)
-        assert found.wall_stress[:, 1, 0] == pytest.approx(found.stress, rel=1e-4)
+        assert found.wall_stress[:, 1] == pytest.approx(np.column_stack([found.stress, found.pressure]), rel=1e-4)
     assert found.velocity_profile.velocity[0] < found.velocity_profile.velocity[-1]
 
 
@@ -196,6 +197,14 @@ def test_files_keep_walls(walled, tmp_path, ending):
         assert found.difference(given) is None and found.walls is given.walls
     assert jamlab.from_universe(jamlab.universe(walled))[0].difference(walled) is None
     assert walled.select(~walled.fixed).fixed is None and walled.select(walled.fixed | True).walls
+
+
+def test_droplets_made_from_walled_disks_keep_the_walls():
+    *_, disks = jamlab.compress(jamlab.jam(24, seed=1), to=0.87, step=0.02)
+    walled = jamlab.with_walls(disks, 1.3)
+    found = jamlab.droplets_from_disks(walled)
+    assert found.walls and np.array_equal(found.fixed, walled.fixed)
+    assert wall_stress(found)[0] == pytest.approx(wall_stress(found)[1], abs=1e-9)
 
 
 def test_scattered_fixed_particles_follow_the_box(packing):

@@ -2,6 +2,7 @@
 
 from xml.etree import ElementTree
 
+import matplotlib
 import numpy as np
 import pytest
 from PIL import Image
@@ -109,3 +110,14 @@ def test_bad_input_is_refused_before_a_file_is_written(name, tmp_path, monkeypat
     with pytest.raises(jamlab.InputError) as caught:
         BAD[name](lambda file: states()["sp"].write(file, contacts=True))
     assert NAMED.get(name, "") in str(caught.value) and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("taken", ["", "cat > /dev/null\n"])
+def test_ffmpeg_without_the_codec_is_named_and_leaves_no_file(taken, tmp_path, monkeypatch):
+    program = tmp_path / "ffmpeg"
+    program.write_text(f"#!/bin/sh\n{taken}echo \"Unknown encoder 'h264'\" >&2\nexit 1\n")
+    program.chmod(0o755)
+    monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(program))
+    with pytest.raises(jamlab.JamlabError) as caught:
+        jamlab.write_movie([jamlab.pack(8, 1e-2, seed) for seed in (1, 2)], tmp_path / "film.mp4")
+    assert "film.mp4" in str(caught.value) and [file.name for file in tmp_path.iterdir()] == ["ffmpeg"]
