@@ -23,13 +23,12 @@ from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, share_names, wanted_batches
 from jamlab.campaign.states import StoredStates
-from jamlab.campaign.tables import aggregate, draw_means, states_at, table
+from jamlab.campaign.tables import aggregate, draw_means, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Crew, Outcome, count_workers, drive
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabWarning
 from jamlab.packing.hdf5 import read_all
-from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
 from jamlab.plotting.axes import axes_for
 from jamlab.plotting.drawable import CURVES
@@ -92,7 +91,7 @@ class Campaign:
         """Count finished, failed and remaining tasks by the names of files; with `until`, also by their last states.
 
         Args:
-            verify: also read every finished file: check its checksum, and add up wall and CPU times.
+            verify: also read every finished file: check its checksum, and list the states that it lacks.
 
         Raises:
             InputError: the folder cannot be read, or a column of `until` does not exist.
@@ -230,12 +229,9 @@ class Campaign:
         table: str = "states",
         sweep: str | None = None,
         converged: bool = True,
-        at: dict[str, float] | None = None,
         along: str | None = None,
         bins: ArrayLike | None = None,
-        statistic: str = "mean",
         confidence: float = CONFIDENCE,
-        resamples: int = 1000,
     ) -> pd.DataFrame:
         """Average over packings, with bootstrap intervals; see `jamlab.campaign.tables.aggregate`.
 
@@ -246,45 +242,16 @@ class Campaign:
                 d_phi = phi - onset_phi.
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
-            at: column and value, such as {"rho": 0.92}: of each packing take one state, see `at`.
             along: a further column, cut into bins.
             bins: edges of these bins, ascending; by default one for each value of few, or twelve that span them.
-            statistic: "mean" or "median" over packings.
             confidence: level of the intervals.
-            resamples: number of bootstrap samples.
 
         Raises:
             InputError: a table, sweep or column does not exist, or a number is out of range.
             StorageError: a file is damaged.
         """
-        frame = self._rows(table, sweep, converged) if at is None else self.at(table, sweep, converged, **at)
-        return aggregate(
-            frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
-        )
-
-    @checked
-    def at(
-        self, table: str = "states", sweep: str | None = None, converged: bool = True, /, **where: float
-    ) -> pd.DataFrame:
-        """Take one state of each packing: the nearest to a value of one column, and within 0.5 % of it.
-
-        Args:
-            table: to take rows from; of a table with several rows for each state all of them.
-            sweep: take the tasks of this sweep only.
-            converged: leave out rows that did not converge.
-            where: the column and the value.
-
-        Returns:
-            Rows of the table; packings without a state there have none.
-
-        Raises:
-            InputError: other than one column is given, there is no such column, or no packing has a state there.
-            StorageError: a file is damaged.
-        """
-        if len(where) != 1:
-            raise InputError(f"at {where}: give one column with its value, such as rho=0.92")
-        ((column, value),) = where.items()
-        return states_at(self._rows(table, sweep, converged), column, value)
+        frame = self._rows(table, sweep, converged)
+        return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
 
     @checked
     def plot(
@@ -385,7 +352,7 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
     return Campaign(given, text, content, CampaignFolder(place))
 
 
-FORMATS = ("csv", "parquet", "dump")
+FORMATS = ("csv", "parquet")
 
 
 def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
@@ -421,24 +388,17 @@ def export(
     *,
     replace: bool = True,
 ) -> list[Path]:
-    """Write tables, by default all with rows, as "csv" or "parquet", or a LAMMPS text "dump" of every task for OVITO;
-    returns their paths. Where one is there and `replace` is False, none is written."""
+    """Write tables, by default all with rows, as "csv" or "parquet"; returns their paths. Where one is there and
+    `replace` is False, none is written."""
     check_choice("format", form, FORMATS)
     if form == "parquet":
         check_parquet()
-    if form == "dump":
-        written: dict[Path, Any] = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
-    else:
-        wanted = tables or TABLES
-        frames = {name: campaign.table(name, sweep) for name in wanted}  # before a folder is made
-        written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
+    frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # before a folder is made
+    written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
     if written:
         make_folder(out)
     for path in written:
         check_target(path, replace=replace)
-    for path, content in written.items():
-        if form == "dump":
-            write_dump(path, campaign.packings(content))
-        else:
-            write_table(content, path)
+    for path, frame in written.items():
+        write_table(frame, path)
     return list(written)

@@ -15,8 +15,7 @@ from jamlab.campaign.observable import (
     STATE,
     Driven,
     FileTable,
-    Frequencies,
-    Rates,
+    Grid,
     Row,
     Schema,
     Tolerances,
@@ -47,16 +46,10 @@ Background = Annotated[float, Field(ge=0, le=LARGEST_BACKGROUND)]
 FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
 
 
-def _at_most(limit: float, what: str, least: float = 0.0) -> AfterValidator:
-
-    def check(values: list[float]) -> list[float]:
-        if max(values) > limit:
-            raise ValueError(f"{max(values):g} is above {limit:g}, the {what} allowed: use a smaller value")
-        if slow := [value for value in values if 0 < value < least]:
-            raise ValueError(f"{slow[0]:g} is below {least:g}, the smallest value allowed: use a larger value, or 0")
-        return values
-
-    return AfterValidator(check)
+def _zero_or_resolved(rate: float) -> float:
+    if 0 < rate < LEAST_RATE:
+        raise ValueError(f"below {LEAST_RATE:g}, the least rate: raise it, or give 0")
+    return rate
 
 
 class _Driving(FileTable):
@@ -71,8 +64,8 @@ class _Driving(FileTable):
 class Flow(_Driving):
     """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
-    # of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
-    rates: Annotated[Rates, _at_most(LARGEST_RATE, "fastest flow", LEAST_RATE)]
+    # of shear, 1/tau_1; 0: quasi-static
+    rates: Grid[Annotated[float, Field(ge=0, le=LARGEST_RATE), AfterValidator(_zero_or_resolved)]]
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
     step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
@@ -84,9 +77,8 @@ class Flow(_Driving):
 class Oscillating(_Driving):
     """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
-    omega: Annotated[Frequencies, _at_most(FASTEST, "highest frequency", SLOWEST)]  # frequencies, 1/tau_1
-    # of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm
-    amplitudes: Annotated[Frequencies, _at_most(LARGEST_AMPLITUDE, "largest strain", LEAST_STRAIN)]
+    omega: Grid[Annotated[float, Field(ge=SLOWEST, le=FASTEST)]]  # frequencies, 1/tau_1
+    amplitudes: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_AMPLITUDE)]]  # of the strain
     cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
 
 
@@ -94,7 +86,7 @@ class Creeping(_Driving):
     """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
     # beside the residual one, in the packing's unit
-    stresses: Annotated[Frequencies, _at_most(LARGEST_STRESS, "largest stress", LEAST_STRAIN)]
+    stresses: Grid[Annotated[float, Field(ge=LEAST_STRAIN, le=LARGEST_STRESS)]]
     duration: Annotated[float, Field(ge=LEAST_TIME, le=LONGEST)]  # time, tau_1
     largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0  # at which a run ends early
 

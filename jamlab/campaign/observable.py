@@ -64,9 +64,9 @@ def ascending(values: list[float]) -> list[float]:
 
 Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
-_Grid = Annotated[list[T], BeforeValidator(_space_evenly_in_log), Field(min_length=1), AfterValidator(ascending)]
-Frequencies = _Grid[Positive]
-Rates = _Grid[NotNegative]
+# a list, or { lowest, highest, points } for even spacing in the logarithm
+Grid = Annotated[list[T], BeforeValidator(_space_evenly_in_log), Field(min_length=1), AfterValidator(ascending)]
+Frequencies = Grid[Positive]
 OneOrMore = Annotated[list[T], BeforeValidator(as_list), AfterValidator(distinct)]
 Prestress = Annotated[OneOrMore[bool], AfterValidator(sorted)]
 

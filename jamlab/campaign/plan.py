@@ -17,8 +17,8 @@ one did not measure. A task of several ranks holds as many cores all its time, a
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,20 +33,19 @@ FIRST_SEEDS = 8  # give the standard deviation to 1 / sqrt(2 (8 - 1)), a quarter
 _LEAST_GROWTH, _MOST_GROWTH = 1.25, 2.0
 
 
-@dataclass(frozen=True)
-class Precision:
+class Precision(NamedTuple):
     """How well the means of one sweep, model and n are known."""
 
     seeds: int  # number of seeds that are wanted by now
     # column -> standard error of the mean over the packings so far; nan for fewer than two
-    errors: dict[str, float] = field(default_factory=dict)
+    errors: dict[str, float]
     met: bool = False  # whether every error is as small as wanted
 
 
 def precision(batch: Batch, folder: CampaignFolder, finished: set[str], failed: set[str]) -> Precision:
     """Say how many seeds of a batch with `until` are wanted, and how well its means are known."""
     if not batch.until:
-        return Precision(len(batch.seeds))
+        return Precision(len(batch.seeds), {})
     values: dict[str, list[float]] = {column: [] for column in batch.until}
     names = batch.names()
     wanted, done = min(FIRST_SEEDS, len(batch.seeds)), 0
@@ -92,10 +91,6 @@ class SweepStatus:
     most: int  # number of seeds that may be used
     until: dict[str, float]  # column -> wanted standard error of its mean; empty without `until`
     errors: dict[str, float]  # column -> standard error by now; nan for fewer than two packings
-    # seconds, cpu_seconds: wall time and CPU time of the finished tasks, s; None if the files were not read. Tasks that
-    # took their packings from others count them too.
-    seconds: float | None = None
-    cpu_seconds: float | None = None
 
     @property
     def left(self) -> int:
@@ -142,9 +137,7 @@ def count_tasks(batches: list[Batch], folder: CampaignFolder, verify: bool) -> S
         names = set(batch.first(reached.seeds).names())
         wanted |= names
         counts = (len(names), len(names & finished), len(names & failed), len(batch.seeds))
-        own = [file for name, file in files.items() if name in names]
-        times = (sum(file.seconds for file in own), sum(file.cpu_seconds for file in own)) if verify else (None, None)
-        sweeps.append(SweepStatus(*batch.who, *counts, batch.until, reached.errors, *times))
+        sweeps.append(SweepStatus(*batch.who, *counts, batch.until, reached.errors))
     failures = {name: record for name, record in folder.failures().items() if name in known}
     damaged = folder.damages(known & finished) if verify else None
     gaps = {name: file.gaps for name, file in files.items() if file.gaps} if verify else None

@@ -31,9 +31,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-STATISTICS: dict[str, Any] = {"mean": np.mean, "median": np.median}
+_RESAMPLES = 1000  # the ends of a 95 % interval to a tenth of its width
 _DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
-NEAR = 5e-3  # of a value, within which a state is at it: half a step of 0.01 in rho
 _MOST_BINS = 12  # a column with no more values than that is not binned
 _WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
@@ -129,21 +128,6 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     return found
 
 
-def states_at(frame: pd.DataFrame, column: str, value: float) -> pd.DataFrame:
-    """Choose the rows of the state of each packing whose column is nearest to a value, and within 0.5 % of it."""
-    check_choice("column", column, frame.columns)
-    if "state" not in frame.columns or frame[column].dtype.kind not in "iuf":
-        raise InputError(f"{column} = {value:g}: the table needs states, and the column numbers; use table 'states'")
-    distance = (frame[column].astype(np.float64) - value).abs()
-    inside = frame[distance <= NEAR * abs(value)]
-    if not len(inside):
-        found = frame[column].astype(np.float64)
-        ends = f"they reach from {found.min():.6g} to {found.max():.6g}"
-        raise InputError(f"{column} = {value:g}: no state lies within {NEAR:.1%} of it; {ends}")
-    nearest = frame.loc[distance[inside.index].groupby(inside["task"]).idxmin(), ["task", "state"]]
-    return inside.merge(nearest, on=["task", "state"])
-
-
 def choose_bins(values: Array) -> tuple[Array, bool]:
     """Edges of bins for a column, and whether they are equal in ratio. A column of a few values, such as target
     pressures, gets a bin for each of them. Others get twelve bins, equal in ratio where the positive values span more
@@ -171,9 +155,7 @@ def aggregate(
     *,
     along: str | None = None,
     bins: ArrayLike | None = None,
-    statistic: str = "mean",
     confidence: float = CONFIDENCE,
-    resamples: int = 1000,
 ) -> pd.DataFrame:
     """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`. What agrees to
     five digits in `by` is one value, given in full if all rows have the same, such as a frequency. Intervals of one
@@ -186,11 +168,8 @@ def aggregate(
     edges = None if bins is None else np.asarray(bins, dtype=np.float64)
     if edges is not None and (edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0)):
         raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
-    check_choice("statistic", statistic, STATISTICS)
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
-    if resamples < 1:
-        raise InputError(f"resamples = {resamples}: must be 1 or more")
     keys = {name: frame[name] for name in by}
     for name, key in keys.items():
         if key.dtype.kind == "f":
@@ -213,18 +192,18 @@ def aggregate(
             row[along] = float(part[along].mean())
         row["packings"] = part.groupby(_PACKING).ngroups
         for name in values:
-            row |= _mean(part, name, STATISTICS[statistic], resamples, confidence)
+            row |= _mean(part, name, confidence)
         rows.append(row)
     return pd.DataFrame(rows if len(frame) else [])
 
 
-def _mean(part: pd.DataFrame, name: str, middle: Any, resamples: int, confidence: float) -> dict[str, Any]:
+def _mean(part: pd.DataFrame, name: str, confidence: float) -> dict[str, Any]:
     """Mean of a column over packings, the ends of its interval, and the number of packings that have a value."""
     kept = part[np.isfinite(part[name].astype(np.float64))]
     packings = kept.groupby(_PACKING)[name].mean().to_numpy(np.float64)
     ends = (np.nan, np.nan, np.nan)
     if len(packings):
-        mean = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
+        mean = bootstrap([packings], lambda g: np.mean(g[0]), resamples=_RESAMPLES, level=confidence)
         ends = (float(mean.value), float(mean.low), float(mean.high))
     return dict(zip((name, f"{name}_low", f"{name}_high", f"{name}_packings"), (*ends, len(packings)), strict=True))
 
@@ -242,7 +221,6 @@ def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
 
 ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
 _FEW = 0.5  # share of the packings below which the mean of those that have a value is that of a selection
-_RESAMPLES = 400  # a standard error to 4 %
 _LABELS = LABELS | {
     "d_rho": r"distance from onset $\rho - \rho_J$",
     "d_phi": r"distance from onset $\phi - \phi_J$",
@@ -265,7 +243,7 @@ def draw_means(
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
     parts = [part for _, part in frame.groupby(by, dropna=False)]
     keys = [by, *(name for name in _UNLIKE if name != by and any(_mixed(part, [name]) for part in parts))]
-    means = aggregate(frame, [value], keys, along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
+    means = aggregate(frame, [value], keys, along=along, bins=edges, confidence=ONE_SIGMA)
     means = means[np.isfinite(means[value])] if len(means) else means
     if not len(means):
         raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")

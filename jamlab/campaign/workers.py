@@ -122,8 +122,7 @@ def run_task(folder: str, task: Task, source: str | None = None, modules: Sequen
     file = place.task_file(task.name)
     try:
         if not file.exists():
-            place.check_target(file)  # before the work, not after
-            check_target(file)
+            check_target(file)  # before the work, not after
             with threadpool_limits(1), cores_given(task.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
                 _make_file(place, task, (began, used), source, modules)
         return end(FINISHED, label)

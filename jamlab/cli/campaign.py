@@ -145,7 +145,7 @@ def run(
     words = f"{file} --out {out}" if out else str(file)
     words += f" --share {share}" if share != "1/1" else ""
     describe_kept(lambda: f"{_describe(campaign, only)}; `jamlab campaign resume {words}` resumes")
-    with progress_bar(campaign.name, resumed=True) as progress:
+    with progress_bar(campaign.name) as progress:
         where: dict[str, Any] = {"share": _share(share), "verify": not no_verify, "pilot": pilot}
         where |= {"only": only, "retry_failed": retry_failed, "progress": progress, "done": _print_failure}
         ran = campaign.run(workers, **where)
@@ -198,12 +198,12 @@ def _describe(campaign: "Campaign", only: list[str] | None) -> str:
 def status(
     file: Where,
     out: Folder = None,
-    verify: Annotated[bool, typer.Option("--verify", help="Check every file and add up run times.")] = False,
+    verify: Annotated[bool, typer.Option("--verify", help="Check every file.")] = False,
     as_json: Json = False,
 ) -> None:
     """Count tasks finished, failed and left.
 
-    It says why tasks failed, and with --verify how long they took and which files are damaged.
+    It says why tasks failed, and with --verify which files are damaged and which states they lack.
     """
     from jamlab.campaign.campaign import open_campaign
 
@@ -216,14 +216,9 @@ def status(
         more = {"damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
         print_json({**totals, **more})
         return
-    times = ("seconds", "cpu_seconds") if verify else ()
-    lines = [
-        [*_texts(sweep, ("sweep", "model", "n", *counts)), *(_format_time(getattr(sweep, time)) for time in times)]
-        for sweep in found.sweeps
-    ]
-    spent = [_format_time(sum(getattr(sweep, time) for sweep in found.sweeps)) for time in times]
-    lines.append(["total", "", "", *_texts(found, counts), *spent])
-    headings = ["sweep", "model", "n", *counts, *(["wall time", "CPU time"] if verify else [])]
+    headings = ("sweep", "model", "n", *counts)
+    lines = [[*_texts(sweep, headings)] for sweep in found.sweeps]
+    lines.append(["total", "", "", *_texts(found, counts)])
     print_table(f"campaign {campaign.name}", headings, lines)
     for s in found.sweeps:
         for column, wanted in s.until.items():
@@ -265,9 +260,7 @@ def merge(
 def export(
     file: Where,
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("tables"),
-    form: Annotated[
-        str, typer.Option("--format", metavar="{csv,parquet,dump}", help="Tables, or frames for OVITO (dump).")
-    ] = "csv",
+    form: Annotated[str, typer.Option("--format", metavar="{csv,parquet}", help="Format of the tables.")] = "csv",
     table: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Name of a table; repeatable (default: all).")
     ] = None,
@@ -276,7 +269,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write tables, or the frames of every task."""
+    """Write tables."""
     from jamlab.campaign import campaign as run_of
 
     expect_output(to)

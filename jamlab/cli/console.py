@@ -82,9 +82,9 @@ _EARLY = 0.03  # share of the work below which the time left is a guess not wort
 
 
 @contextmanager
-def progress_bars(names: dict[str, str], *, resumed: bool = False) -> "Iterator[dict[str, Progress]]":
+def progress_bars(names: dict[str, str]) -> "Iterator[dict[str, Progress]]":
     """Show one bar with a clock for each name (key -> text); a clock stops when its work is done. Yields key ->
-    progress. Of a run that was resumed, what is done at the first call was done before."""
+    progress. What is done at the first call was done before, by a run that is resumed."""
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
@@ -95,13 +95,13 @@ def progress_bars(names: dict[str, str], *, resumed: bool = False) -> "Iterator[
         def add(name: str) -> "Progress":
             bar = bars.add_task(name, total=1.0, at="")
             began = last = time.monotonic()
-            before = 0.0
+            before = float("nan")
 
             def show(share: float, text: str) -> None:
                 nonlocal last, before
                 now = time.monotonic()
-                before = before or (share if resumed else 0.0)
-                at = text + (_time_left((share - before) / (1 - before), now - began) if before < 1 else "")
+                before = share if before != before else before
+                at = text + _time_left(share, before, now - began)
                 bars.update(bar, completed=share if share == share else None, at=at)
                 if quiet and now - last > _LINE_INTERVAL:
                     last = now
@@ -113,16 +113,16 @@ def progress_bars(names: dict[str, str], *, resumed: bool = False) -> "Iterator[
 
 
 @contextmanager
-def progress_bar(name: str, *, resumed: bool = False) -> "Iterator[Progress]":
+def progress_bar(name: str) -> "Iterator[Progress]":
     """Show one bar, see `progress_bars`; yields its function."""
-    with progress_bars({name: name}, resumed=resumed) as progress:
+    with progress_bars({name: name}) as progress:
         yield progress[name]
 
 
-def _time_left(share: float, elapsed: float) -> str:
-    if not _EARLY <= share < 1:
+def _time_left(share: float, before: float, elapsed: float) -> str:
+    if not before + _EARLY <= share < 1:  # nan where it is not known
         return ""
-    left = elapsed * (1 - share) / share
+    left = elapsed * (1 - share) / (share - before)
     return f", about {left:.0f} s left" if left < 120 else f", about {left / 60:.0f} min left"
 
 

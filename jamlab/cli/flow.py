@@ -69,7 +69,7 @@ class Job:
         how |= {"path": self.out} | (self.accuracy | {"damping": self.law} if timed else {})
         while True:
             try:
-                with progress_bar(name, resumed=True) as progress:
+                with progress_bar(name) as progress:
                     return flow(self.packing(), *point, progress=progress, **how)
             except OtherRunError:
                 if not self.force:

@@ -71,8 +71,6 @@ def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | N
     found, fault = group.get(name), ""
     if not isinstance(found, h5py.Dataset):
         fault = "is missing" if found is None else "is not a dataset"
-    elif found.file.id != group.file.id or found.external or found.is_virtual:
-        fault = "lies in another file"
     elif ("T" if h5py.check_string_dtype(found.dtype) else found.dtype.kind) not in kinds:
         fault = f"holds values of type {found.dtype}"
     elif found.shape is None or (shape is not None and not _fits(found.shape, shape)):
@@ -138,7 +136,6 @@ def opened(path: FilePath) -> Iterator[Any]:
         if not is_hdf5(path):
             raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
         with read_hdf5(path) as file:
-            _check_links(path, file)
             _check_schema(path, file)
             if found is None and file.userblock_size:
                 raise StorageError(f"{path} is damaged (the line with its checksum is unreadable): {REMEDY}")
@@ -156,19 +153,6 @@ def _check_source(path: FilePath) -> None:
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise StorageError(f"cannot read {path}: it is a device, a pipe or a socket; give a file that jamlab wrote")
-
-
-def _check_links(path: FilePath, file: Any) -> None:
-    """Refuse links that leave the file, before anything is followed: another file may be a pipe, which never ends."""
-    import h5py
-
-    def leaves(name: bytes, link: Any) -> bytes | None:
-        return None if link.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
-
-    root = file["/"].id  # which `links` does not keep open by itself
-    found = root.links.visit(leaves, info=True)
-    if found is not None:
-        raise StorageError(f"{path} is damaged: /{found.decode(errors='replace')} lies in another file; {REMEDY}")
 
 
 def _check_schema(path: FilePath, file: Any) -> None:

@@ -17,10 +17,7 @@ def test_command_line(full, tmp_path):
 
     status = json.loads(said("status", full.folder.path, "--verify", "--json"))
     assert (status["tasks"], status["finished"], status["damaged"]) == (6, 6, {})
-    assert status["sweeps"][0]["cpu_seconds"] > 0
-    assert "total" in (counted := said("status", full.file))
-    assert "CPU time" not in counted
-    assert "CPU time" in said("status", full.file, "--verify")
+    assert "total" in said("status", full.file)
     assert json.loads(said("plan", full.file, "--only", "up", "--json"))["tasks"] == 0
     assert "0 tasks left" in said("plan", full.file)
     line = said("resume", full.file)
@@ -40,8 +37,6 @@ def test_tables_are_not_replaced_and_tasks_are_in_the_folder_named(tmp_path):
     again = call(tmp_path, "campaign", *tables)
     assert again.exit_code == 1 and "onset.csv exists: choose another name, or give --force" in again.stderr
     assert there.read_text() == "work of a week"
-    frames = ("export", "c.toml", "--to", "tables", "--out", "elsewhere", "--format", "dump")
-    assert [call(tmp_path, "campaign", *frames, *force).exit_code for force in ((), (), ("--force",))] == [0, 1, 0]
     assert call(tmp_path, "campaign", *tables, "--force").exit_code == 0
     assert (tmp_path / "tables" / "onset.csv").read_text() != "work of a week"
 
@@ -57,6 +52,6 @@ def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
 
 def test_a_failed_export_leaves_no_folder(tmp_path):
     written(tmp_path / "c.toml")
-    for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ()):
+    for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ("--format", "csv")):
         call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
         assert not (tmp_path / "tables").exists()

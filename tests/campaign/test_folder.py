@@ -40,21 +40,6 @@ def test_status_counts_and_more_seeds_leave_what_is_there(full, tmp_path):
     assert status.foreign == 2
 
 
-def test_status_adds_up_what_the_finished_tasks_took(full, tmp_path):
-    assert all(s.seconds is s.cpu_seconds is None for s in full.status().sweeps)
-    spent = full.status(verify=True).sweeps
-    files = [read_task_file(full.folder.task_file(name)) for name in full.finished()]
-    assert sum(s.seconds for s in spent) == pytest.approx(sum(f.seconds for f in files))
-    assert sum(s.cpu_seconds for s in spent) == pytest.approx(sum(f.cpu_seconds for f in files))
-    assert all(0 < f.cpu_seconds < 2 * f.seconds + 0.1 for f in files)  # one thread, but for what starts beside it
-    shutil.copytree(full.folder.path, tmp_path / "c")
-    harmed = jamlab.open_campaign(tmp_path / "c")
-    harmed.folder.task_file(harmed.finished()[0]).write_bytes(b"")
-    left = harmed.status(verify=True)
-    assert len(left.damaged) == 1
-    assert sum(s.seconds for s in left.sweeps) == pytest.approx(sum(f.seconds for f in files[1:]))
-
-
 @pytest.mark.parametrize("harm", ["cut", "flip", "empty", "other", "foreign", "folder"])
 def test_damaged_files_are_found(full, harm, tmp_path):
     name, other = full.finished()[:2]
@@ -235,8 +220,6 @@ def test_export(full, tmp_path):
     pytest.importorskip("pyarrow")
     export(full, tmp_path / "parquet", "parquet", ["spectra"])
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "parquet" / "spectra.parquet"), full.table("spectra"))
-    dumps = export(full, tmp_path / "dump", "dump", sweep="droplets")
-    assert dumps[0].read_text().startswith("ITEM: TIMESTEP")
     with pytest.raises(InputError):
         export(full, tmp_path, "xls")
 
@@ -273,41 +256,19 @@ def test_plan_takes_times_and_sizes_from_finished_tasks(full, tmp_path):
     assert all(line.seconds > 0 and line.ranks == 4 for line in four.plan()) and total_time(four.plan(), 1)[2] == 4
 
 
-def _make_link(path, target):
-    target.mkdir()
-    path.symlink_to(target)
-
-
 @pytest.mark.parametrize(
     "harm",
     [
-        lambda folder, other: (folder / "lock").mkdir(),
-        lambda folder, other: (folder / "lock").symlink_to(other),
-        lambda folder, other: os.mkfifo(folder / "lock"),
-        lambda folder, other: _make_link(folder / "tasks", other),
-        lambda folder, other: _make_link(folder / "failed", other),
-        lambda folder, other: (folder / "campaign.toml").symlink_to(other),
-        lambda folder, other: (folder / "campaign.toml").mkdir(),
-        lambda folder, other: (folder / "tasks").write_text(""),
-        lambda folder, other: (folder / "tasks").symlink_to("/dev/full"),
+        lambda folder: (folder / "lock").mkdir(),
+        lambda folder: os.mkfifo(folder / "lock"),
+        lambda folder: (folder / "campaign.toml").mkdir(),
+        lambda folder: (folder / "tasks").write_text(""),
     ],
 )
 def test_a_folder_that_holds_something_else_is_one_line(tmp_path, harm):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
     campaign.folder.path.mkdir()
-    other = tmp_path / "other"
-    harm(campaign.folder.path, other)
+    harm(campaign.folder.path)
     with pytest.raises(StorageError) as caught:
         campaign.run(1)
     assert "\n" not in str(caught.value) and str(campaign.folder.path) in str(caught.value)
-    assert not other.exists() or not list(other.iterdir())
-
-
-def test_a_task_that_is_a_link_out_of_the_folder_is_not_written(tmp_path):
-    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
-    campaign.folder.prepare()
-    task = next(batches(campaign.content)[0].tasks())
-    campaign.folder.task_file(task.name).symlink_to(tmp_path / "elsewhere")
-    outcome = run_task(str(campaign.folder.path), task)
-    assert outcome.state == "full" and "is a link out of the campaign folder" in outcome.line
-    assert not (tmp_path / "elsewhere").exists()

@@ -8,7 +8,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.tables import TABLE_COLUMNS, aggregate, states_at
+from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import measure
@@ -97,31 +97,13 @@ def test_groups_bins_and_what_is_left_out():
     assert aggregate(frame, ["g"], ["p"])["g_packings"].tolist() == [2, 1]
     binned = aggregate(frame, ["g"], ["n"], along="x", bins=[0, 1, 2])
     assert (binned.g.tolist(), binned.x.tolist()) == ([2.0, 5.0], [0.2, 1.6])
-    for wrong in ({"bins": [0, 1]}, {"along": "x", "bins": [2, 1]}, {"confidence": 1.0}, {"statistic": "mode"}):
+    for wrong in ({"bins": [0, 1]}, {"along": "x", "bins": [2, 1]}, {"confidence": 1.0}):
         with pytest.raises(InputError) as caught:
             aggregate(frame, ["g"], ["p"], **wrong)
         assert str(list(wrong.values())[-1]) in str(caught.value)
     with pytest.raises(InputError) as caught:
         aggregate(frame, ["h"], ["p"])
     assert "'h'" in str(caught.value)
-
-
-def test_one_state_of_each_packing_at_a_packing_fraction(full):
-    """The nearest one, not the mean of all in a bin; packings without a state there are left out."""
-    states = full.table("states", sweep="up")
-    found = full.at("states", "up", rho=0.9)
-    assert len(found) == 4 and (abs(found["rho"] - 0.9) < 1e-3).all()
-    last = states.loc[states.groupby("task")["state"].idxmax()].sort_values("task")
-    assert found.sort_values("task")["z"].tolist() == last["z"].tolist()
-    means = full.aggregate(["z"], by=["n"], at={"rho": 0.9}, sweep="up")
-    assert means["z"].tolist() == pytest.approx(last.groupby("n")["z"].mean().tolist())
-    near = {"task": ["a", "a", "b"], "state": [0, 1, 0], "rho": [0.9044, 0.96, 0.9046]}  # 0.5 % of 0.9 is 0.0045
-    assert states_at(pd.DataFrame(near), "rho", 0.9)["task"].tolist() == ["a"]
-    voids = full.at("voids", "up", rho=0.9)
-    assert set(zip(voids["task"], voids["state"], strict=True)) == set(zip(found["task"], found["state"], strict=True))
-    for wrong in ({}, {"rho": 0.95}, {"rho": 0.9, "z": 4.0}, {"nothing": 1.0}, {"contact": 1.0}):
-        with pytest.raises(InputError):
-            full.at(**wrong)
 
 
 def test_keys_of_groups_read_back_exactly(tmp_path):

@@ -67,7 +67,7 @@ def test_a_run_that_goes_on_from_its_file_counts_only_what_it_does_itself(monkey
     clock = iter([0.0, 0.0, 6.0, 100.0])
     monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
     monkeypatch.setattr(console, "_LINE_INTERVAL", 1.0)
-    with progress_bars({"shear": "shear"}, resumed=True) as shows:
+    with progress_bars({"shear": "shear"}) as shows:
         shows["shear"](0.5, "strain 0.5")
         shows["shear"](0.6, "strain 0.6")
     assert "strain 0.6, about 24 s left, 6 s so far" in text.getvalue()

@@ -1,7 +1,5 @@
 """HDF5 files that are damaged, or made to harm: noticed and named, never a traceback and never a wrong packing."""
 
-import os
-
 import h5py
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ from edited_files import edited
 from wandering_packings import disks, polygons
 
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.packing.hdf5 import read, read_all, read_observables
+from jamlab.packing.hdf5 import read, read_all
 from jamlab.packing.write import write
 from jamlab.storage.verified_file import USER_BLOCK, checksum
 
@@ -47,16 +45,6 @@ def link(name, target):
     def edit(file):
         del file[name]
         file[name] = target
-
-    return edit
-
-
-def elsewhere(name, shape):
-    """Bytes of another file, taken for numbers."""
-
-    def edit(file):
-        del file[name]
-        file.create_dataset(name, shape, "f8", external=[("/etc/passwd", 0, 8 * int(np.prod(shape)))])
 
     return edit
 
@@ -101,15 +89,11 @@ HOSTILE = {
     "dataset for group": replace("parameters/force_law", 3),
     "group among parameters": lambda file: file.create_group("parameters/force_law/x"),
     "link to nowhere": link(POSITIONS, h5py.SoftLink("/nowhere")),
-    "link out": link(POSITIONS, h5py.ExternalLink("other.h5", "/x")),
-    "bytes of another file": elsewhere(POSITIONS, (1, 5, 3)),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_what_no_packing_can_be_is_named_with_file_and_thing(path, name):
-    with h5py.File(path.parent / "other.h5", "w") as other:
-        other["x"] = np.zeros((1, 5, 3))
     with edited(path) as file:
         HOSTILE[name](file)
     for act in (read, read_all):
@@ -154,17 +138,3 @@ def test_single_bit_flips_are_noticed(path, flips):
             read(path)
     path.write_bytes(whole)
     read(path)
-
-
-@pytest.mark.parametrize("name", ["parameters/force_law", "observables/g", "particles/all/box", "h5md"])
-@pytest.mark.parametrize("target", ["other.h5", "pipe"])
-def test_groups_of_other_files_are_not_followed(path, tmp_path, name, target):
-    """A pipe would never begin, and never end; numbers of another file would pass for those of this one."""
-    os.mkfifo(tmp_path / "pipe")
-    write(tmp_path / "other.h5", [disks(1, 0.3)])
-    with edited(path) as file:
-        del file[name]
-        file[name] = h5py.ExternalLink(str(tmp_path / target), "/parameters/force_law")
-    for function in (read, read_all, read_observables):
-        with pytest.raises(StorageError):
-            function(path)
