@@ -136,7 +136,6 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
 
 DOUBT = "?"  # beside every doubtful number
 SIDES = {"bright": "bright on dark", "dark": "dark on bright", "labels": "as labelled"}
-MOST_SIDES = 6  # voids with more are one entry of the table
 
 
 def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
@@ -159,10 +158,8 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         blur = f"blur {found.blur:.1f} pixels"
         print_note(f"uneven light: {found.light:.2g} to 1; noise: {found.noise:.0%} of the contrast; {blur}")
     share = found.voids.probability
-    sides = [f"P_{k} = {part:.2f}" for k, part in share.items() if k <= MOST_SIDES]
-    more = sum(part for k, part in share.items() if k > MOST_SIDES)
-    sides += [f"P_{MOST_SIDES + 1}+ = {more:.2f}"] if more else []
-    print_note(", ".join(sides) + marks["voids"] if sides else "no voids")
+    sides = ", ".join(f"P_{k} = {part:.2f}" for k, part in share.items())
+    print_note(sides + marks["voids"] if sides else "no voids")
     low, high = found.z_range
     if low <= high:  # not nan
         gap = found.film + found.fringe

@@ -25,7 +25,18 @@ from jamlab.checks import check_choice, check_number, check_seed, checked
 from jamlab.errors import ConvergenceError, InputError, Renamed
 from jamlab.estimates import ways
 from jamlab.estimates.choice import Choice, Why, judge
-from jamlab.estimates.ways import ONSET, EnsembleWay, N, Scatter, WayRecord, Ways, difference, is_known, scatter
+from jamlab.estimates.ways import (
+    ONSET,
+    EnsembleWay,
+    N,
+    Scatter,
+    WayRecord,
+    Ways,
+    difference,
+    is_known,
+    reference_record,
+    scatter,
+)
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.result import Result
 from jamlab.processes.progress import Progress, no_progress
@@ -50,8 +61,11 @@ def plan_mean(
 ) -> MeanPlan:
     """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = ways.read_ways() if table is None else table
-    at = _check(table, quantity, rho, error, model)
-    reference = table[reference_way()]
+    check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
+    check_choice("model", model, ("auto", "sp", "dp"))
+    check_number("error", error, math.inf)
+    reference = reference_record(table, reference_way(), rho, onset=quantity == ONSET)
+    at = math.nan if rho is None or quantity == ONSET else rho
     if not is_known(reference, reference, quantity, at):
         raise InputError(f"rho = {rho}: too few packings in the reference table have {quantity}; use another rho")
     records = [r for r in table.values() if model in ("auto", r.way.model)]
@@ -109,27 +123,6 @@ def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, 
         why = Why.UNSURE
     columns = {"packings": packings, "error": reached, "bias_error": bias_error, "seconds": seconds}
     return {"way": record.way, **columns, "why": why}
-
-
-def _check(table: Ways, quantity: str, rho: float | None, error: float, model: str) -> float:
-    """Refuse what the table does not tell; gives the packing fraction, nan at onset."""
-    check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
-    check_choice("model", model, ("auto", "sp", "dp"))
-    check_number("error", error, math.inf)
-    reference = table.get(reference_way())
-    if reference is None:
-        raise InputError(
-            f"the reference table has no {reference_way()}, because `dp.parameters` changed: regenerate it with "
-            "`python -m studies tables ways`"
-        )
-    if quantity == ONSET:
-        return math.nan
-    low, high = reference.levels[0], reference.levels[-1]
-    if rho is None:
-        raise InputError(f"{quantity} needs rho, a true packing fraction: give one in {low:g} .. {high:g}")
-    if not low <= rho <= high:
-        raise InputError(f"rho = {rho}: must lie between {low:g} and {high:g}; use a campaign for other densities")
-    return rho
 
 
 Made = list[tuple[float, float]]  # value of each packing, nan if it has none, and its CPU seconds

@@ -59,15 +59,10 @@ def choose(
         >>> choice.options[["error_z", "why"]].round(2).to_numpy().tolist()[:2]
         [[0.15, 'taken'], [0.0, 'more expensive']]
     """
-    _check(rho, tolerance, model)
+    _check(tolerance, model)
     check_count(n)
     table = ways.read_ways() if table is None else table
-    reference = table.get(ways.default_way(N))
-    if reference is None:
-        raise InputError(f"the table has no {ways.default_way(N)}: regenerate it with `python -m studies tables ways`")
-    low, high = reference.levels[0], reference.levels[-1]
-    if not low <= rho <= high:
-        raise InputError(f"rho = {rho}: must lie between {low:g} and {high:g}; name a model for other densities")
+    reference = ways.reference_record(table, ways.default_way(N), rho)
     records = [record for record in list_records(table) if model in ("auto", record.way.model)]
     rows = [_option(record, reference, rho, tolerance, n) for record in records]
     options, row = judge(rows, "seconds")
@@ -109,15 +104,13 @@ def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) ->
     return max(exceeded_by_few(distance), quantum) * float(np.sqrt(n_table / n))
 
 
-def _check(rho: float, tolerance: Mapping[str, float], model: str) -> None:
+def _check(tolerance: Mapping[str, float], model: str) -> None:
     check_choice("model", model, ("auto", *MODELS))
     if not tolerance:
         raise InputError(f"no tolerance given: give a tolerance of one or more of {', '.join(QUANTITIES)}")
     for name, limit in tolerance.items():
         check_choice("tolerance of", name, QUANTITIES)
         check_number(f"tolerance of {name}", limit, np.inf)
-    if not 0 < rho < 1:
-        raise InputError(f"rho = {rho!r}: a true packing fraction lies between 0 and 1")
 
 
 def _succeeds(record: WayRecord, reference: WayRecord, rho: float) -> bool:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import ConvergenceError, StorageError
+from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
@@ -196,6 +196,17 @@ def _read(path: Path | None) -> Ways:
     if changed:
         raise StorageError(f"{path or SHIPPED} was made with {', '.join(changed)}: regenerate it with `{_COMMAND}`")
     return found
+
+
+def reference_record(table: Ways, way: EnsembleWay, rho: float | None, *, onset: bool = False) -> WayRecord:
+    """The record that others are held against, which must span rho, unless the onset is asked for."""
+    record = table.get(way)
+    if record is None:
+        raise InputError(f"the table has no {way}: make it anew with `{_COMMAND}`")
+    low, high = record.levels[[0, -1]]
+    if not onset and (rho is None or not low <= rho <= high):
+        raise InputError(f"rho = {rho}: give a true packing fraction in {low:g} .. {high:g}, which the table spans")
+    return record
 
 
 def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:

@@ -46,7 +46,7 @@ def write(
     check_ending(path, *_KINDS)
     frames = [packings] if isinstance(packings, Packing) else list(packings)
     ending = Path(path).suffix.lower()
-    kind = next((kind for kind in _KINDS if ending in FORMATS[kind].endings), begins_as(path) or "packings")
+    kind = next((kind for kind in _KINDS if ending in FORMATS[kind]), begins_as(path) or "packings")
     if kind == "packings":
         write_sweep(path, frames, observables)
         return

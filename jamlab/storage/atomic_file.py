@@ -11,7 +11,6 @@ import stat
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -165,31 +164,27 @@ def system_said(error: BaseException, remedy: str) -> str:
     return f"{reason}; {_REMEDIES.get(number or 0, remedy)}"
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format that jamlab writes."""
-
-    refusal: str  # what is said of a name that promises another one
-    endings: tuple[str, ...]  # the usual one first
-    writer: str = ""  # function or command that writes it, if it is of one kind
-
-
-FORMATS = {
-    "packings": Format("packings are written as HDF5", (".h5", ".hdf5", ".h5md"), "jamlab.write"),
-    "data": Format("this is a LAMMPS data file", (".data", ".lmp", ".lammps"), "jamlab.write"),
-    "dump": Format("this is a LAMMPS dump", (".dump", ".lammpstrj", ".lammpsdump"), "jamlab.write"),
-    "vtp": Format("points and lines are written for VTK", (".vtp",), "jamlab.write_contacts"),
-    "movie": Format("a film is drawn", (".mp4", ".gif"), "jamlab.write_movie"),
-    "xyz": Format("this is extended xyz", (".xyz", ".extxyz"), "jamlab.write"),
-    "page": Format("a page is written as HTML", (".html", ".htm"), "jamlab.write_page"),
-    "campaign": Format("a campaign file is TOML", (".toml",), "jamlab campaign new"),
-    "picture": Format("a picture is drawn", (".png", ".pdf", ".svg")),
-    "png": Format("the picture is drawn as PNG", (".png",)),
-    "table": Format("a table is written as CSV, with commas", (".csv",)),
-    "tabs": Format("a table is written with tabs", (".tsv",)),
-    "parquet": Format("a table is written as Parquet", (".parquet",)),
+FORMATS: dict[str, tuple[str, ...]] = {  # endings of what jamlab writes, the usual one first
+    "packings": (".h5", ".hdf5", ".h5md"),
+    "data": (".data", ".lmp", ".lammps"),
+    "dump": (".dump", ".lammpstrj", ".lammpsdump"),
+    "vtp": (".vtp",),
+    "movie": (".mp4", ".gif"),
+    "xyz": (".xyz", ".extxyz"),
+    "page": (".html", ".htm"),
+    "campaign": (".toml",),
+    "picture": (".png", ".pdf", ".svg"),
+    "png": (".png",),
+    "table": (".csv",),
+    "tabs": (".tsv",),
+    "parquet": (".parquet",),
 }
-_WRITERS = {ending: form.writer for form in FORMATS.values() for ending in form.endings if form.writer}
+_OF_ONE_KIND = {
+    **dict.fromkeys(("packings", "data", "dump", "xyz"), "jamlab.write"),
+    **{"vtp": "jamlab.write_contacts", "movie": "jamlab.write_movie", "page": "jamlab.write_page"},
+    "campaign": "jamlab campaign new",
+}
+_WRITERS = {ending: writer for kind, writer in _OF_ONE_KIND.items() for ending in FORMATS[kind]}
 _OF_LAMMPS = ("data", "dump")  # files that LAMMPS users name by what they begin with, as in data.droplets
 
 
@@ -204,15 +199,11 @@ def check_ending(path: str | os.PathLike[str], *kinds: str, option: str = "") ->
     `kinds`: of `FORMATS`; `option`: of the command line that gave the name."""
     name = os.fspath(path)
     ending = Path(name).suffix.lower()
-    allowed = [FORMATS[kind] for kind in kinds]
-    if ending in ("", *(known for form in allowed for known in form.endings)):
+    allowed = [known for kind in kinds for known in FORMATS[kind]]
+    if ending in ("", *allowed) or (begins_as(path) in kinds and ending not in _WRITERS):
         return
-    if begins_as(path) in kinds and ending not in _WRITERS:
-        return
-    writer = _WRITERS.get(ending)
-    hint = f"; {writer} writes {ending}" if writer else ""
-    ways = ", or ".join(f"{form.refusal}; name a file that ends in {', '.join(form.endings)}" for form in allowed)
-    raise InputError(f"{option} {name}: {ways}{hint}".lstrip())
+    hint = f"; {_WRITERS[ending]} writes {ending}" if ending in _WRITERS else ""
+    raise InputError(f"{option} {name}: name a file that ends in {', '.join(allowed)}{hint}".lstrip())
 
 
 def write_table(frame: "pd.DataFrame", path: Path) -> None:

@@ -26,7 +26,7 @@ _READERS: dict[str, Callable[[FilePath], Iterator[Any]]] = {  # kinds of files, 
     **{"xyz": disk_files.read_xyz, "csv": disk_files.read_csv, "gsd": disk_files.read_gsd},
 }
 _ENDINGS: dict[str, tuple[str, ...]] = {
-    **{"data": FORMATS["data"].endings, "dump": FORMATS["dump"].endings, "xyz": FORMATS["xyz"].endings},
+    **{kind: FORMATS[kind] for kind in ("data", "dump", "xyz")},
     **{"csv": (".csv", ".tsv"), "gsd": (".gsd",)},
 }
 _KIND_OF = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}
@@ -133,7 +133,7 @@ def _kind(path: FilePath) -> str:
     kind = _KIND_OF.get(ending, begins_as(path))
     if kind and not (compressed and kind == "gsd"):
         return kind
-    if (compressed or ending not in ("", *FORMATS["packings"].endings)) and file.is_file():
+    if (compressed or ending not in ("", *FORMATS["packings"])) and file.is_file():
         raise StorageError(
             f"{path} is of an unknown file type: give HDF5 of jamlab, {', '.join(_KIND_OF)}, compressed text "
             f"({', '.join(COMPRESSED)}) or, to `jamlab analyze`, a picture"
