@@ -75,7 +75,7 @@ def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
 def test_methods_of_a_campaign(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml"))
-    refuse_strange(getattr(campaign, name), required, skip=("scheduler",))
+    refuse_strange(getattr(campaign, name), required)
 
 
 @pytest.mark.parametrize("name", STATISTICS)
@@ -85,10 +85,10 @@ def test_statistics(name, required):
     refuse_strange(found, required | {"n": [1.0, 2.0, 3.0]})
 
 
-def refuse_strange(function, required, skip=()):
+def refuse_strange(function, required):
     """Give every argument all that is strange: nothing but a JamlabError may come of it."""
     parameters = inspect.signature(function).parameters.values()
-    named = [p for p in parameters if p.kind is not p.VAR_KEYWORD and p.name not in skip]
+    named = [p for p in parameters if p.kind is not p.VAR_KEYWORD]
     refused = 0
     for parameter in named:
         others = {p.name: required[p.name] for p in named if p.default is p.empty and p is not parameter}

@@ -95,7 +95,7 @@ def droplets(**law):
         (flows("flow", rates=[1e4]), "10000"),
         (flows("flow", rates=[0.0, 1e-13]), "1e-13"),
         (flows("creep") | {"damping": {"stokes": [0.0]}}, "0"),
-        (flows("creep", stresses=[1e9]), "1e+09"),
+        (flows("creep", stresses=[1e9]), "= 1000000000.0"),
         (flows("oscillation", omega=[1e-9]), "1e-09"),
         (flows("oscillation", amplitudes=[9.0]), "9"),
     ],
