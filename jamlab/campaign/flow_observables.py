@@ -48,7 +48,7 @@ FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)
 
 def _zero_or_resolved(rate: float) -> float:
     if 0 < rate < LEAST_RATE:
-        raise ValueError(f"below {LEAST_RATE:g}, the least rate: raise it, or give 0")
+        raise ValueError(f"below {LEAST_RATE:g}, the smallest rate allowed: use a larger value, or 0")
     return rate
 
 

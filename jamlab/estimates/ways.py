@@ -202,10 +202,10 @@ def reference_record(table: Ways, way: EnsembleWay, rho: float | None, *, onset:
     """The record that others are held against, which must span rho, unless the onset is asked for."""
     record = table.get(way)
     if record is None:
-        raise InputError(f"the table has no {way}: make it anew with `{_COMMAND}`")
+        raise InputError(f"the reference table has no {way}: regenerate it with `{_COMMAND}`")
     low, high = record.levels[[0, -1]]
     if not onset and (rho is None or not low <= rho <= high):
-        raise InputError(f"rho = {rho}: give a true packing fraction in {low:g} .. {high:g}, which the table spans")
+        raise InputError(f"rho = {rho}: must lie between {low:g} and {high:g}; use a campaign for other densities")
     return record
 
 
