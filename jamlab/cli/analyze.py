@@ -147,10 +147,10 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     marks = {key: f" {DOUBT}" if number.reasons else "" for key, number in found.numbers.items()}
     rows, errors = [], {key: mean.error for key, mean in found.means.items()}
     for key, number in found.numbers.items():
-        known = (number.value, errors.get(key, float("nan")), number.half_width)
+        known = (number.value, errors.get(key, float("nan")))
         rows.append([key, *(_digits(value) for value in known), marks[key]])
-    print_table(f"droplets of {name}", ["", "value", "± over droplets", "within", ""], rows)
-    print_note("±: standard error of the mean over droplets; within: half-width of the image's 95 % interval")
+    print_table(f"droplets of {name}", ["", "value", "± over droplets", ""], rows)
+    print_note("±: standard error of the mean over droplets")
     print_note(f"{found.cut} droplets cut by the edge are not counted; {found.rattlers.sum()} rattlers{marks['z']}")
     radius = f"radius {found.means['radius'].text('.4g')}{marks['area']}"
     print_note(f"{radius}; lengths in {length}; droplets {SIDES[found.contrast]}")
@@ -182,10 +182,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
         "standard_error": {name: mean.error for name, mean in found.means.items()},
         "interval_95": {name: mean.interval for name, mean in found.means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
-        "numbers": {
-            name: {"value": number.value, "interval": number.interval, "quality": number.quality}
-            for name, number in found.numbers.items()
-        },
+        "numbers": {name: {"value": number.value, "quality": number.quality} for name, number in found.numbers.items()},
         "z_all": found.z_all,
         "z_range": found.z_range,
         "film": found.film,

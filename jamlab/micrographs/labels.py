@@ -5,19 +5,19 @@ ilastik, ImageJ and hands write such images. What is labelled is droplet, and it
 
 An object is a connected region of one number. In this order:
 
-1. A number beside most others, on all four sides of the picture or where no pixel is 0, is the ground.
-2. Objects off the edge that are far smaller than droplets, below a gap in the distribution of sizes, and too small to
-   show a shape, are specks: they are set aside.
+1. A number on all four sides of the picture is the ground.
+2. Objects off the edge that are far smaller than droplets, and too small to show a shape, are specks: they are set
+   aside.
 3. What an object encloses belongs to it: a droplet has no holes, and no droplet lies in another.
 
-Every other object is a droplet. A mask is first parted into droplets at its necks. What a rule changed is a note, with
-the number of droplets by which the count may be off for it.
+Every other object is a droplet. A mask is first parted into droplets by the watershed that parts those of a picture.
+What a rule changed is a note, with the number of droplets by which the count may be off for it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.errors import InputError
 from jamlab.micrographs.illumination import Darkness
 from jamlab.micrographs.picture_files import check_pixels, distance_inside, read_values, scikit_image
-from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_droplets, highest, meetings, roundness
+from jamlab.micrographs.segmentation import Segments, borders, edge_of, find_droplets, highest, roundness
 
 ROUGH = 0.5  # pixels by which walls between whole pixels wander into the largest discs
 TRIED = 256  # pixels along a side on which a mask and its inverse are compared
@@ -159,12 +159,8 @@ def _radius(areas: Array, share: float) -> float:
     return float(np.sqrt(order[np.searchsorted(np.cumsum(order), share * order.sum())] / np.pi))
 
 
-GAP = 1.5  # ratio of successive radii, in order of size, above which specks end
 SPECK = 0.25  # of the typical radius: larger objects are no specks
 UNRESOLVED = 4.0  # pixels, radius: nor are those that show a shape
-LINE = 2  # pixels without a label between two pieces, at most
-AROUND, LEAST_AROUND = 0.5, 8  # share of all other objects that the ground lies beside, and their number
-CONVEX, PEPPER = 0.9, 2  # area over that of the convex hull, and pixels, of holes in a mask that are no voids
 PARTED = 0.1  # of the droplets that are parted at necks: necks that are waists, and waists that are necks
 
 
@@ -180,10 +176,11 @@ def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
     """Make every droplet one object and every object a droplet. `names`: (h, w) labels, 0 on the ground. Returns
     (h, w) labels from 1, and what was found."""
     notes: list[Note] = []
-    ground = _ground(names)
-    if ground:
-        notes.append(Note(f"label {ground} lies around the others: it is taken for the ground"))
-    objects = scikit_image().measure.label(np.where(names == ground, 0, names), connectivity=2).astype(np.int64)
+    ground = reduce(np.intersect1d, (names[0], names[-1], names[:, 0], names[:, -1]))
+    if ground.any():
+        notes.append(Note(f"label {ground[-1]} is on all sides of the picture: it is taken for the ground"))
+        names = np.where(names == ground[-1], 0, names)
+    objects = scikit_image().measure.label(names, connectivity=2).astype(np.int64)
     pieces = _in_pieces(names, objects)
     objects = _filled(_without_specks(objects, notes), notes)
     torn = _in_pieces(names, objects)
@@ -194,75 +191,29 @@ def sort_objects(names: Indices) -> tuple[Indices, list[Note]]:
 
 
 def part_mask(mask: Mask) -> tuple[Indices, list[Note]]:
-    """Pieces of a mask, parted at their necks where several droplets touch. `mask`: (h, w), True in droplets. Returns
-    (h, w) labels from 1, and what was found."""
-    full = mask | _holes_of_mask(mask)
-    pieces, count = ndimage.label(full)
-    segments = find_droplets((~full).astype(np.float64))
-    if segments is None or not count:
+    """Droplets of a mask, parted at their necks where several touch. `mask`: (h, w), True in droplets. Returns (h, w)
+    labels from 1, and what was found."""
+    pieces, count = ndimage.label(mask)
+    segments = find_droplets((~mask).astype(np.float64))
+    if segments is None:
         return pieces.astype(np.int64), []
-    pairs, pixels = np.unique(np.stack([pieces[full], segments.cells[full]]), axis=1, return_counts=True)
-    held = np.bincount(pairs[0], pixels > LINE**2, minlength=count + 1)
-    several = held > 1
-    notes = []
-    if several.any():
-        text = f"{several.sum()} pieces of the mask are parted at necks into {held[several].sum():.0f} droplets"
-        notes.append(Note(text, int(np.ceil(PARTED * held[several].sum()))))
-    parted = np.where(several[pieces], segments.cells + count + 1, pieces)
-    return np.where(full, parted, 0).astype(np.int64), notes
-
-
-def _holes_of_mask(mask: Mask) -> Mask:
-    """(h, w) holes that are no voids between droplets: voids are concave."""
-    label, count = ndimage.label(~mask)
-    fill = np.zeros(count + 1, dtype=bool)
-    for hole in scikit_image().measure.regionprops(label):
-        (top, left, low, right), (h, w) = hole.bbox, mask.shape
-        if top > 0 and left > 0 and low < h and right < w:
-            fill[hole.label] = hole.area <= PEPPER or hole.area >= CONVEX * hole.area_convex
-    return np.asarray(fill[label])
-
-
-def _ground(names: Indices) -> int:
-    """Number that is the ground, 0 if that is what it should be."""
-    pairs = _beside(names)
-    if not len(pairs):
-        return 0
-    number, count = np.unique(pairs, return_counts=True)
-    most, others = int(number[count.argmax()]), len(np.unique(names[names > 0])) - 1
-    around = all((side == most).any() for side in (names[0], names[-1], names[:, 0], names[:, -1]))
-    return most if others >= LEAST_AROUND and count.max() > AROUND * others and (around or names.all()) else 0
-
-
-def _beside(names: Indices) -> Indices:
-    """(m, 2) numbers that meet, or nearly so."""
-    wide = scikit_image().segmentation.expand_labels(names, LINE)
-    found = np.sort(wide.ravel()[np.stack(meetings(wide), axis=1)], axis=1)
-    return np.unique(found[found[:, 0] > 0], axis=0)
-
-
-def _radii(objects: Indices) -> tuple[Array, Mask, float]:
-    """(n + 1,) radii in pixels, (n + 1,) objects off the edge, and the radius above which half of their area lies."""
-    areas = np.bincount(objects.ravel()).astype(np.float64)
-    areas[0] = 0.0
-    inner = areas > 0
-    inner[edge_of(objects)] = False
-    radii, order = np.sqrt(areas / np.pi), np.sort(areas)
-    return radii, inner, float(np.sqrt(order[np.searchsorted(np.cumsum(order), 0.5 * order.sum())] / np.pi))
+    more = segments.count - count
+    doubt = int(np.ceil(PARTED * (more + 1)))
+    notes = [Note(f"{count} pieces of the mask are parted at necks into {segments.count} droplets", doubt)]
+    return np.where(mask, segments.cells + 1, 0), notes if more > 0 else []
 
 
 def _without_specks(objects: Indices, notes: list[Note]) -> Indices:
-    radii, inner, typical = _radii(objects)
-    numbers = np.flatnonzero(inner)
-    order = numbers[np.argsort(radii[numbers], kind="stable")]
-    ratio = np.append(radii[order][1:], typical) / radii[order]
-    last = np.flatnonzero((ratio >= GAP) & (radii[order] < min(SPECK * typical, UNRESOLVED)))
-    if not len(last):
+    areas = np.bincount(objects.ravel(), minlength=2).astype(np.float64)[1:]
+    inner = np.ones(len(areas) + 1, dtype=bool)
+    inner[edge_of(objects)] = False
+    radii = np.sqrt(areas / np.pi)
+    small = inner[1:] & (radii < min(SPECK * _radius(areas, 0.5), UNRESOLVED))
+    if not small.any():
         return objects
-    specks = order[: last[-1] + 1]
-    low, high = (round(np.pi * radii[specks[k]] ** 2) for k in (0, -1))
-    notes.append(Note(f"{len(specks)} specks of {low} to {high} pixels are set aside", len(specks)))
-    return np.where(np.isin(objects, specks), 0, objects)
+    low, high = areas[small].min(), areas[small].max()
+    notes.append(Note(f"{small.sum()} specks of {low:.0f} to {high:.0f} pixels are set aside", int(small.sum())))
+    return np.where(np.append(False, small)[objects], 0, objects)
 
 
 def _filled(objects: Indices, notes: list[Note]) -> Indices:

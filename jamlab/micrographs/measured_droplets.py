@@ -54,8 +54,8 @@ class Micrograph:
         fringe: gap beyond a film that passes for a contact, in the unit of length.
         z_range: lowest and highest z if fringes from 0.7 to 1.4 times as wide pass for contacts, from 0.2 times between
             labels far apart; nan if all rattle.
-        numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, the `interval` that holds the
-            true one of this picture, its own `quality` and `reasons`.
+        numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, its own
+            `quality` and `reasons`.
         reasons: all of them; empty if every number is good.
         label_notes: what was found in labels of another program, and set aside, filled, joined or parted.
         pixel: size of a pixel; None leaves all lengths in pixels.

@@ -31,7 +31,7 @@ from jamlab.micrographs.labels import looks_labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_files import CHANNELS, read_grey, read_values, scikit_image
 from jamlab.micrographs.picture_numbers import Number, PictureVoids, find_voids
-from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, doubt_known, find_doubts
+from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, find_doubts
 from jamlab.micrographs.segmentation import edge_of, find_droplets, roundness
 from jamlab.micrographs.walls import THICKEST_FILM, DropletSource, GreyDroplets, LabelledDroplets, shape_factor
 
@@ -66,7 +66,7 @@ def micrograph(
         labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
             of the picture but its size is then used. Of a mask, True in droplets, the pieces are droplets, parted at
             their necks where several touch. Specks are set aside and holes are filled; `label_notes` tell how many,
-            and intervals are as much wider.
+            and numbers are doubtful where that is many.
         channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
@@ -262,23 +262,16 @@ class Measurement:
             cut_outlines=tuple(droplets.outlines[k] - margin for k in cut),
             touching=centres[touching[self.whole[touching].any(axis=1)]],
         )
-        return self._judged(found, checks, scale)
+        return self._judged(found, checks)
 
-    def _judged(self, found: Micrograph, checks: Checks, scale: float) -> Micrograph:
-        """The same with its numbers, how far each is known, and why it may be wrong. `scale`: of lengths."""
+    def _judged(self, found: Micrograph, checks: Checks) -> Micrograph:
+        """The same with its numbers, and why each may be wrong."""
         droplets, row = self.droplets, found.measure()
-        values = {"count": float(found.count), "area": float(found.areas.mean()) / scale**2}
+        values = {"count": float(found.count), "area": float(found.areas.mean())}
         values |= {name: row[name] for name in ("rho", "z", "shape_rim")} | {"voids": float(len(found.voids.sides))}
-        errors = droplets.errors(values, self.whole)
         doubts = find_doubts(droplets, checks) + doubt_few(found.count, found.means)
-        doubts += doubt_known(values, errors) if droplets.labelled else []
-        units = {"area": scale**2}
         numbers = {
-            name: Number(
-                value * units.get(name, 1.0),
-                errors[name] * units.get(name, 1.0),
-                tuple(doubt.text for doubt in doubts if name in doubt.numbers),
-            )
+            name: Number(value, tuple(doubt.text for doubt in doubts if name in doubt.numbers))
             for name, value in values.items()
         }
         return replace(found, numbers=numbers, reasons=tuple(doubt.text for doubt in doubts))

@@ -21,20 +21,10 @@ LEAST_VOID_SHARE = 1e-3  # of a droplet
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a picture, and whether it can be trusted.
-
-    The interval is about this picture, not about more droplets, of which `Micrograph.means` speak: of bright and dark
-    droplets the largest errors of good rendered pictures.
-    """
+    """A number of a picture, and whether it can be trusted."""
 
     value: float
-    half_width: float  # nan where nothing is known of it
     reasons: tuple[str, ...]  # why it may be wrong
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Ends of the interval."""
-        return self.value - self.half_width, self.value + self.half_width
 
     @property
     def quality(self) -> str:

@@ -16,11 +16,13 @@ import numpy as np
 from jamlab.arrays import Array, Mask
 from jamlab.micrographs.picture_numbers import LIMITS, Mean
 from jamlab.micrographs.segmentation import meetings
-from jamlab.micrographs.walls import LABEL_ODD_SHAPE, LABEL_ODD_Z, ROUND, THICKEST_FILM, DropletSource
+from jamlab.micrographs.walls import ROUND, THICKEST_FILM, DropletSource, LabelledDroplets
 
 FEWEST = 20  # whole droplets: contacts have a standard deviation of 0.8, so that z is known to 0.4 (95 %)
 SMALLEST = 8.0  # pixels, radius
 LABEL_LIMIT = 0.1  # of count and mean area of labels
+LABEL_EDGE = 0.3  # pixels, by which the edge of a label is uncertain
+LABEL_Z, LABEL_LINE, LABEL_ODD_Z = 22.0, 0.3, 3.0  # of z: for a gap over the diameter, a line, a share of odd labels
 LABEL_DOUBT = 0.03  # share of labels that may be none, several or part of one, up to which z and A are good
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
@@ -71,7 +73,10 @@ Rules = list[tuple[bool, str, frozenset[str]]]  # whether a rule objects, in whi
 
 def find_doubts(droplets: DropletSource, checks: Checks) -> list[Doubt]:
     """Reasons why the numbers may be wrong, in words; none if all is well."""
-    rules = [] if droplets.labelled else _rules_of_light(droplets, checks)
+    if isinstance(droplets, LabelledDroplets):
+        rules = _rules_of_labels(droplets, checks)
+    else:
+        rules = _rules_of_light(droplets, checks)
     rules += _rules_of_droplets(droplets, checks)
     return [Doubt(text, numbers) for objects, text, numbers in rules if objects]
 
@@ -95,19 +100,26 @@ def doubt_few(count: int, means: Mapping[str, Mean]) -> list[Doubt]:
     return found
 
 
-def doubt_known(values: Mapping[str, float], errors: Mapping[str, float]) -> list[Doubt]:
-    """Reasons why numbers of labels are not known well enough. `errors`: half-widths of those numbers."""
-    words = {
-        "count": ("the count", max(LABEL_LIMIT * values["count"], LIMITS["count"])),
-        "area": ("the mean area", LABEL_LIMIT * values["area"]),
-        "rho": ("rho", LIMITS["rho"]),
-        "z": ("z", LIMITS["z"] + LABEL_ODD_Z * LABEL_DOUBT),
-        "shape_rim": ("A", LIMITS["shape"] + LABEL_ODD_SHAPE * LABEL_DOUBT),
-    }
+def _rules_of_labels(droplets: LabelledDroplets, checks: Checks) -> Rules:
+    walls, areas, radius = droplets.walls, droplets.areas()[checks.whole], droplets.segments.radius
+    count, doubted = len(areas), droplets.doubted(checks.whole)
+    share, edge, ground = doubted / count, LABEL_EDGE + 0.5 * walls.film, droplets.found.labels == 0
+    beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
+    # beyond a line, up to which labels pass for touching, with the line, over the diameter
+    gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * radius)
+    odd = {"count"} if 1 + doubted > max(LABEL_LIMIT * count, LIMITS["count"]) else set()
+    odd |= {"z", "shape_rim"} if share > LABEL_DOUBT else set()
+    unsure = {"area"} if share + 2 * edge / np.sqrt(areas.mean() / np.pi) > LABEL_LIMIT else set()
+    unsure |= {"rho"} if edge * beside > LIMITS["rho"] * ground.size or not beside else set()
+    wide = max(LIMITS["z"], LABEL_Z * gap) + LABEL_ODD_Z * share > LIMITS["z"] + LABEL_ODD_Z * LABEL_DOUBT
     return [
-        Doubt(f"{words[name][0]} is known to within {error:.2g}, needs {words[name][1]:.2g}", frozenset((name,)))
-        for name, error in errors.items()
-        if name in words and not error <= words[name][1]  # nan, too
+        (bool(odd), f"{doubted} of {count} labels may be no droplet, several or part of one", frozenset(odd)),
+        (
+            bool(unsure),
+            f"edges of labels are uncertain by {edge:.1f} pixels",
+            frozenset(unsure),
+        ),
+        (wide and "z" not in odd, f"labels {gap:.0%} of a diameter apart pass for touching", frozenset({"z"})),
     ]
 
 

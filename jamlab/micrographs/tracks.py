@@ -93,26 +93,6 @@ class Tracks:
         now = self.table[(self.table["frame"] == row.frame) & self.table["particle"].isin([row.a, row.b, row.c, row.d])]
         return np.asarray(now[["x", "y"]].mean())
 
-    def universe(self) -> Any:
-        """MDAnalysis Universe of the droplets that every picture shows, an atom each; y as in the pictures, down.
-
-        Raises:
-            InputError: no droplet is in every picture.
-        """
-        import MDAnalysis
-
-        places = self.table.pivot(index="frame", columns="particle", values=["x", "y"]).dropna(axis=1)
-        kept = [name for name in places["x"].columns if name in places["y"].columns] if len(places.columns) else []
-        if not kept:
-            raise InputError("no droplet is seen in every picture: a Universe needs one")
-        made = MDAnalysis.Universe.empty(len(kept), n_residues=len(kept), atom_resindex=np.arange(len(kept)))
-        made.add_TopologyAttr("resids", np.asarray(kept) + 1)
-        positions = np.zeros((len(places), len(kept), 3), dtype=np.float32)
-        for axis, name in enumerate(("x", "y")):
-            positions[:, :, axis] = places[name][kept].to_numpy()
-        made.load_new(positions, order="fac")
-        return made
-
 
 @checked
 def track_droplets(source: Any, *, memory: int = 0, **how: Any) -> Tracks:

@@ -22,7 +22,6 @@ from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.labels import ROUGH, Labelled, Note, label_darkness, label_segments
 from jamlab.micrographs.picture_files import distance_inside, scikit_image
-from jamlab.micrographs.picture_numbers import LIMITS
 from jamlab.micrographs.segmentation import Segments, meetings
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
@@ -241,9 +240,6 @@ EDGE_ZONE = 0.6  # of blur and denoising: a droplet that ends so near to the edg
 EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
 CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
 CONVEX = 0.93  # area of an outline over that of its convex hull: a label below is odd, as two droplets in one are
-LABEL_EDGE = 0.3  # pixels, by which the edge of a label is uncertain
-LABEL_Z, LABEL_LINE, LABEL_ODD_Z, LABEL_ODD_SHAPE = 22.0, 0.3, 3.0, 0.5
-RELATIVE = {"count": 0.045, "area": 0.03, "voids": 0.1}  # largest errors of good rendered pictures, of the value
 ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
 
 
@@ -284,10 +280,6 @@ class DropletSource(ABC):
     def areas(self) -> Array:
         """(n,) areas in pixels."""
 
-    @abstractmethod
-    def errors(self, values: dict[str, float], whole: Mask) -> dict[str, float]:
-        """Half-widths of the intervals of numbers in pixels."""
-
 
 class GreyDroplets(DropletSource):
     """Bright or dark droplets."""
@@ -320,11 +312,6 @@ class GreyDroplets(DropletSource):
         dark = np.bincount(cells[void], self.darkness.values[void], n)
         return np.asarray(np.maximum(np.bincount(cells.ravel(), minlength=n) - dark, 1.0))
 
-    def errors(self, values: dict[str, float], whole: Mask) -> dict[str, float]:
-        """Largest errors of good rendered pictures, of numbers as large as those."""
-        shares = {name: share * values[name] for name, share in RELATIVE.items()}
-        return shares | {"rho": LIMITS["rho"], "z": LIMITS["z"], "shape_rim": LIMITS["shape"]}
-
 
 class LabelledDroplets(DropletSource):
     """Droplets of a label image."""
@@ -345,25 +332,9 @@ class LabelledDroplets(DropletSource):
     def areas(self) -> Array:
         return self.found.areas
 
-    def errors(self, values: dict[str, float], whole: Mask) -> dict[str, float]:
-        kept, walls = np.flatnonzero(whole), self.walls
+    def doubted(self, whole: Mask) -> int:
+        """Number of labels that may be no droplet, several or part of one."""
         drawn = shapely.polygons([ring if len(ring) > 3 else np.zeros((4, 2)) for ring in self.outlines])
         bent = shapely.area(drawn) < CONVEX * shapely.area(shapely.convex_hull(drawn))  # of cut ones, too
         odd = bent | (whole & (np.pi * (self.segments.inner + ROUGH) ** 2 < ROUND * self.found.areas))
-        doubt = int(odd.sum()) + sum(note.doubt for note in self.notes)
-        shapes = np.array([shape_factor(self.outlines[k]) for k in kept])
-        perimeter = float((2 * np.sqrt(np.pi * self.found.areas[kept] * shapes)).mean())
-        ground = self.found.labels == 0
-        beside = len(meetings(ground)[0]) * np.pi / 4  # an edge of pixels is longer
-        # beyond a line, up to which labels pass for touching, with the line, over the diameter
-        gap = (walls.widest - (1 - LABEL_LINE) * walls.film) / (2 * self.segments.radius)
-        share = doubt / max(values["count"], 1.0)
-        edge = LABEL_EDGE + 0.5 * walls.film  # pixels by which an edge may be elsewhere: by itself, and for half a line
-        return {
-            "count": 1.0 + doubt,  # one that the edge of the picture hardly cuts may be whole
-            "area": share * values["area"] + edge * perimeter,
-            "rho": edge * beside / ground.size or 1.0,  # without ground nothing says where droplets end
-            "z": max(LIMITS["z"], LABEL_Z * gap) + LABEL_ODD_Z * share,
-            "shape_rim": LIMITS["shape"] + LABEL_ODD_SHAPE * share,
-            "voids": max(1.0, RELATIVE["voids"] * values["voids"]) + doubt,
-        }
+        return int(odd.sum()) + sum(note.doubt for note in self.notes)

@@ -1,4 +1,4 @@
-"""Labels of other programs: known pictures come back; what rules change does too; the truth is in every interval."""
+"""Labels of other programs: known pictures come back; what rules change does too; no good number is wrong."""
 
 import json
 
@@ -33,29 +33,28 @@ EXACT = ("specks", "holes", "large holes", "wrapped numbers", "labelled ground")
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_no_good_number_is_beyond_its_interval(drawn, fault):
+def test_no_good_number_is_wrong(drawn, fault):
     labels, truth, sizes = drawn
     faulty, scale = FAULTS[fault](labels, np.random.default_rng(1)), 4 if fault == "twice the pixels" else 1
-    row = judge(faulty, truth | {"area": truth["area"] * scale})
-    assert wrong(row) == []
-    assert (row["count"][2] == "refused") == fault.startswith("inverted")
+    truth = truth | {"area": truth["area"] * scale}
+    row = judge(faulty, truth)
+    assert wrong(row, truth) == []
+    assert (row["count"][1] == "refused") == fault.startswith("inverted")
     if fault in EXACT:
         found = jamlab.micrograph(labels=faulty)
         np.testing.assert_allclose(np.sort(found.areas), sizes, atol=3)
         assert found.label_notes
-        assert {found.numbers[name].half_width > 0 for name in truth} == {True}
 
 
-def test_two_in_one_are_in_the_interval_of_the_count(drawn):
+@pytest.mark.parametrize("count", [1, 4])
+def test_each_label_that_is_two_droplets_counts_as_doubtful(drawn, count):
     labels, truth, _ = drawn
-    for count in (1, 4):
-        off, half, _ = judge(label_masks.merged(labels, np.random.default_rng(2), count), truth)["count"]
-        assert -half <= off < 0 and half == 1 - off
+    off, quality = judge(label_masks.merged(labels, np.random.default_rng(2), count), truth)["count"]
+    assert off < 0 and (quality == "good") == (1 - off <= 0.1 * truth["count"])
 
 
 def test_turned_labels_have_the_same_z(drawn):
-    low, high = jamlab.micrograph(labels=drawn[0]).numbers["z"].interval
-    assert low <= jamlab.micrograph(labels=drawn[0].T[::-1]).z <= high
+    assert jamlab.micrograph(labels=drawn[0].T[::-1]).z == pytest.approx(jamlab.micrograph(labels=drawn[0]).z, abs=0.2)
 
 
 def test_a_cell_with_walls_has_z_of_droplets_off_them():
@@ -86,7 +85,7 @@ def numbered(*masks):
 def test_what_is_kept():
     """Each of these is a droplet, though a rule comes near to it."""
     places = [(20 + 40 * k, 60 + 80 * (k % 2)) for k in range(6)]
-    sizes = numbered(*(disc(x, y, 2.2 * 1.45**k) for k, (x, y) in enumerate(places)))  # small, and no gap
+    sizes = numbered(*(disc(x, y, 4.2 * 1.35**k) for k, (x, y) in enumerate(places)))  # small
     objects, notes = sort_objects(sizes)
     assert objects.max() == 6 and notes == []
     two = numbered(*(disc(x, y, (8, 18)[k % 2]) for k, (x, y) in enumerate(places)))  # a sixth of the area
@@ -123,8 +122,7 @@ def test_a_class_of_small_droplets_leaves_no_good_number(radius):
         labels[np.hypot(x - 50.5 - 45 * column, y - 50.5 - 45 * row) <= radius] = 2 + 2 * k
     numbers = jamlab.micrograph(labels=labels).numbers
     for name, truth in (("count", 98), ("area", (labels > 0).sum() / 98)):
-        assert numbers[name].reasons or abs(numbers[name].value - truth) <= numbers[name].half_width
-    assert abs(numbers["count"].value - 98) <= numbers["count"].half_width
+        assert numbers[name].reasons or abs(numbers[name].value / truth - 1) <= 0.1
 
 
 # a lattice of touching circles ----------------------------------------------------------------------------------------

@@ -114,9 +114,6 @@ def test_pictures_are_linked_whatever_their_order_of_droplets(tmp_path):
     again = jamlab.track_droplets(pictures, contrast="bright")
     assert again.count == tracks.count
     assert tracks.plot().get_xlabel() == "x"
-    pytest.importorskip("MDAnalysis")
-    u = tracks.universe()
-    assert (u.trajectory.n_frames, u.atoms.n_atoms) == (3, tracks.count)
     tracks.table.to_csv(tmp_path / "tracks.csv", index=False)
     assert jamlab.track_droplets(tmp_path / "tracks.csv").count == tracks.count
 

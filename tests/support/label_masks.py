@@ -92,21 +92,19 @@ def debris(labels: Indices, rng: Any, count: int = 12, ratio: float = 4.0) -> In
     return found
 
 
-def judge(source: Any, truth: dict[str, float], **how: Any) -> dict[str, tuple[float, float, str]]:
-    """Error, half-width and quality of every number whose truth is known; all "refused" where the image is refused."""
+def judge(source: Any, truth: dict[str, float], **how: Any) -> dict[str, tuple[float, str]]:
+    """Error and quality of every number whose truth is known; all "refused" where the image is refused."""
     try:
         found = micrograph(labels=source, **how)
     except InputError:
-        return dict.fromkeys(truth, (np.nan, np.nan, "refused"))
-    return {
-        name: (found.numbers[name].value - value, found.numbers[name].half_width, found.numbers[name].quality)
-        for name, value in truth.items()
-    }
+        return dict.fromkeys(truth, (np.nan, "refused"))
+    return {name: (found.numbers[name].value - value, found.numbers[name].quality) for name, value in truth.items()}
 
 
-def wrong(row: dict[str, tuple[float, float, str]]) -> list[str]:
-    """Numbers that are called good and lie outside of their interval, or have none."""
-    return [name for name, (error, half, quality) in row.items() if quality == "good" and not 0 < half >= abs(error)]
+def wrong(row: dict[str, tuple[float, str]], truth: dict[str, float]) -> list[str]:
+    """Numbers that are called good and are farther off than docs say."""
+    limits = {"count": max(2.0, 0.1 * truth["count"]), "area": 0.1 * truth["area"], "rho": 0.02, "z": 0.5}
+    return [name for name, (error, quality) in row.items() if quality == "good" and not abs(error) <= limits[name]]
 
 
 FAULTS: dict[str, Callable[[Indices, Any], Indices]] = {
