@@ -10,12 +10,12 @@ class JamlabPlugin(CMakePackage):
     """LAMMPS plugin and decks for jammed packings of disks and deformable polygons in two dimensions."""
 
     homepage = "https://doi.org/10.1039/C9SM00775J"
-    url = f"file://{Path(__file__).resolve().parents[5] / 'dist' / 'jamlab-0.2.0.tar.gz'}"
+    url = f"file://{Path(__file__).resolve().parents[5] / 'dist' / 'jamlab-0.3.0.tar.gz'}"
     root_cmakelists_dir = "plugin"
 
     license("GPL-2.0-or-later")
 
-    version("0.2.0")  # with --no-checksum: python -m build --sdist --outdir dist
+    version("0.3.0")  # with --no-checksum: python -m build --sdist --outdir dist
 
     depends_on("cxx", type="build")
     depends_on("cmake@3.20:", type="build")
