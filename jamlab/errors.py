@@ -20,7 +20,7 @@ class JamlabError(Exception):
 
 
 class InputError(JamlabError, ValueError):
-    """A value that no run can start from.
+    """An invalid argument or file content.
 
     Example:
         >>> try:
@@ -32,7 +32,7 @@ class InputError(JamlabError, ValueError):
 
 
 class ArgumentError(InputError, TypeError):
-    """An argument that a function does not have.
+    """An unknown argument of a function.
 
     Example:
         >>> try:
@@ -58,7 +58,7 @@ class SelfCrossingError(InputError):
 
 
 class BoundaryError(InputError):
-    """Outlines that cross, or meet in one point in a way that rounding cannot tell apart.
+    """Particle boundaries that cross, or meet in one point within rounding.
 
     Example:
         >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -75,7 +75,7 @@ class BoundaryError(InputError):
 
 
 class EngineError(JamlabError, RuntimeError):
-    """LAMMPS refused or is not usable.
+    """LAMMPS reported an error or cannot be used.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -89,7 +89,7 @@ class EngineError(JamlabError, RuntimeError):
 
 
 class ConvergenceError(JamlabError, RuntimeError):
-    """A method ended before it met its tolerance.
+    """A method did not converge to its tolerance.
 
     Example:
         >>> p = jamlab.Packing("sp", [[3.0, 0.0], [0.0, 3.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
@@ -102,7 +102,7 @@ class ConvergenceError(JamlabError, RuntimeError):
 
 
 class StorageError(JamlabError, OSError):
-    """A file that is missing, foreign or cannot be written.
+    """A file that is missing, unreadable or cannot be written.
 
     Example:
         >>> try:
@@ -114,7 +114,7 @@ class StorageError(JamlabError, OSError):
 
 
 class JamlabWarning(UserWarning):
-    """A result that is right, and that a user may not expect.
+    """A correct result that may be unexpected.
 
     Example:
         >>> import warnings

@@ -48,26 +48,23 @@ def measure(
     processes: int | None = None,
     progress: Progress | None = None,
 ) -> Any:
-    """Observables of a packing at an energy minimum, in its own units; or of several, side by side if that is faster.
+    """Measure observables of one packing at an energy minimum, or of several in parallel, in units of the packing.
 
     Args:
-        packing: SP or DP; or several, such as a sweep. Each is measured on one core, so the numbers do not depend on
-            `processes`.
-        quantities: one or some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
-        processes: of several packings at most so many at once, by default one for each core that this process may use.
-            Work of a few seconds, which new processes would not make shorter, is done in this one.
-        progress: called after each of several packings with the share of all that is measured, and in words.
+        packing: one SP or DP packing, or several, such as a sweep.
+        quantities: one or more of `QUANTITIES`. Default: `COLUMNS`.
+        processes: largest number of parallel processes for several packings. Default: all cores.
+        progress: called after each of several packings with (fraction done, text), or True.
 
     Returns:
-        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; of several packings (len(packing),) float64
-        each. g, g_x and b are nan where the packing is not jammed, not stable or not at a minimum
-        (`jamlab.shear_modulus` then says why); z, z_all and rattlers where positions are rounded so that a contact may
-        be open or closed (`Packing.rounding`).
+        Numbers by name, see `MEASURED` of `jamlab.packing.quantities`; for several packings arrays (len(packing),). g,
+        g_x and b are nan if the packing is unjammed, unstable or not at a minimum (`jamlab.shear_modulus` gives the
+        reason); z, z_all and rattlers are nan if rounded positions do not decide whether a contact is open.
 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
         EngineError: a process was killed.
-        JamlabError: what the analysis of a packing raises; of several the message names the state, counted from 0.
+        JamlabError: errors of the analysis; for several packings the message names the state, counted from 0.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -66,7 +66,6 @@ HABITS = {
     "save": "jamlab.write(path, packings)",
     **dict.fromkeys(("minimize", "relax"), "jamlab.relax(packing)"),
     "quench": "jamlab.jam, or jamlab.pack at a pressure",
-    "decompress": "jamlab.compress(packing, to=...) with `to` below its packing fraction",
     "compress": "jamlab.compress(packing, to=...)",
     **dict.fromkeys(("stress", "energy", "forces"), "jamlab.evaluate(packing)"),
     **dict.fromkeys(("contacts", "coordination", "rattlers"), "jamlab.contacts(packing)"),

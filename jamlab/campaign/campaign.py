@@ -60,7 +60,7 @@ class CampaignRun:
 
 @dataclass(frozen=True)
 class Campaign:
-    r"""A campaign file and the folder of its tasks; made by `open_campaign`.
+    r"""A campaign: its file and the folder of its tasks. Made by `open_campaign`.
 
     Attributes:
         file: the campaign file.
@@ -323,10 +323,10 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
 
     Args:
         path: the campaign file, or a folder in which a campaign has run.
-        folder: of the tasks; by default beside the file, under the name of the campaign.
+        folder: folder of the tasks. Default: next to the file, with the name of the campaign.
 
     Raises:
-        InputError: the file is not a valid campaign, or the folder holds none.
+        InputError: the file is not a valid campaign, or the folder contains none.
 
     Example:
         >>> from pathlib import Path

@@ -18,11 +18,11 @@ PURE_SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  #
 
 @dataclass(frozen=True)
 class BoxStrains:
-    """Freedom of the box.
+    """Strains that a box may take during minimisation, and the outer pressure.
 
     Attributes:
         strains: (m, 2, 2) M_a, upper triangles: COMPRESSION, SHEARS or both in one array.
-        pressure: outside; without meaning where no strain changes the area.
+        pressure: outer pressure; irrelevant if no strain changes the area.
 
     Example:
         >>> stretch = jamlab.BoxStrains(np.array([[[1.0, 0.0], [0.0, -1.0]]]))

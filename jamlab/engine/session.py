@@ -90,17 +90,17 @@ class Descent:
 
 
 class Session:
-    """A LAMMPS instance that holds one packing.
+    """A LAMMPS instance with one packing.
 
     Args:
-        packing: what to build, in natural units: mean size and stiffness of order one, as `jam` and `pack` make them.
+        packing: packing in natural units (mean size and stiffness of order one), as `jam` and `pack` make them.
         newton: LAMMPS' newton setting; results agree to rounding.
-        ranks: threads of FIRE over disks, which pay from about 10 000 disks; all else runs on one.
+        ranks: threads of FIRE for disks, useful above 10 000 disks; everything else is serial.
 
     Raises:
-        InputError: the packing is in units far from its natural ones.
-        EngineError: LAMMPS is missing, of another version, without the plugin, or refuses a command: the message holds
-            LAMMPS' own line.
+        InputError: the units of the packing are far from its natural units.
+        EngineError: LAMMPS or the plugin is missing or has another version, or LAMMPS rejects a command; the message
+            quotes LAMMPS.
 
     Use it as a context manager, or call `close()`.
 
@@ -437,12 +437,12 @@ class Session:
 @checked
 @in_natural_units()
 def evaluate(packing: Packing) -> Evaluation:
-    """LAMMPS single point of a packing: energy, forces, stress, pressure, in its own units; in contact form "segment",
-    which LAMMPS does not take, by numpy.
+    """Compute energy, forces, stress and pressure of a packing in its units, by LAMMPS (contact form "segment": by
+    numpy).
 
     Raises:
-        InputError: outlines of two droplets cross: contact energies are of distances between outlines that do not.
-        EngineError: LAMMPS cannot take the packing, or two disks have the same position.
+        InputError: outlines of two droplets cross, so that contact distances are undefined.
+        EngineError: LAMMPS rejects the packing, or two disks have the same position.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -214,7 +214,7 @@ class Estimate(Result):
 
 @checked
 def estimate_cost(quantity: str, rho: float | None, error: float, *, model: str = "auto") -> Choice:
-    """Choose how `estimate` would make its packings, and what they are expected to cost; nothing is made.
+    """Return the plan and the expected cost of `estimate` without making packings.
 
     Args:
         quantity: see `estimate`.
@@ -245,31 +245,29 @@ def estimate(
     processes: int = 1,
     progress: Progress = no_progress,
 ) -> Estimate:
-    """Estimate a mean over packings of droplets to a given error, at the least cost that the table promises.
+    """Estimate an ensemble mean for droplets to a requested error at the lowest expected cost.
 
-    The mean is that over random starts of packings of 64 droplets with the parameters of `dp.parameters`, jammed as in
-    Boromand et al. 2.3 and compressed to rho in a fixed box, over those that jam below rho and have the quantity: g and
-    b where a packing is stable, void_sides where it has a closed void. Cheaper packings (disks; droplets that take over
-    from disks; other ways of which the table has a hundred packings) stand in for them where their mean difference
-    from it is known well enough; it is taken off, and its error is part of the interval. Packings are added until the
-    interval is met. Intervals of requests answered from one table share its errors: they are not independent.
-    Larger packings have other means: see docs/how_to/mean_to_an_error.md.
+    The mean is over packings of 64 droplets with default parameters, jammed from random starts and compressed to rho in
+    a fixed box. Packings that are unjammed at rho or lack the quantity are left out. Cheaper protocols (disks; droplets
+    started from compressed disks) replace droplets where their bias is known from the shipped table. The bias is
+    subtracted and its uncertainty is included. Packings are added until the 95 % interval is narrow enough. Results
+    from one table share its errors and are not independent. Larger packings have a different mean.
 
     Args:
         quantity: "z", "g", "b", "rho-J", "a" or "void_sides", see `ENSEMBLE_QUANTITIES`.
-        rho: true packing fraction, 0.84 to 0.98; not used for "rho-J", the mean packing fraction at onset.
-        error: half the width wanted of the 95 % interval, absolute, in the unit of the quantity.
-        seed: of the ensemble: another one gives other packings.
-        model: "auto", or "sp" or "dp" to choose among disks or droplets only. Where these are not known well enough
-            the estimate stops as soon as their scatter counts no more, and `met` is False.
-        processes: packings made at once.
-        progress: called with the share of the seeds expected in all that were tried, and their number in words.
+        rho: true packing fraction, 0.84 to 0.98; ignored for "rho-J", the mean packing fraction at onset.
+        error: target half-width of the 95 % confidence interval, in the unit of the quantity.
+        seed: seed of the ensemble.
+        model: "auto", "sp" (disks only) or "dp" (droplets only). If the bias of the model is too uncertain, the
+            estimate stops early and `met` is False.
+        processes: number of packings made in parallel.
+        progress: called with (fraction of the expected seeds, text), or True.
 
     Raises:
-        InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite or
-            takes too many packings, moduli from disks, a seed or a number of processes that there is not.
+        InputError: an unknown quantity, rho missing or outside the table, an error that needs too many packings, moduli
+            from disks, or a value out of range.
         StorageError: the table was made with other parameters than `dp.parameters`.
-        ConvergenceError: nearly no packing jams below rho.
+        ConvergenceError: most packings are unjammed at rho.
 
     Example:
         >>> e = jamlab.estimate("rho-J", None, error=0.02)

@@ -46,26 +46,25 @@ def choose_flow(
 ) -> Choice:
     """Choose the cheapest model expected to give G* at a frequency, or the stress of steady flow at a rate.
 
-    Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
-    the packing and a table of errors (`python -m studies tables flow-errors`) tell. It was measured on 64 disks at
-    pressures from 0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less. Of
-    contact damping it has beta from 0.1 to 10 and alpha from 0.5 to 1. Steady flow was measured under contact damping
-    alone, at linear rates (tau_1 rate)^alpha from 0.01 to 0.1. Outside of this the table promises nothing: of an
-    oscillation the answer is a run, and `outside` names why; of steady flow nobody measured how long an average takes,
-    and it is refused. Stresses are those under a background drag of 0.01 beside contact drag, with which errors were
-    measured.
+    Give `omega` (with `amplitude`, unless the strain is infinitesimal) or `rate`. No simulation is run: the choice uses
+    linear response of the packing and a table of errors (`python -m studies tables flow-errors`).
+
+    The table was measured for 64 disks at pressures from 0.003 to 0.01 of the stiffness, contact damping with beta from
+    0.1 to 10 and alpha from 0.5 to 1, steady flow at (tau_1 rate)^alpha from 0.01 to 0.1, and a background drag of 0.01
+    for steady flow. Outside this range the answer for an oscillation is a simulation, and `outside` gives the reason;
+    steady flow is refused.
 
     Args:
         packing: SP or DP at a minimum.
-        damping: drag of the system in question, default `ContactDamping()`.
+        damping: drag law, default `ContactDamping()`.
         omega: angular frequency, 1/tau_1.
-        amplitude: of the strain.
+        amplitude: strain amplitude.
         rate: of steady shear, 1/tau_1.
         tolerance: relative error of |G*| or of the stress that is allowed.
 
     Raises:
-        InputError: neither frequency nor rate or both, power-law drag without an amplitude, a tolerance that no run
-            keeps, steady flow outside the table, a value out of range.
+        InputError: neither or both of omega and rate, power-law drag without an amplitude, a tolerance that cannot be
+            met, steady flow outside the table, or a value out of range.
         ConvergenceError: the packing is not jammed, or not stable.
 
     Example:

@@ -38,18 +38,18 @@ _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of ano
 def choose(
     rho: float, tolerance: Mapping[str, float], n: int = 64, *, model: str = "auto", table: Ways | None = None
 ) -> Choice:
-    """Choose the cheapest way that is expected to meet every tolerance.
+    """Choose the cheapest way to make packings that is expected to meet every tolerance.
 
     Args:
         rho: true packing fraction of the scene.
-        tolerance: quantity of `QUANTITIES` -> error allowed against default droplets on the same packing.
-        n: even number of particles; errors from packing to packing go with n^-1/2.
+        tolerance: allowed error of each quantity of `QUANTITIES`, relative to default droplets on the same packing.
+        n: even number of particles; errors of single packings scale as n^-1/2.
         model: "auto", or "sp" or "dp" to choose within a model.
         table: other than the shipped one, see `jamlab.estimates.ways.read_ways`.
 
     Raises:
-        InputError: an unknown quantity or model, an odd n, a tolerance that is not positive, rho outside the table, or
-            a tolerance that nothing meets; the message says what the best one does.
+        InputError: an unknown quantity or model, an odd n, a tolerance that is not positive or cannot be met, or rho
+            outside the table.
         StorageError: the table was made with other parameters than `dp.parameters`.
 
     Example:
@@ -152,26 +152,26 @@ def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]
 def scene(
     rho: float, n: int = 64, seed: int = 1, *, tolerance: Mapping[str, float], model: str = "auto", step: float = STEP
 ) -> Packing:
-    """Make particles at rho by the cheapest model expected to keep every tolerance.
+    """Make a packing at rho with the cheapest model that is expected to meet every tolerance.
 
-    Disks are jammed and compressed; where droplets are needed, they take over from the disks at rho, or at 0.88 where
-    the models part, and continue from there.
+    Disks are jammed and compressed. If droplets are needed, they replace the disks at rho, or at 0.88 if rho is higher,
+    and are compressed further.
 
     Args:
         rho: true packing fraction.
         n: even number of particles.
-        seed: of the random start.
-        tolerance: what is wanted -> error allowed, e.g. {"z": 0.05}.
+        seed: seed of the random start.
+        tolerance: allowed error of each quantity, e.g. {"z": 0.05}.
         model: "auto", "sp" or "dp".
-        step: of rho in the sweeps.
+        step: step of rho in the compressions.
 
     Returns:
-        The packing. Its provenance holds the choice, `model_choice`, its expected errors, `model_error`, and what to
-        add to quantities as measured, `model_correction`.
+        The packing. Its provenance contains the choice (`model_choice`), its expected errors (`model_error`), and
+        corrections to add to measured quantities (`model_correction`).
 
     Raises:
         InputError: see `jamlab.choose`.
-        ConvergenceError: no onset below rho, or a state on the way did not converge.
+        ConvergenceError: no onset below rho, or a state of the compression did not converge.
 
     Example:
         >>> p = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})

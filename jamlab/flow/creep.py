@@ -121,9 +121,9 @@ def creep(
 ) -> CreepRun:
     """Simulate overdamped creep under a constant shear stress.
 
-    The rate of shear is one more unknown of the force balance: b u + c rate = A (stress - elastic stress), with b and c
-    the last row of `dynamical_matrices`' B; of Stokes drag b = 0 and c = A eta_F. Rows lie evenly in the logarithm of
-    time.
+    The shear rate is an additional unknown of the force balance, b u + c rate = A (stress - elastic stress), where (b,
+    c) is the last row of the drag matrix B (see `dynamical_matrices`). For Stokes drag b = 0 and c = A eta_F. Rows are
+    spaced evenly in log time.
 
     >>> k = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0)
     >>> bool(np.all(np.diff(k.compliance) > 0))
@@ -131,18 +131,18 @@ def creep(
 
     Args:
         packing: SP or DP at a minimum.
-        stress: added to the residual stress of the packing, in its unit; positive.
-        duration: time, tau_1.
+        stress: applied stress in addition to the residual stress of the packing, in its stress unit; positive.
+        duration: simulated time, tau_1.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
-        largest_strain: at which it ends early: under a stress above yield a packing flows for ever.
-        tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then
-            costs what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
+        largest_strain: strain at which the simulation stops early, default 10.
+        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
+        background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
+            `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
         path: see `shear`.
-        progress: called after each row with the share of the work that is done, and in words.
+        progress: called after each row with (fraction done, text), or True.
 
     Raises:
-        InputError: particles that do not touch, a fluid without viscosity, or a value out of range.
+        InputError: no particles touch, the fluid has no viscosity, or a value is out of range.
         ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: `path` cannot be written.
     """

@@ -218,7 +218,7 @@ def flow_curve(
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> FlowCurve:
-    """Shear a packing into steady flow at each rate, from the same packing, and average.
+    """Measure the flow curve: steady-state averages at each rate, started from the same packing.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.3, 1.0], strain=1.0, discard=0.2)
     >>> c.rates, bool(c.stress[1] > c.stress[0])
@@ -228,16 +228,16 @@ def flow_curve(
         packing: SP or DP.
         rates: of shear, 1/tau_1.
         damping: see `shear`.
-        strain: of the average, one at least.
-        discard: strain of start-up before.
+        strain: strain of the average, at least 1.
+        discard: transient strain that is discarded.
         tolerance, background: see `shear`.
-        processes: rates side by side, each on one core.
-        path: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
-        progress: called with the share of all strain that is done, and in words.
+        processes: number of rates run in parallel.
+        path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.
+        progress: called with (fraction of all strain, text), or True.
 
     Raises:
         InputError: a value out of range.
-        ConvergenceError: no rate came to its end, see `shear`; where some did, `failed` of the curve names the others.
+        ConvergenceError: all rates failed, see `shear`. If only some failed, `failed` of the curve lists them.
         StorageError: `path` cannot be written.
     """
     law = damping or ContactDamping()
@@ -357,7 +357,7 @@ def flow_cost(
     tolerance: float = TOLERANCE,
     background_drag: float | None = None,
 ) -> pd.DataFrame:
-    """Measure for half a second at each rate what shear to a strain costs, to a factor of two.
+    """Estimate the run time of shear at each rate, to a factor of two, from a trial of half a second.
 
     >>> cost = jamlab.flow_cost(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.1, 1.0], strain=5.0)
     >>> list(cost.columns), bool(cost["seconds"][0] > 0)
@@ -367,12 +367,12 @@ def flow_cost(
         packing: SP or DP.
         rates: of shear, 1/tau_1.
         damping: see `shear`.
-        strain: of each run; of `flow_curve` that is `strain` and `discard`.
+        strain: strain of each run; for `flow_curve` the sum of its `strain` and `discard`.
         tolerance: see `shear`.
         background_drag: see `shear`.
 
     Returns:
-        pandas DataFrame, a row for each rate, ascending: `rate`, `strain` and `seconds` of one core.
+        pandas DataFrame with one row per rate, ascending: `rate`, `strain` and `seconds` on one core.
 
     Raises:
         InputError: a value out of range.

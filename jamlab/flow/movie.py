@@ -31,7 +31,7 @@ MOST_RATE = 120  # frames per second
 
 @checked
 def write_movie(run: FlowRun | Sequence[Packing], path: str | os.PathLike[str], *, fps: int = 10) -> int:
-    """Write a film: every packing with its contact forces, and beside it the curve with a dot that moves along.
+    """Write a movie of packings with contact forces next to the curve of the run.
 
     The curve of a flow shows shear stress over strain, the curve of a sweep (list of packings) its pressure over the
     packing fraction. Contacts that push are blue, those that pull red, as wide as their force beside the mean of the

@@ -41,7 +41,7 @@ class Oscillation(FlowRun):
 
     Attributes:
         omega: angular frequency, 1/tau_1.
-        amplitude: of the strain.
+        amplitude: strain amplitude.
         points: rows in a cycle.
         cycle_harmonics: (cycles, k) complex G'_k + i G''_k of each cycle, k = 1, 2, ...
         finished: whether it repeats: the first harmonic of the last two cycles differs by less than the tolerance.
@@ -161,9 +161,9 @@ def oscillate(
 ) -> Oscillation:
     """Shear a packing by amplitude sin(omega t) along x (overdamped) until the stress is periodic.
 
-    At small amplitude, storage and loss equal `complex_modulus` if no contact opens or closes: near onset
-    that takes amplitudes well below pressure over stiffness, and rattlers that just touch, which
-    `complex_modulus` leaves out, drag at any amplitude.
+    At small amplitude, storage and loss equal `complex_modulus` if no contact opens or closes. Near onset this requires
+    amplitudes well below pressure/stiffness. Rattlers that touch contribute to the drag here, but not in
+    `complex_modulus`.
 
     >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
     >>> o, s = jamlab.oscillate(p, omega=1.0, amplitude=1e-6), jamlab.complex_modulus(p, [1.0])
@@ -175,16 +175,17 @@ def oscillate(
         omega: angular frequency, 1/tau_1, from 1e-8 to 1e3.
         amplitude: of the strain, up to 2.
         damping: see `shear`.
-        cycles: at most; two at least. It ends when the first harmonic changes by less than the tolerance.
-        points: rows in a cycle, at least 16.
-        tolerance: relative error of velocities in a step, from 1e-9 to 0.1, default 1e-3; see `shear`.
-        background_drag: drag of every particle against the affine flow, over k tau_1, default 0: a small strain then
-            costs what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
+        cycles: largest number of cycles, at least 2. The run ends when the first harmonic changes by less than the
+            tolerance.
+        points: rows per cycle, at least 16.
+        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
+        background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
+            `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
         path: see `shear`.
-        progress: called after each cycle with the share of the work that is done, and in words.
+        progress: called after each cycle with (fraction done, text), or True.
 
     Raises:
-        InputError: particles that do not touch, or a value out of range.
+        InputError: no particles touch, or a value is out of range.
         ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: `path` cannot be written.
     """
@@ -222,9 +223,9 @@ def _answer(found: list[Complex], tolerance: float) -> dict[str, Any]:
 
 @checked
 def plot_pipkin(oscillations: Sequence[Oscillation], ax: Any = None, **style: Any) -> Axes:
-    """Draw stress over strain of oscillations, scaled to one size, each at its frequency and amplitude.
+    """Draw a Pipkin diagram: Lissajous figures at their frequencies and amplitudes.
 
-    Colour says how large the third harmonic is beside the first.
+    Colour gives the ratio of the third to the first harmonic.
 
     >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
     >>> found = [jamlab.oscillate(p, w, a, cycles=2) for w in (1.0, 3.0) for a in (0.01, 0.1)]
@@ -236,7 +237,7 @@ def plot_pipkin(oscillations: Sequence[Oscillation], ax: Any = None, **style: An
         style: of matplotlib's Line2D, of all loops.
 
     Raises:
-        InputError: no oscillation, `ax` is something else, or matplotlib refuses the style.
+        InputError: no oscillation, `ax` is not Axes, or an invalid style.
     """
     from jamlab.plotting.axes import axes_for
 

@@ -362,11 +362,11 @@ def quasistatic_shear(
     path: str | Path | None = None,
     progress: Progress | None = None,
 ) -> QuasistaticShear:
-    """Shear a packing without rate, at fixed area or pressure: after every step of strain an energy minimum.
+    """Shear a packing quasi-statically, with an energy minimum after every strain step, at fixed area or pressure.
 
-    A step moves box and positions affinely, x -> x + step y, and relaxes. The box flips to the same lattice with
-    another tilt when it leans by more than 0.55 of its width, so that strain has no limit. The start is relaxed too.
-    Packings of shear in another direction are turned so that the first vector of their box stays along x.
+    Each step moves box and positions affinely, x -> x + step y, and relaxes. A box tilted by more than 0.55 of its
+    width is replaced by an equivalent box, so the strain is unlimited. The initial packing is relaxed too. For other
+    directions, packings are rotated so that the first box vector stays along x.
 
     >>> r = jamlab.quasistatic_shear(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=0.01, step=2e-3)
     >>> r.strain.round(6), bool(r.converged.all())
@@ -374,21 +374,21 @@ def quasistatic_shear(
 
     Args:
         packing: SP or DP.
-        strain: in all, of either sign; up to 1000, in another direction than "simple" up to 1.
-        step: at most 0.1; equal steps that are no longer than this end at `strain`. An event whose stress drop is
-            smaller than the elastic rise in a step is not seen.
-        direction: "simple": along x; an angle, radian: simple shear along it; "pure": longer along x, shorter along y.
-            `stress` does work on the strain, and the normal stress difference is that along and across the direction.
-        walls: True: between the walls of `jamlab.with_walls`, the upper one of which moves by strain times height of
-            the box; False: take the walls away. By default the walls of the packing stay.
+        strain: total strain of either sign, up to 1000 (other directions than "simple": 1).
+        step: largest strain step, at most 0.1. Events whose stress drop is smaller than the elastic rise in a step are
+            not detected.
+        direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
+            compression along y. `stress` is conjugate to the strain.
+        walls: True: shear between the walls of `jamlab.with_walls`; the upper wall moves by strain times box height.
+            False: remove the walls. Default: as in the packing.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9. By default the area stays.
         resolution: at an event, halve the step repeatedly until steps are at most this long:
             strain and size of the drop are known that well. By default steps are not refined.
-        every: strain between two packings that are kept; by default first and last are.
-        tolerance: on the largest force in natural units of the packing, as in `compress`.
+        every: strain between stored packings. Default: only the first and the last.
+        tolerance: largest residual force in natural units, as in `compress`.
         path: HDF5 file of the run, see `jamlab.read_flow`; if it contains a part of the same run, the run resumes.
-        progress: called after each step with the share of the work that is done, and in words.
+        progress: called after each step with (fraction done, text), or True.
 
     Returns:
         All states. `converged` is False for states that missed the tolerance; the shear continues from them.

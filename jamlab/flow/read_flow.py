@@ -21,14 +21,14 @@ _KINDS: dict[str, Any] = {kind.__name__: kind for kind in _CLASSES}
 
 @checked
 def read_flow(path: FilePath) -> Flow:
-    """Read what `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress` wrote; `jamlab.read` its packings.
+    """Read a result of `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress`; `jamlab.read` reads its packings.
 
     >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5, path="run.h5")
     >>> bool(np.all(jamlab.read_flow("run.h5").stress == r.stress))
     True
 
     Raises:
-        StorageError: no such file, or it holds no flow.
+        StorageError: no such file, or a file without a flow.
     """
     with opened(path) as file:
         kind = file["flow"].attrs.get("kind") if "flow" in file else None

@@ -147,8 +147,8 @@ def relax_stress(
 ) -> StressRelaxation:
     """Shear a packing at rest by a strain step, and keep the strain (overdamped).
 
-    The step is a ramp that is short against all relaxation: no step of contact damping is affine, since drag, which
-    rules it, pushes particles aside. Rows lie evenly in the logarithm of time, from the end of the step on.
+    The step is a ramp that is short compared with all relaxation times. Rows are spaced evenly in log time from the end
+    of the step.
 
     >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
     >>> bool(g.modulus[-1] < g.modulus[0])
@@ -156,18 +156,18 @@ def relax_stress(
 
     Args:
         packing: SP or DP at a minimum.
-        strain: of the step, of either sign.
-        duration: time, tau_1.
+        strain: strain of the step, of either sign.
+        duration: simulated time, tau_1.
         damping: see `shear`.
-        step_time: of the ramp, tau_1.
-        tolerance: relative error of velocities in a step, from 1e-9 to 0.1; see `shear`.
-        background_drag: drag of every particle against the affine flow, over k tau_1; without it a small strain costs
-            what contacts cost, as in `complex_modulus`. Give droplets whose contacts change 1e-2; see `shear`.
+        step_time: duration of the ramp, tau_1.
+        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-3.
+        background_drag: Stokes drag in addition to contact damping, in units of k tau_1. Default: 0, as in
+            `complex_modulus`. Use 1e-2 for droplets whose contacts change; see `shear`.
         path: see `shear`.
-        progress: called after each row with the share of the work that is done, and in words.
+        progress: called after each row with (fraction done, text), or True.
 
     Raises:
-        InputError: particles that do not touch, or a value out of range.
+        InputError: no particles touch, or a value is out of range.
         ConvergenceError: the packing is not at rest; or see `shear`.
         StorageError: `path` cannot be written.
     """
@@ -213,8 +213,8 @@ def stop_flow(
     True
 
     Args:
-        flow: result of a flow, of which the last state is taken, or a packing in any state.
-        duration: time, tau_1.
+        flow: result of a flow (its last state is used), or a packing in any state.
+        duration: simulated time, tau_1.
         damping: default: the drag law of the flow; for a packing `ContactDamping()`.
         tolerance: see `relax_stress`.
         background_drag: see `relax_stress`.

@@ -46,8 +46,8 @@ def shear(
 ) -> ShearRun:
     """Shear a packing along x at a constant rate (overdamped: drag balances elastic forces at all times).
 
-    B u = F - rate b for the velocities u beside the affine flow, with B and b of `dynamical_matrices` at the present
-    positions; Durian, Phys. Rev. E 55, 1739 (1997); drag as in Baumgarten & Tighe.
+    Solves B u = F - rate b for the non-affine velocities u, with B and b of `dynamical_matrices`; see Durian, Phys.
+    Rev. E 55, 1739 (1997), with the drag of Baumgarten & Tighe.
 
     >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, n_rows=5)
     >>> r.strain.round(6), r.packing.converged
@@ -58,36 +58,29 @@ def shear(
 
     Args:
         packing: SP or DP, usually at a minimum.
-        rate: of strain, 1/tau_1, negative for the other way. Or the parts of a protocol, [(rate, strain), ...] or an
-            array (p, 2), one after the other: each shears by its strain, given without sign.
-        strain: by which to shear, default 1; of a protocol its parts say it.
+        rate: shear rate, 1/tau_1; negative: reverse direction. Or a protocol of parts, [(rate, strain), ...] or an
+            array (p, 2), with positive strains.
+        strain: total strain, default 1; not with a protocol.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
-        step: of `quasistatic_shear`, which rate 0 stood for.
-        n_rows: equal strains between the rows of the result; a few more where `snapshot_every` asks for it.
-        snapshot_every: strain between two packings that are kept; it must divide `strain`. By default first and last
-            are.
-        tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump
-            where contacts open and close, and steps end there; stresses over the largest one err by less than the
-            tolerance, except for the few rows next to a jump. Where drag would push a contact open that closes
-            without it, the two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of
-            droplets end at no contact, and lose energy there: the result says how well energy is balanced. Line tension
-            of their edges fades below tolerance delta/100: edges that shrink to a point turned round in every step.
-        background_drag: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none.
-            Contacts leave some motion without drag, as of a disk on one contact, and the law does not determine it:
-            the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of
-            the stress (N = 16), though their means agree within their errors. 1e-4 is the default for disks, 1e-2 for
-            droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
-        walls: True: between the walls of `jamlab.with_walls`, the upper one of which moves by strain times
-            height of the box; False: take the walls away. By default the walls of the packing stay.
-        path: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the
-            same run, the run resumes; a run that went as far or farther is returned with its rows and frames.
-        progress: called after each row with the share of the work that is done, and in words.
+        step: deprecated; see `quasistatic_shear`.
+        n_rows: number of rows of the result, at equal strain intervals; more if `snapshot_every` requires it.
+        snapshot_every: strain between stored packings; must divide `strain`. Default: only the first and the last.
+        tolerance: relative error of velocities per step, 1e-9 to 0.1, default 1e-2. Errors of stresses are below the
+            tolerance times the largest stress, except in rows next to a velocity jump. `energy_error` of the result
+            measures the energy balance. For time steps and marginal contacts see docs/explanation/drag.md.
+        background_drag: Stokes drag in addition to contact damping, in units of k tau_1. It determines motion that
+            contact damping leaves without drag. Default: 1e-4 for disks, 1e-2 for droplets. 1e-2 changes the mean
+            stress of disks by less than 3 %.
+        walls: True: shear between the walls of `jamlab.with_walls`; the upper wall moves by strain times box height.
+            False: remove the walls. Default: as in the packing.
+        path: HDF5 file of the run, saved regularly, see `jamlab.read_flow`. If it contains a part of the same run, the
+            run resumes; a complete run is returned from the file.
+        progress: called after each row with (fraction done, text), or True.
 
     Raises:
         InputError: a value out of range.
-        ConvergenceError: the flow is too fast or drag too weak to be resolved, or it would take more than 1e8 steps;
-            strain and remedy are named.
-        StorageError: `path` cannot be written, or holds anything but a part of this run.
+        ConvergenceError: the flow is too fast or the drag too weak to be resolved, or it needs more than 1e8 steps.
+        StorageError: `path` cannot be written, or contains another run.
     """
     packing = walled(packing, walls)
     if is_number(rate) and rate == 0:

@@ -202,8 +202,7 @@ class Contacts(Result):
 def contacts(packing: Packing, *, threshold: float = 0.0) -> Contacts:
     """Find the contacts and rattlers of a packing.
 
-    SP: disks touch when r < (d_i + d_j)/2. DP: droplets touch when their circulo-lines overlap, d < delta, in the
-    contact form of the packing.
+    SP: disks touch if r < (d_i + d_j)/2. DP: droplets touch if a vertex is within delta of the other outline.
 
     Args:
         packing: SP or DP.
@@ -265,16 +264,16 @@ def count_pressing(packing: Packing) -> int:
 
 @checked
 def remove_rattlers(packing: Packing) -> Packing:
-    """Leave only the force-bearing particles: voids are then the faces of the contact network.
+    """Return the packing without rattlers; its voids are the faces of the contact network.
 
-    The packing that remains has its own mean size, and so another drag in units "eps": linear response leaves rattlers
-    out by itself.
+    Do not use it before linear response, which ignores rattlers anyway: the mean size of the remaining particles
+    differs, and with it the drag in units "eps".
 
     Args:
         packing: SP or DP.
 
     Raises:
-        InputError: if every particle rattles.
+        InputError: every particle is a rattler.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-3, seed=3)

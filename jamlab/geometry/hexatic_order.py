@@ -76,8 +76,8 @@ class HexaticOrder(Result):
 def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 
-    Where more than three centres lie on one empty circle, as in a square lattice, the triangulation is not unique: the
-    diagonals that rounding picks are bonds too, and lower psi_4 there.
+    Neighbours are those of the Delaunay triangulation. In a square lattice it is not unique: rounding selects
+    diagonals, which lower psi_4.
 
     Args:
         packing: SP or DP.

@@ -18,7 +18,7 @@ FRACTION_DEFINITION = 1  # version, see jamlab.campaign.tasks
 
 @checked
 def packing_fraction(packing: Packing, method: str = "exact") -> float:
-    """Area that the particles cover over the area of the cell.
+    """Compute the area that the particles cover over the area of the cell.
 
     Args:
         packing: SP or DP.

@@ -25,7 +25,7 @@ SHAPE_DEFINITION = 2
 
 @checked
 def particle_areas(packing: Packing) -> Array:
-    """(n,) area of each particle, overlaps shared between those that overlap; the sum is the area they cover.
+    """Return the area of each particle, (n,), with overlaps shared; the sum is the area of the union.
 
     SP: each disk is cut by its power cell. Of two disks each keeps its side of their common chord: half of the overlap
     if they are equal, and close to it if not (Boromand et al. fig 1). Zero for a disk inside others.
@@ -44,7 +44,7 @@ def particle_areas(packing: Packing) -> Array:
 
 @checked
 def shape_factors(packing: Packing, rim: bool = False) -> Array:
-    """(n,) shape factor perimeter^2/(4 pi area) of each particle; 1 for a circle, more for any other shape.
+    """Return the shape factor perimeter^2/(4 pi area) of each particle, (n,); 1 for a circle, else larger.
 
     SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others.
     DP: outline of the bare polygon, without rim. A regular polygon of nv vertices has (nv/pi) tan(pi/nv): 1.0235 for
@@ -72,10 +72,10 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
 
 @checked
 def relative_areas(packing: Packing) -> Array:
-    """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
+    """Return the area of each particle over its rest area, (n,); 1 minus this is the area deficit.
 
-    SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
-    droplet is below 1 already, because line tension compresses it (`jamlab.models.droplets.free_polygon_area`).
+    SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its rest area a0; free droplets
+        are below 1, because line tension compresses them (`jamlab.models.droplets.free_polygon_area`).
 
     Args:
         packing: SP or DP.
@@ -91,9 +91,9 @@ def relative_areas(packing: Packing) -> Array:
 
 @checked
 def edge_lengths(packing: Packing) -> Array:
-    """(n_vertices,) length of every edge of a DP packing: its histogram is the edge-length spectrum.
+    """Return the length of every edge of a DP packing, (n_vertices,).
 
-    Edges have no length at rest: they grow in flat contacts and shrink to nothing at Plateau borders.
+    Edges have no rest length: they grow in flat contacts and shrink to zero at Plateau borders.
 
     Raises:
         InputError: for an SP packing.
@@ -143,10 +143,10 @@ class ContactLengths(Result):
 
 @checked
 def contact_lengths(packing: Packing) -> ContactLengths:
-    """Length of outline that each pair of polygons shares.
+    """Compute the contact length of each pair of droplets.
 
-    The part of a polygon's outline that lies inside the other polygon grown by delta (where the repulsion of Boromand
-    et al. eq 8 acts), mean of both sides. Contacts with several periodic images of one polygon are one pair each.
+    The contact length is the part of a polygon's outline within delta of the other polygon (where the repulsion of
+    Boromand et al. eq 8 acts), mean of both sides. Each periodic image counts as a pair.
 
     Args:
         packing: DP.

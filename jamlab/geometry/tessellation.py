@@ -104,11 +104,11 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
 
     Args:
         packing: SP or DP.
-        spacing: DP: largest distance of the points along an outline, in sqrt(cell area / particles); areas of cells err
-            by about 1e-3 of themselves at 0.05, and less as its square.
+        spacing: DP: largest distance of points along an outline, in sqrt(cell area / particles). The relative error of
+            cell areas is about 1e-3 at 0.05 and scales as its square.
 
     Raises:
-        InputError: if `spacing` is not a positive number; if points lie so that the cells do not fill the box.
+        InputError: `spacing` is not a positive number, or the cells do not fill the box.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -126,7 +126,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
 
 @checked
 def local_packing_fraction(packing: Packing) -> Array:
-    """(n,) area of each particle, overlaps shared, over the area of its cell.
+    """Return the area of each particle (overlaps shared) over the area of its cell, (n,).
 
     SP: disk cut by its power cell over the power cell, at most 1; nan for a disk that has no cell (see `Tessellation`).
     DP: `particle_areas` over the set-Voronoi cell; may pass 1 by the error of the cells. The mean, weighted with the

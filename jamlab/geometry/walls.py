@@ -18,10 +18,10 @@ from jamlab.packing.result import Result
 
 @checked
 def with_walls(packing: Packing, thickness: float = 2.0) -> Packing:
-    """Fix the particles at the bottom and at the top of a packing: two rough walls with a slab between them.
+    """Fix the particles at the bottom and the top of a packing: two rough walls with a slab between them.
 
-    The box stays periodic. Both walls meet at its edge and are one block of particles at rest, so that nothing is
-    added to the packing: a minimum stays one. Simple shear of the box shifts the upper wall as a whole.
+    The box stays periodic, so both walls touch each other across its edge. A packing at a minimum remains at a minimum.
+    Simple shear of the box shifts the upper wall as a whole.
 
     Args:
         packing: SP or DP.

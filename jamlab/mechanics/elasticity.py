@@ -71,15 +71,14 @@ class ElasticTensor(Result):
 
 @checked
 def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
-    """Affine and relaxed elastic tensor, rattlers left out.
+    """Compute the affine and the relaxed elastic tensor, without rattlers.
 
     Args:
         packing: SP or DP at an energy minimum.
         prestress: see `jamlab.mechanics.stiffness.energy_terms`.
 
     Raises:
-        ConvergenceError: no backbone; not at a minimum; or a mode of the backbone is negative, or floppy and pushed by
-            strain (`UnstableError`, with the mode).
+        ConvergenceError: no backbone, not at a minimum, or a negative or floppy mode of the backbone (`UnstableError`).
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

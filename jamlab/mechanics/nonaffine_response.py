@@ -90,7 +90,7 @@ class NonaffineResponse(Result):
 
 @checked
 def nonaffine_response(packing: Packing, *, prestress: bool = True) -> NonaffineResponse:
-    """Quasi-static linear response to shear, contact by contact: approach, sliding and non-affine displacements.
+    """Compute the quasi-static response of each contact to shear: normal, tangential and non-affine displacements.
 
     Args:
         packing: SP at an energy minimum.

@@ -68,10 +68,10 @@ class MaxwellCount:
 
 @checked
 def maxwell_count(packing: Packing) -> MaxwellCount:
-    """Rigidity analysis: contacts, states of self-stress and zero modes of particles taken as rigid.
+    """Count floppy modes and states of self-stress of particles taken as rigid (Maxwell-Calladine count).
 
     Args:
-        packing: SP or DP, at onset: far above it droplets are not rigid.
+        packing: SP or DP at onset; far above onset droplets are not rigid.
 
     Raises:
         InputError: more than 1000 particles; outlines of two polygons cross.
@@ -110,12 +110,12 @@ def held_conditions(packing: Packing) -> tuple[Array, int, int]:
 
 @dataclass(frozen=True)
 class RigidClusters(Result):
-    """Rigid clusters of a packing of disks, the largest first. Clusters may share a particle, about which they turn.
+    """Rigid clusters of a packing of disks, largest first. Two clusters may share a particle, about which they rotate.
 
     Attributes:
         bonds: (m,) int64, cluster of each contact, rows as in `Contacts.pairs`.
         sizes: (k,) int64, particles of each cluster, descending.
-        redundant: number of contacts beyond those that hold the clusters rigid.
+        redundant: number of contacts that are not needed for the rigidity of the clusters.
 
     Example:
         >>> c = jamlab.rigid_clusters(jamlab.pack(n=32, pressure=1e-2, seed=1))
@@ -136,7 +136,7 @@ def rigid_clusters(packing: Packing) -> RigidClusters:
         packing: SP, at rest or not; all contacts count as bonds, as in sticky disks.
 
     Raises:
-        InputError: droplets, whose contacts are no bonds between points.
+        InputError: droplets, whose contacts are not bonds between points.
 
     Example:
         >>> p = jamlab.pack(64, phi=0.6, seed=1, stickiness=0.1)

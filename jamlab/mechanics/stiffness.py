@@ -97,7 +97,7 @@ def add_up(terms: Sequence[Terms], values: Sequence[Array], size: int) -> Array:
 
 @checked
 def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
-    """(2 n_sites, 2 n_sites) sparse Hessian of the potential energy at fixed box; 0 for fixed particles.
+    """Return the sparse Hessian of the potential energy at fixed box, (2 n_sites, 2 n_sites); 0 for fixed particles.
 
     Args:
         packing: SP: sites are disks. DP: sites are vertices; perimeter, area and contact terms all count.

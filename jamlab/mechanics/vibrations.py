@@ -68,8 +68,8 @@ class Modes(Result):
 
 @checked
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
-    """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers. Fixed
-    particles do not move in them, and leave no translations.
+    """Find the modes with the smallest eigenvalues at fixed box, translations and rattlers included. Fixed particles do
+    not move.
 
     Args:
         packing: SP or DP; Hessian as `jamlab.hessian`.
@@ -113,16 +113,15 @@ def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
 
 @checked
 def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
-    """Count modes without stiffness: 2 translations, if none is fixed, and 2 for every rattler, in a stable packing of
-    disks.
+    """Count zero modes: in a stable packing of disks 2 translations (without fixed particles) and 2 per rattler.
 
-    Eigenvalues below 1e-9 of the largest count as zero. They are counted, not computed: by Sylvester's law of inertia
-    the factors of H - s and H + s tell how many eigenvalues lie below s and below -s.
+    Eigenvalues below 1e-9 of the largest count as zero. By Sylvester's law of inertia, the factors of H - s and H + s
+    give the number of eigenvalues below s and below -s.
 
     Args:
-        packing: SP or DP. A rattler that the minimiser left in touch, by an overlap of rounding size, has the
-            stiffness of that contact: one zero mode less.
-        prestress: False replaces contacts by unstressed springs: then every mode without stiffness is a mechanism.
+        packing: SP or DP. A rattler with a contact of vanishing overlap has the stiffness of that contact, and one zero
+            mode less.
+        prestress: False replaces contacts by unstressed springs; every zero mode is then a mechanism.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -51,28 +51,26 @@ def micrograph(
     labels: str | Path | ArrayLike | Mask | None = None,
     channel: str = "grey",
 ) -> Micrograph:
-    """Find and measure the droplets of a picture, and say whether the numbers can be trusted.
+    """Detect and measure droplets in a micrograph, with a reliability check.
 
-    Handles uneven light, noise and blur; beyond what can be handled `quality` is "doubtful", with `reasons`. Cut off
-    scale bars first. Droplets with dark walls and light on both sides, as bubbles in brightfield, need `labels`.
+    Uneven light, noise and blur are corrected; if they are too strong, `quality` is "doubtful", with `reasons`. Cut off
+    scale bars first. Droplets with dark walls, such as bubbles in brightfield, need `labels`.
 
     Args:
-        picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours; with `labels` it may be left out.
-        pixel: size of a pixel in the unit of length wanted; None measures lengths in pixels.
-        film: widest gap, in pixels, between droplets in contact; None takes it from the gaps of the picture.
-        periodic: the picture is one period of a periodic one, as rendered from a simulation.
-        contrast: droplets are "bright" on dark ground or "dark" on bright ground. "auto" finds out: the one under which
-            droplets are roundest.
+        picture: image file, (h, w) grey values or (h, w, 3 or 4) colours; optional with `labels`.
+        pixel: pixel size in the unit of length of the results. None: lengths in pixels.
+        film: largest gap that counts as a contact, in pixels. None: estimated from the picture.
+        periodic: True if the picture is one period of a periodic picture.
+        contrast: "bright" (droplets on dark background), "dark", or "auto" (the one that gives the roundest droplets).
         labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
             of the picture but its size is then used. Of a mask, True in droplets, the pieces are droplets, parted at
             their necks where several touch. Specks are set aside and holes are filled; `label_notes` tell how many,
             and numbers are doubtful where that is many.
-        channel: of a picture in colours: "grey", "red", "green" or "blue".
+        channel: "grey", "red", "green" or "blue", for pictures in colours.
 
     Raises:
-        InputError: without scikit-image or edt; if a file is no picture, a picture looks like labels, values are not
-            finite, arguments are not positive or contradict each other, nothing stands out from noise, or no whole
-            droplet is found.
+        InputError: scikit-image or edt is missing, the file is not a picture, the picture looks like labels, arguments
+            are invalid, or no whole droplet is found.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)

@@ -42,14 +42,13 @@ def synthetic_micrograph(
     Args:
         packing: DP in a rectangular box.
         pixels: width of the picture of one period; a pixel is box[0, 0]/pixels wide.
-        film: width in pixels of the dark film that divides droplets whose rims overlap; beside, where droplets do not
-            touch, gaps narrower than a film are darker by the same width.
+        film: width in pixels of the dark film between droplets in contact.
         blur: standard deviation of the blur, in pixels.
-        noise: standard deviation of the noise, where droplets in full light are 1 and the ground is 0.
-        seed: of the noise.
-        light: brightness at the right edge, 1 at the left; it falls evenly.
-        vignette: part of the light that the corners lack; it falls with the square of the distance from the middle.
-        dark: droplets are dark on a bright ground.
+        noise: standard deviation of the noise; droplets in full light are 1, the background is 0.
+        seed: seed of the noise.
+        light: brightness at the right edge relative to the left edge, with a linear gradient.
+        vignette: relative loss of light in the corners, quadratic in the distance from the centre.
+        dark: True for dark droplets on a bright background.
 
     Returns:
         (h, w) float64, one period, whose edges cut droplets; y of the cell runs with the rows.

@@ -96,17 +96,16 @@ class Tracks:
 
 @checked
 def track_droplets(source: Any, *, memory: int = 0, **how: Any) -> Tracks:
-    """Follow droplets through pictures, or take tracks of another program.
+    """Track droplets through a series of pictures, or use tracks of another program.
 
     Args:
-        source: pictures in the order of time, as `jamlab.micrograph` takes them; or a track table, a CSV file or a
-            DataFrame with trackpy's columns frame, particle, x and y.
-        memory: pictures in a row in which a droplet may be missed and keep its number.
+        source: pictures in the order of time, as for `jamlab.micrograph`; or a track table: CSV file or DataFrame with
+            trackpy's columns frame, particle, x and y.
+        memory: number of successive pictures in which a droplet may be missing and keep its number.
         how: further arguments of `jamlab.micrograph`, the same for all pictures.
 
     Raises:
-        InputError: fewer than two pictures, a memory below 0, a table without a column or with another strain of its
-            own, or what `jamlab.micrograph` raises.
+        InputError: fewer than two pictures, a negative memory, an invalid table, or an error of `jamlab.micrograph`.
 
     Example:
         >>> import pandas as pd

@@ -81,7 +81,7 @@ def file_image(
 
 @checked
 def read(path: FilePath, frame: int = -1) -> Packing:
-    """Read one frame, by default the last; negative numbers count from the end."""
+    """Read one frame of a file, by default the last; negative numbers count from the end."""
     if not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
     with opened(path) as file:

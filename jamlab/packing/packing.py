@@ -111,7 +111,7 @@ class Model(Protocol):
 class Packing:
     """Disks or deformable polygons in a periodic parallelogram.
 
-    Arrays, `params` and `provenance` are its own and read-only: change a copy and give it to `with_state`.
+    Arrays, `params` and `provenance` are read-only copies. To change them, give changed copies to `with_state`.
 
     Attributes:
         model: "sp" (soft disks) or "dp" (deformable polygons).
@@ -126,22 +126,22 @@ class Packing:
         offsets: DP (n + 1,) int64: vertices of particle m are positions[offsets[m]:offsets[m + 1]], else None.
         onset: phi_J (= rho_J) of the packing that this one was compressed from, or None.
         ensemble: "fixed-box", or "shear-stabilized": the box is sheared until no shear stress is left.
-        max_force: largest force left by the minimisation that ended in this state, or None if none did.
-        converged: whether that minimisation met its tolerance. A copy whose particles, box or force law differ has
-            `max_force` None and `converged` False, unless it states its own.
-        tolerance: of that minimisation on forces, or None.
-        on_rattlers: whether rattlers, or ends of flats, stop droplets that would slide, which the Hessian does not see.
-        on_target: whether the sweep that made this state met the packing fraction asked for.
-        fixed: (n,) bool, particles that do not move: they follow strains of the box. None: all are free.
+        max_force: largest residual force of the minimisation that ended in this state; None without minimisation.
+        converged: whether that minimisation met its tolerance. `with_state` resets `max_force` to None and `converged`
+            to False if particles, box or force law change.
+        tolerance: force tolerance of that minimisation, or None.
+        on_rattlers: whether rattlers or ends of flat edges block the sliding of droplets; the Hessian ignores them.
+        on_target: whether the sweep that made this state reached the requested packing fraction.
+        fixed: (n,) bool, particles that move only with strains of the box. None: all particles are free.
         walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: strains of the box shift the upper
             one as a whole, by the lattice vector across, and leave the lower one where it is.
-        rounding: how far a coordinate may be off because its source held fewer digits than float64; 0 if it held all.
-        provenance: a log of how it was made: seed, versions, protocol, wall time.
+        rounding: error of coordinates if their source had fewer digits than float64; else 0.
+        provenance: how the packing was made: seed, versions, protocol, wall time.
 
     Raises:
-        InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
-            polygons that are clockwise. The message names the particle and the value.
-        SelfCrossingError: an InputError too, if the outline of a polygon crosses itself.
+        InputError: wrong shapes, values that are not finite, a box without area, clockwise polygons. The message names
+            the particle and the value.
+        SelfCrossingError: the outline of a polygon crosses itself (also an InputError).
 
     Example:
         >>> p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])

@@ -26,14 +26,13 @@ def write(
     """Write one packing or the frames of a sweep; the ending of the name decides the format.
 
     Args:
-        path: file to create or replace, all at once. `.h5` (or no ending) holds everything; `.data` is a LAMMPS data
-            file of one packing; `.dump` a LAMMPS text dump and `.xyz` extended xyz, each of one frame or more, for
-            OVITO, ASE and MDAnalysis.
+        path: file to create or replace. `.h5` (or no ending): HDF5 with everything; `.data`: LAMMPS data file of one
+            packing; `.dump`: LAMMPS text dump; `.xyz`: extended xyz.
         packings: one packing, or several of one sweep, which share model, units, particles and law.
-        observables: name -> numbers, (frames,) or (frames, ...), that belong to the frames; HDF5 alone keeps them.
+        observables: arrays by name, (frames,) or (frames, ...); HDF5 only.
 
     Raises:
-        InputError: no packings, packings of different sweeps, values or an ending that no format can hold.
+        InputError: no packings, packings of different sweeps, or values or an ending that are not supported.
         StorageError: the file cannot be written.
 
     Example:

@@ -70,7 +70,7 @@ def descend_with_box(
         border: strains that the box may take.
         tolerance: on the largest force.
         steps: factorisations at most; default `settings.border.steps`.
-        settings: numbers of the solvers.
+        settings: settings of the solvers.
 
     Returns:
         The number of steps accepted.

@@ -38,7 +38,7 @@ def relax_disks_and_box(
         tolerance: on the largest force.
         near: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: give up a packing whose pressure falls below this; it has unjammed.
-        settings: numbers of the solvers.
+        settings: settings of the solvers.
 
     Returns:
         The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
@@ -92,7 +92,7 @@ def relax_at_pressure(
         session: near a minimum at best; is left in the state reached.
         pressure: outside.
         tolerance: on the largest force.
-        settings: numbers of the solvers.
+        settings: settings of the solvers.
 
     Returns:
         The state reached; `converged` also means that the pressure is met to 1e-9 of its load.

@@ -84,7 +84,7 @@ def relax_with_box_shear(
         near: see `relax`.
         least_pressure: give up a packing whose pressure falls below this on the way; the last digits of one that just
             loses its contacts cost most.
-        settings: numbers of the solvers.
+        settings: settings of the solvers.
 
     Returns:
         The state reached; `converged` also means a residual shear stress below 1e-11 of the pressure or what rounding

@@ -102,40 +102,36 @@ def compress(
     progress: Progress | None = None,
     after: Sequence[Packing] = (),
 ) -> Iterator[Packing]:
-    """Compress or decompress a packing by steps, each to an energy minimum.
+    """Compress or decompress a packing in steps, with an energy minimum after each.
 
     The ensemble of the packing, fixed box or shear-stabilized, is kept.
 
     Args:
-        packing: where to start, usually from `jam`.
+        packing: initial packing, usually from `jam`.
         to: last packing fraction, reached to 1e-6.
-        step: distance of two states; met to 1 % of a step.
+        step: difference in packing fraction between two states, met to 1 %.
         by: "rho", the true packing fraction (`packing_fraction(p)`), or "phi", the nominal one.
-        first_step: distance of the first state from the start; from there on `per_decade` states per decade of
-            distance, until they are `step` apart. By default all states are.
+        first_step: distance of the first state from the start. Steps then grow, with `per_decade` states per decade of
+            distance, up to `step`. Default: all steps equal `step`.
         per_decade: see `first_step`; default `per_decade` of `sweep.parameters`.
-        pressure_tolerance: follow the basin by sub-steps so short that linear response predicts every pressure
-            to this relative error. By default each state is reached in one step, which may jump to another basin. A
-            small packing may unjam even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
-        tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
-            `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
-            droplets; from 1e-15 to 1e-3.
-        ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
-        settings: numbers of the solvers and of the sweep.
-        progress: called after each state with the share of the work that is done, and in words.
-        after: states that the same sweep has yielded already, in an earlier run that was interrupted: it resumes behind
-            the last of them.
+        pressure_tolerance: follow the energy minimum in sub-steps so short that linear response predicts every pressure
+            to this relative error. Default: one step per state, which may end in a different minimum. A small packing
+            may unjam at an instability even when compressed.
+        tolerance: largest residual force in natural units (`jamlab.packing.natural_units`), 1e-15 to 1e-3. Default:
+            1e-12 for disks, 1e-10 for droplets.
+        ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
+        settings: settings of the solvers.
+        progress: called after each state with (fraction done, text), or True.
+        after: states that the same sweep yielded before an interruption; it resumes after the last one.
 
     Yields:
-        One Packing per state. Where a step ends in no minimum, the state is approached from the one before in up to 16
-        steps; where these do not either, but rattlers stop all that slides, it has `on_rattlers`. One that did not
-        converge then has `converged` False, and the sweep ends there. One that misses its
-        packing fraction, because it jumps there, has `on_target` False. With `pressure_tolerance`,
-        `provenance["step_error"]` is the largest relative error of a pressure predicted since the state before.
+        One Packing per state. A step that does not converge is repeated in up to 16 smaller steps. If it still does not
+        converge, the state has `converged` False and the sweep ends; if rattlers block a sliding droplet, it has
+        `on_rattlers`. A state that misses its packing fraction has `on_target` False. With `pressure_tolerance`,
+        `provenance["step_error"]` is the largest relative error of a predicted pressure since the previous state.
 
     Raises:
-        InputError: `to`, `step`, `first_step`, `per_decade`, `pressure_tolerance` or `ranks` out of range; `after` is
-            of another sweep.
+        InputError: an argument is out of range, or `after` belongs to another sweep.
         ConvergenceError: after a state that did not converge, if it is not the last one.
 
     Example:

@@ -44,15 +44,15 @@ _Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
 def droplets_from_disks(
     packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any
 ) -> Packing:
-    """Hand disks over to droplets at the same true packing fraction, relaxed.
+    """Replace disks by droplets at the same true packing fraction, and relax them.
 
     Args:
-        packing: SP, at a minimum; two sizes or more. Best below rho = 0.88, where the models part (Boromand et al.
-            fig 5): beyond, the disks have contacts that droplets have not.
-        seed: of the orientations.
-        tolerance: largest force at the minimum, over eps/l; default `force` of `dp.minimum.parameters`, 1e-10.
-        parameters: replace values of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
-            alike: (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, of all or (n,) of each.
+        packing: SP, at a minimum; two sizes or more. Best below rho = 0.88; at higher rho disks have contacts that
+            droplets do not have (Boromand et al. fig 5).
+        seed: seed of the orientations.
+        tolerance: largest residual force in units of eps/l, default 1e-10.
+        parameters: force-law parameters that replace the defaults. The number of vertices is proportional to the
+            diameter, (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, one number or (n,).
 
     Returns:
         DP packing in units "eps", `onset`, fixed particles and walls as for the disks. Its provenance holds `handover`:
@@ -61,8 +61,8 @@ def droplets_from_disks(
         unjam; then it is not.
 
     Raises:
-        InputError: not disks, an unknown parameter, disks too small for the width of the circulo-lines.
-        ConvergenceError: the packing fraction of the disks was not met.
+        InputError: not disks, an unknown parameter, or disks too small for the interaction range delta.
+        ConvergenceError: the droplets do not reach the packing fraction of the disks.
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)

@@ -44,27 +44,25 @@ def shear_modulus(
 ) -> float | Array:
     """Shear modulus G of a packing at an energy minimum, in its units of stress.
 
-    Simple shear is E = strain a b^T along a with the gradient along b, a turned by 90 degrees; pure shear has no
-    rotation. G is the second derivative of the energy per area in the strain. A small packing is anisotropic, and in a
-    box that was not sheared G can be negative near onset.
+    G is the second derivative of the energy per area with respect to the strain. Small packings are anisotropic; in a
+    fixed box G can be negative near onset.
 
     Args:
         packing: SP or DP.
         method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box
-            by +-strain/2 and minimises; the strain is halved until no contact changes, and a last Newton step takes
-            away the forces that rounding of positions leaves. "affine": without relaxation.
-        direction: "simple": along x; "pure": longer along x, shorter along y; or simple shear along (cos, sin) of an
-            angle, radian.
-        angle: by which the direction is turned, radian, one or (m,).
-        average: mean over all directions instead.
-        strain: for "finite-strain", where to start; by default 1e-6, DP 3e-7.
+            by +-strain/2 and minimises; the strain is halved until no contact changes. "affine": without relaxation.
+        direction: "simple": along x; "pure": extension along x, compression along y; or an angle in radians: simple
+            shear along (cos, sin).
+        angle: rotation of the direction in radians, one or (m,).
+        average: return the mean over all directions.
+        strain: first strain of "finite-strain"; default 1e-6, DP 3e-7.
 
     Returns:
         G; an array if `angle` is one.
 
     Raises:
-        InputError: unknown method, a direction that is none, or an angle or a strain that is no number.
-        ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
+        InputError: invalid method, direction, angle or strain.
+        ConvergenceError: unjammed, not at a minimum, or contacts change at every strain.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -101,11 +99,11 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     Args:
         packing: SP or DP.
         method: as in `shear_modulus`.
-        strain: relative change of the area, for "finite-strain", where to start; default as in `shear_modulus`.
+        strain: first relative change of the area of "finite-strain"; default as in `shear_modulus`.
 
     Raises:
         InputError: unknown method, or a strain that is no number.
-        ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
+        ConvergenceError: unjammed, not at a minimum, or contacts change at every strain.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -65,40 +65,36 @@ def jam(
     progress: Progress | None = None,
     **parameters: Any,
 ) -> Packing:
-    """Make a packing at jamming onset, Boromand et al. 2.3, in units "eps".
+    """Make a packing at jamming onset in units "eps" (Boromand et al., section 2.3).
 
     Args:
-        n: number of particles; even unless `fraction_large` or `sizes` says otherwise.
-        model: "sp", disks, or "dp", droplets; "disks" and "droplets" are understood too.
-        seed: of the random start; the same seed gives the same positions, bit for bit.
-        search: "bisection", of droplets as rigid bodies up to onset where they can be; or "incremental": by the letter
-            of Boromand et al. 2.3, some forty times slower.
-        step: first increment of phi, by default `step` or `step_paper` of `onset.parameters`, halved at every turn;
-            "bisection" takes no more than `step_near` from `phi_near` on.
-        ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
-            is sheared until no shear stress is left.
-        start: DP: "from-disks": disks are compressed to `phi_carried` or until they jam, then droplets take their
-            places, which costs less and leads to the same distribution of onsets. "direct": the droplets are compressed
-            from `phi_start` on.
-        tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
-            `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets; less for disks that stiffen, whose forces
-            at onset are less.
-        ranks: SP: threads for first-order minimisation, on one machine; pays from about 10 000 disks.
-        size_ratio: SP: diameter ratio of large to small disks, 1 to 10 (default: 1.4). Droplets have the
-            ratio of their vertices, `nv_large` over `nv_small`.
-        fraction_large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
-        sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
-            `jamlab.protocols.size_distributions`. Any n from 2. DP: n numbers in proportion to the roots of the rest
-            areas, whose mean is l; the number of vertices goes with them, so that edges are alike.
-        settings: numbers of the solvers and of the search.
-        progress: called after each minimisation with the share of the work that is done, and in words.
-        parameters: force-law parameters that replace values of `sp.parameters` or `dp.parameters`, e.g.
-            `contact="segment/smooth"` of droplets; DP: `vertices`, of all droplets or (n,) of each.
+        n: number of particles; must be even for the default sizes.
+        model: "sp" or "disks"; "dp" or "droplets".
+        seed: seed of the random start. The same seed gives the same bits on the same machine.
+        search: "bisection", for droplets as rigid bodies if possible; or "incremental", as published, about forty times
+            slower.
+        step: first increment of phi, halved at every reversal; default in `onset.parameters`.
+        ensemble: "fixed-box": compressed in a square box. "shear-stabilized": the box is also sheared to zero shear
+            stress.
+        start: DP: "from-disks": disks are compressed and then replaced by droplets, which is faster and gives the same
+            distribution of onsets. "direct": droplets are compressed from the beginning.
+        tolerance: largest residual force in units of eps/length, 1e-15 to 1e-9. Default: 1e-12 for disks (less if
+            exponent > 2), 1e-10 for droplets.
+        ranks: SP: threads of FIRE on one machine; useful above 10 000 disks.
+        size_ratio: SP: diameter ratio of large to small disks, 1 to 10 (default: 1.4). DP: given by
+            `nv_large`/`nv_small`.
+        fraction_large: number fraction of large particles; the mean of the two sizes stays 1.
+        sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
+            `jamlab.protocols.size_distributions`; n may be odd. DP: sizes are proportional to the square roots of the
+            rest areas.
+        settings: settings of the solvers.
+        progress: called after each minimisation with (fraction done, text), or True.
+        parameters: force-law parameters that replace the defaults, e.g. `contact="segment/smooth"` for droplets; DP:
+            `vertices`, one number or (n,).
 
     Returns:
-        Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
-        Droplets: `on_rattlers` is True where a rattler that can be pushed no further, or the end of a flat, stops one
-        that would slide, which the Hessian does not see.
+        Converged packing with `onset` = its own phi. Droplets: `on_rattlers` is True if a rattler or the end of a flat
+        edge blocks the sliding of a droplet.
 
     Raises:
         InputError: a value that no run can start from.

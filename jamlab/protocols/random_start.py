@@ -204,7 +204,7 @@ def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: di
         box: (2, 2).
         nv: (n,) vertices.
         params: as in `Packing.params`.
-        seed: of the orientations.
+        seed: seed of the orientations.
     """
     angles = np.random.default_rng([seed, 1]).random(len(nv))
     areas = free_polygon_area(nv, params)

@@ -13,10 +13,10 @@ from jamlab.protocols.saddles import record, relax_off_saddles
 
 @checked
 def relax(packing: Packing, tolerance: float | None = None) -> Packing:
-    """Relax a packing to an energy minimum, in its ensemble: with a fixed box, or until no shear stress is left.
+    """Relax a packing to an energy minimum in its ensemble: with a fixed box, or to zero shear stress.
 
-    For packings whose coordinates came with few digits, such as float32 of MDAnalysis, or from dynamics: moduli and G*
-    belong to a minimum, and so does z.
+    Use it for packings with rounded coordinates, such as float32 of MDAnalysis, or from dynamics: z, moduli and G* are
+    defined at a minimum.
 
     Args:
         packing: SP or DP.
@@ -24,11 +24,11 @@ def relax(packing: Packing, tolerance: float | None = None) -> Packing:
 
     Returns:
         The minimum, with `rounding` 0; `converged` is False if the tolerance was not met. `provenance["moved"]` is the
-        largest distance that a disk or vertex went.
+        largest displacement.
 
     Raises:
         InputError: a tolerance out of range.
-        EngineError: LAMMPS cannot take the packing.
+        EngineError: LAMMPS rejects the packing.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -67,7 +67,7 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0, settings: 
         session: is left in the state reached.
         tolerance: on the largest force.
         loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
-        settings: numbers of the solvers.
+        settings: settings of the solvers.
     """
     return descent_of(session).settle(session, tolerance, loose, settings)
 
@@ -86,7 +86,7 @@ def relax(
         tolerance: on the largest force; default `force_tolerance` of the model.
         near: the state is a good guess of the minimum: try steps that converge fast there before anything else,
             `settings.newton`, for droplets `settings.near`.
-        settings: numbers of the solvers.
+        settings: settings of the solvers.
 
     Returns:
         The state reached; `converged` is False if no round met the tolerance.

@@ -64,42 +64,40 @@ def pack(
     progress: Progress | None = None,
     **parameters: float,
 ) -> Packing:
-    """Make an SP packing at a pressure or at a packing fraction, units "k" (stiffness k, mean diameter d).
+    """Make a packing of disks at a pressure or a packing fraction, in units "k" (stiffness k, mean diameter d).
 
-    Random disks are quenched above onset and decompressed, with forces relaxed to a few per cent of the pressure only,
-    until p = (S_xx + S_yy)/2 is near the target. Then the box is set free: the enthalpy U + p A is minimised over its
-    size, and over its shears where the ensemble says so, together with the positions. Near onset some random starts do
-    not end at the target: `decompress` then takes a packing at 10, 100 or 1000 times the pressure down to it.
-    Disks that attract are quenched at `phi_jammed` of `pressure.parameters` instead, before the box is set free.
+    Random disks are quenched above onset and decompressed until p = (S_xx + S_yy)/2 is close to the target. Then the
+    enthalpy U + p A is minimised over positions and box size, and over box shear in the shear-stabilized ensemble. If
+    this fails near onset, a packing at 10, 100 or 1000 times the pressure is decompressed. Sticky disks are quenched at
+    a fixed packing fraction first.
 
-    At a packing fraction random disks are quenched to the next energy minimum, in a box of that area. Below onset this
-    is a state without contacts; disks that attract form a network under tension there.
+    At a packing fraction, random disks are quenched to the next energy minimum in a box of that area. Below onset this
+    state has no contacts; sticky disks form a network under tension.
 
     Args:
-        n: number of disks; even unless `fraction_large` or `sizes` says otherwise.
-        pressure: target, k; from 1e-8 to 0.3; of disks that attract from -0.3 to 0.3. Give it or `phi`.
-        seed: of the random start.
+        n: number of disks; must be even for the default sizes. pressure: target pressure in units of k, 1e-8 to 0.3
+            (sticky disks: -0.3 to 0.3). Give it or `phi`.
+        seed: seed of the random start.
         phi: nominal packing fraction, up to 2.
-        ensemble: "fixed-box" or "shear-stabilized", the box sheared until no shear stress is left.
-        ranks: processors for FIRE; pays from about 10 000 disks.
-        tolerance: largest force at the minimum, k d; default `force` of `sp.minimum.parameters`, 1e-12; from 1e-15 to
-            1e-4 of the pressure.
+        ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
+        ranks: threads of FIRE; useful above 10 000 disks.
+        tolerance: largest residual force in units of k d, from 1e-15 to 1e-4 times the pressure. Default: 1e-12.
         size_ratio: diameter ratio of large to small disks, 1 to 10 (default: 1.4).
-        fraction_large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
-        sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
-            `jamlab.protocols.size_distributions`. Any n from 2.
-        settings: numbers of the solvers and of the search.
-        progress: called after each minimisation, with nan for the share of the work, and in words.
+        fraction_large: number fraction of large disks; d stays the mean of the two diameters.
+        sizes: n diameters in any unit, or the name of a distribution, such as "lognormal:0.3", see
+            `jamlab.protocols.size_distributions`; n may be odd.
+        settings: settings of the solvers.
+        progress: called after each minimisation with (nan, text), or True.
         parameters: force-law parameters that replace values of `sp.parameters`.
 
     Returns:
-        Packing with p met to 1e-6 relative, of disks that attract to 1e-6 of the mean contact force over d; with `phi`,
-        the minimum. `converged` is True; `provenance["pressure"]` holds the value, and
-        `provenance["from_pressure"]` the higher pressure of a packing that was decompressed.
+        Converged packing. The relative error of the pressure is at most 1e-6 (sticky disks: 1e-6 of the mean contact
+        force over d). `provenance["pressure"]` is the value, `provenance["from_pressure"]` the initial pressure after a
+        decompression.
 
     Raises:
         InputError: a value that no run can start from.
-        ConvergenceError: the pressure was not met, such as one beyond the tensile strength.
+        ConvergenceError: the pressure was not reached, for example beyond the tensile strength.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -193,19 +191,18 @@ def decompress(
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
 ) -> Packing:
-    """Take a jammed packing of disks down to a lower pressure, its box free on the way.
+    """Decompress a jammed packing of disks to a lower pressure, in steps.
 
-    As in `pack`, the enthalpy U + p A is minimised over positions and box, at pressures that fall by at most the part
-    `fall` of `pressure.parameters` at a time. It brings large packings near onset, where those that start at random may
-    not come to rest. What is reached depends on where it starts.
+    As in `pack`, the enthalpy U + p A is minimised over positions and box at every pressure. Use it for large packings
+    near onset, where random starts may not converge. The result depends on the initial pressure.
 
     Args:
         packing: SP; jammed and relaxed, at a higher pressure.
-        pressure: target, in the units of the packing, k or eps over area; from 1e-8 k.
-        ranks: processors for FIRE; pays from about 10 000 disks.
+        pressure: target pressure in the units of the packing, from 1e-8 k.
+        ranks: threads of FIRE; useful above 10 000 disks.
         tolerance: largest force at the minimum, as in `compress`; at most 1e-4 of the pressure.
-        settings: numbers of the solvers.
-        progress: called after each pressure with the share of the way that is done, and in words.
+        settings: settings of the solvers.
+        progress: called after each pressure with (fraction done, text), or True.
 
     Returns:
         Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, as it is
@@ -217,7 +214,6 @@ def decompress(
         ConvergenceError: the pressure was not reached, or the packing unjammed.
 
     Example:
-        >>> from jamlab.protocols.target_pressure import decompress
         >>> p = decompress(jamlab.pack(n=32, pressure=1e-2, seed=1), 1e-4)
         >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
         (True, 'decompress', 0.01)

@@ -116,20 +116,21 @@ def complex_modulus(
     prestress: bool = True,
     method: str = "auto",
 ) -> ComplexModulus:
-    """G*(omega) of a packing under shear; rattlers are left out.
+    """Compute the complex shear modulus G*(omega) in linear response, without rattlers.
 
-    Droplets that rattle count under `StokesDrag`: the fluid deforms them, and their line tension resists.
+    Solves (K + i omega B) Q = A sigma e_gamma, Baumgarten & Tighe eq 11. Under `StokesDrag` rattling droplets are
+    included, because the fluid deforms them.
 
     Args:
         packing: SP or DP at an energy minimum.
         omega: (m,) angular frequencies, from 1e-100 to 1e100, in units 1/tau_1.
         damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
-        direction: of shear. "simple": along x of the box; "pure": longer along x, shorter along y; or an angle, radian:
-            simple shear along (cos, sin) of it.
+        direction: "simple": simple shear along x; "pure": extension along x, compression along y; or an angle in
+            radians: simple shear along (cos, sin).
         prestress: False replaces contacts by unstressed springs; SP only.
-        method: "reduced": rational Krylov space of about a dozen real factorisations for all frequencies. "direct": one
-            complex factorisation per frequency, as in the paper. "dense": the whole relaxation spectrum, up to 1024
-            sites. "auto": "dense" for small packings, else "reduced".
+        method: "reduced": rational Krylov model, five to nine real factorisations for all frequencies. "direct": one
+            complex factorisation per frequency, as in the paper. "dense": full relaxation spectrum, up to 1024 sites.
+            "auto": "dense" for small packings, else "reduced".
 
     Warns:
         JamlabWarning: G_xy, the static modulus, is negative: the packing is unstable to shear at its box shape.
@@ -137,8 +138,7 @@ def complex_modulus(
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
             without pre-stress.
-        ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named. Or
-            "direct" has no digit of G* at some frequency.
+        ConvergenceError: the packing is unjammed, not at a minimum or unstable; or "direct" loses all digits of G*.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

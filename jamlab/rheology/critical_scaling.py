@@ -128,16 +128,16 @@ def _with_error(value: float, error: float) -> str:
 def scaling_collapse(
     pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
 ) -> Collapse:
-    """Fit mu and lambda so that the mean spectra of several pressures fall on one curve; Delta from its slope.
+    """Collapse the mean spectra of several pressures onto one curve: fit mu and lambda, and Delta from its slope.
 
     Args:
         pressures: three or more.
-        spectra: for each pressure one spectrum or more, all of the same frequencies.
-        resamples: bootstrap samples over the packings of each pressure; none make no errors (0).
+        spectra: one or more spectra for each pressure, all at the same frequencies.
+        resamples: number of bootstrap samples over the packings of each pressure; 0: no errors.
         seed: of the bootstrap.
 
     Warns:
-        JamlabWarning: no Delta, since too few frequencies reach the critical regime; mu and lambda are given.
+        JamlabWarning: Delta is nan, because too few frequencies are in the critical regime.
 
     Raises:
         InputError: fewer than three pressures, no spectra, frequencies that differ, a modulus that is not positive.

@@ -75,23 +75,23 @@ class ContactDamping(DragLaw):
     R = (tau_1/2) sum k_ij [(du_par')^2 + beta (du_perp' - a_i theta_i' - a_j theta_j')^2]; k_ij is the stiffness of the
     contact, which is k in their units, and a_i, a_j are lever arms.
 
-    SP: the paper's arms are the radii. They add up to more than the distance r of the centres, so a rigid rotation of
-    two overlapping disks counts as sliding, and G'' of a packing depends on how it is turned, by a part of the order of
-    the overlap. Arms that reach to the middle of the overlap, R - (R_i + R_j - r)/2, dissipate nothing in a rotation.
+    SP: in the paper the lever arms are the radii. Their sum exceeds the distance r of the centres, so a rigid rotation
+        of two overlapping disks dissipates energy, and G'' depends on the orientation of the packing to the order of
+        the overlap. Lever arms to the middle of the overlap, R - (R_i + R_j - r)/2, dissipate nothing in a rotation.
 
-    DP: the sum runs over all meetings of a vertex with an edge. du' is the velocity of the vertex relative to the point
-    of the edge that it meets, theta' the rotation of the outline on either side, which vertices carry and edges
-    interpolate, and both arms are d/2: the rims meet half way. A rigid rotation dissipates nothing.
+    DP: the sum runs over all contacts of a vertex with an edge. du' is the velocity of the vertex relative to the point
+        of contact on the edge, theta' is the local rotation of either outline, and both lever arms are d/2. A rigid
+        rotation dissipates nothing.
 
     alpha below 1 is the drag of thin films, eq 9: R = sum k_ij/(alpha + 1) (tau_1^2 [...])^((alpha + 1)/2) with the
-    same bracket, lengths in mean sizes. Flow in time knows it (`shear`, `oscillate`, ...), matrices and
-    `complex_modulus` do not.
+    same bracket, lengths in mean sizes. It is available for flow in time (`shear`, `oscillate`, ...), but not for
+    matrices and `complex_modulus`.
 
     Attributes:
-        beta: damping of sliding over damping of approach; 1 is "balanced".
+        beta: ratio of tangential to normal damping; 1 is "balanced".
         tau: tau_1, the relaxation time of two disks.
-        alpha: drag grows as this power of the relative velocity, from 0.4 to 1; 1 is linear.
-        lever_arms: SP: "radius", as in the paper, or "contact". Droplets always have the latter.
+        alpha: exponent of the drag in the relative velocity, 0.4 to 1; 1 is linear.
+        lever_arms: SP: "radius", as in the paper, or "contact". DP: always "contact".
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -189,8 +189,8 @@ class ContactDamping(DragLaw):
 class StokesDrag(DragLaw):
     """Drag against the affine flow on every particle, Baumgarten & Tighe eqs 7 and 8.
 
-    R = (k tau_1/2) sum |u_i' - v_aff(r_i)|^2 + (eta_F/2) gamma'^2 A. DP: the sum runs over vertices, each with its
-    share 1/n_v of the drag on its polygon, so a polygon that only moves as a whole feels what a disk feels.
+    R = (k tau_1/2) sum |u_i' - v_aff(r_i)|^2 + (eta_F/2) gamma'^2 A. DP: the sum runs over vertices, each with 1/n_v of
+    the drag on its polygon, so a rigidly moving polygon has the drag of a disk.
 
     Attributes:
         eta_f: viscosity of the fluid, units k tau_1.

@@ -86,7 +86,7 @@ class DisplacementCorrelation(Result):
 def displacement_response(
     packing: Packing, omega: float, damping: Damping | None = None, *, prestress: bool = True
 ) -> tuple[Packing, Complex]:
-    """The backbone and (sites, 2) complex non-affine displacements per shear stress that oscillates as cos(omega t).
+    """Compute complex non-affine displacements per oscillating shear stress; returns (backbone, displacements).
 
     Real part: at peak stress; imaginary part: at zero stress (Baumgarten & Tighe fig 1). The mean is zero.
 
@@ -136,7 +136,7 @@ def displacement_correlation(
     lane: float = 1.0,
     width: float = 0.5,
 ) -> DisplacementCorrelation:
-    """C(delta) = <u_y(x) u_y(x + delta)>/<u_y^2> of pairs in one lane along the flow, real part of u at peak stress.
+    """Correlate displacements: C(delta) = <u_y(x) u_y(x + delta)>/<u_y^2> along the flow, at peak stress.
 
     Args:
         packing: SP or DP at an energy minimum.
@@ -145,7 +145,7 @@ def displacement_correlation(
         prestress: see `jamlab.dynamical_matrices`.
         lane: height of a lane, in mean diameters (droplets: means of the root of the rest area), default 1; the box
             is cut from its origin into lanes of about this height.
-        width: of a bin in delta, about, in mean diameters, default 0.5.
+        width: approximate bin width in delta, in mean diameters, default 0.5.
 
     Raises:
         InputError: omega, lane or width is not positive, or they are too wide for the box.

@@ -34,14 +34,13 @@ def dynamical_matrices(
     + 1): u_x, u_y of every vertex, then gamma; K holds perimeter, area and contact terms.
 
     Args:
-        packing: SP or DP. Rattlers are kept: `equation_of_motion` leaves them out. Fixed particles have no stiffness in
-            K, and their drag in B: their velocities are given.
+        packing: SP or DP. Rattlers are included. Fixed particles have zero rows in K and their drag in B.
         damping: default balanced contact damping, `ContactDamping(beta=1)`.
         prestress: False sets the contact forces in K to zero (their eq 4). SP only.
         direction: of shear, see `complex_modulus`.
 
     Raises:
-        InputError: droplets without pre-stress: line tension is nothing but pre-stress.
+        InputError: droplets with prestress=False, because line tension is a pre-stress.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

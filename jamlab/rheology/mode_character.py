@@ -78,7 +78,7 @@ class ModeCharacter(Result):
 
 @checked
 def mode_character(packing: Packing, damping: Damping | None = None) -> ModeCharacter:
-    """Find every relaxation mode of a packing of droplets, and how droplets move in it; rattlers are left out.
+    """Compute the relaxation modes of a packing of droplets and the character of their motion, without rattlers.
 
     Args:
         packing: DP at an energy minimum, up to 1024 vertices: the solver is dense.

@@ -59,7 +59,7 @@ class NonlinearModulus(Result):
 
 @checked
 def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:
-    """Solve for the time tau_alpha, (m,) in units of tau_1, of an oscillator driven by a force at each frequency.
+    """Compute the effective relaxation time tau_alpha of power-law drag at each frequency, (m,) in units of tau_1.
 
     tau_alpha = tau_1 (tau_1 u_0 omega/rho_0)^(alpha - 1) (2/sqrt(pi)) Gamma(1 + alpha/2)/Gamma(3/2 + alpha/2) with
     u_0 = (F_0/k)/sqrt(1 + (omega tau_alpha)^2) (eqs 24 and 25; the exponent that eq 25 prints, alpha, would not give
@@ -118,11 +118,11 @@ def nonlinear_modulus(
     prestress: bool = True,
     method: str = "auto",
 ) -> NonlinearModulus:
-    """G*(omega) under contact drag with exponent alpha, at an amplitude of shear stress or of shear strain.
+    """Compute G*(omega) for power-law contact drag at an amplitude of shear stress or strain (equivalent linear drag).
 
-    All contacts get the same equivalent time, for the typical force F_0 = stress times the mean size; the paper
-    says F_0 ~ stress and gives no factor. A time that is the same everywhere only rescales the frequency of the linear
-    problem: G*_alpha(omega) = G*_1(omega tau_alpha(omega)/tau_1). The stress of a strain is |G*| times it, solved for.
+    All contacts have the same effective relaxation time, at the typical force F_0 = stress times mean size (the paper
+    gives F_0 ~ stress without a factor). This rescales the frequency of the linear problem: G*_alpha(omega) =
+    G*_1(omega tau_alpha(omega)/tau_1). If `strain` is given, stress = |G*| strain is solved self-consistently.
 
     Args:
         packing: SP or DP.
@@ -138,7 +138,7 @@ def nonlinear_modulus(
         JamlabWarning: the static modulus is negative, as `jamlab.complex_modulus`.
 
     Raises:
-        InputError: a value out of range, or both or none of two that exclude each other.
+        InputError: a value is out of range, or both or neither of two alternatives are given.
         ConvergenceError: the packing is not jammed or not stable.
 
     Example:

@@ -25,11 +25,11 @@ from jamlab.storage.atomic_file import atomic_file, check_ending
 
 @checked
 def write_contacts(path: str | os.PathLike[str], packing: Packing) -> list[Path]:
-    """Write the contact network of a packing: every particle a point at its centre, every contact a bond.
+    """Write the contact network of a packing, with particles as points and contacts as bonds.
 
-    A bond has the `force`, positive where the particles push each other apart, the `gap` of the surfaces, negative
-    where they overlap, and `bearing`, 0 if one of the two rattles. A point has the number of its particle, its radius,
-    of droplets the diameter of a disk of the same area, and whether it rattles.
+    A bond has `force` (positive: repulsive), `gap` of the surfaces (negative: overlap) and `bearing` (0 if one particle
+    is a rattler). A point has the number of its particle, its radius (droplets: of a disk of equal area) and a flag for
+    rattlers.
 
     Args:
         path: FILE.dump: the particles, and FILE.bonds.dump with the bonds, which OVITO loads by the modifier "Load

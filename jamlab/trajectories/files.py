@@ -42,19 +42,17 @@ def read(
     params: Mapping[str, Any] | None = None,
     box: ArrayLike | None = None,
 ) -> Packing:
-    """Read one frame, by default the last; negative numbers count from the end.
+    """Read one frame of a file, by default the last; negative numbers count from the end.
 
-    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. Those of
-    other programs are read too, and extended xyz and GSD. Tables (`.csv`) hold disks without a box: text of named
-    columns x, y and radius or diameter. Text may be compressed (`.gz`, `.bz2`, `.xz`).
+    Formats: HDF5 of jamlab, LAMMPS data files (`.data`) and dumps (`.dump`), extended xyz, GSD, and tables of disks
+    (`.csv` with columns x, y and radius or diameter; give `box`). Text may be compressed (`.gz`, `.bz2`, `.xz`).
 
-    For files of other programs give what they lack: parameters found nowhere have the defaults of the decks, and
-    their names stand in `provenance["assumed"]`. Columns that states at rest have no use for are passed over.
-    Coordinates with fewer digits than float64 (GSD, dumps with `%g`) leave `converged` False and `Packing.rounding`
-    above 0: moduli and G* are refused, see `jamlab.relax`.
+    Files of other programs may lack sizes, units or parameters: give them. Missing parameters have the defaults of the
+    decks and are listed in `provenance["assumed"]`. Other columns are ignored. Coordinates with fewer digits than
+    float64 (GSD, dumps with `%g`) set `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`.
 
     Args:
-        path: file; `.data`, `.dump`, `.gsd`, `.xyz`, `.csv` by their names, others by what they hold.
+        path: file; the format follows from the ending, or from the content.
         frame: number of the frame.
         radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
         units: "eps" or "k", see `Packing`.
@@ -62,8 +60,8 @@ def read(
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
 
     Raises:
-        StorageError: no such file or frame, or not a whole file that this jamlab can read.
-        InputError: the frame is no packing, or differs from what was given; the message names file, frame and value.
+        StorageError: no such file or frame, or an incomplete or unknown file.
+        InputError: the frame is not a valid packing, or contradicts the arguments.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

@@ -279,13 +279,13 @@ def from_outlines(
     wrapped: bool = False,
     **parameters: Any,
 ) -> Packing:
-    """Make droplets of outlines, in any unit of length; not relaxed.
+    """Make droplets from outlines in any unit of length, without relaxation.
 
     Args:
         outlines: n arrays (vertices, 2), clockwise or not, closed by an edge from the last vertex to the first, which
             may be repeated at the end.
         box: (2, 2), rows are the lattice vectors; or two sides of a rectangle.
-        rest_areas: (n,) in the square of that unit; default the areas of the outlines.
+        rest_areas: (n,) in the same unit squared; default: the areas of the outlines.
         wrapped: whether the box may cut outlines: edges are then the shortest of their periodic images.
         parameters: force-law parameters that replace values of `dp.parameters`, in units of eps and l.
 
@@ -293,7 +293,7 @@ def from_outlines(
         DP packing of the same droplets in units "eps": lengths are divided by l, the mean root of the rest areas.
 
     Raises:
-        InputError: what is no outline, outlines that cross, an unknown parameter.
+        InputError: an invalid outline, outlines that cross, or an unknown parameter.
         SelfCrossingError: an outline that crosses itself.
 
     Example:

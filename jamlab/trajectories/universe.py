@@ -52,17 +52,16 @@ class Descriptions(SegmentStringAttr):  # type: ignore[misc]
 
 @checked
 def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> Any:
-    """A Universe in memory with a frame for each packing.
+    """Make an MDAnalysis Universe in memory with one frame per packing.
 
-    Atoms are the disks, or the vertices of droplets, in the order of `Packing.positions`; positions are whole, not
-    wrapped. Residues are the particles: `resindices` are the particles' indices, `resids` one more, as in LAMMPS files.
-    `types` are the atom types of those files, "1", "2", ..., by size; `radii` are half the diameters, or for vertices
-    delta/2, the width of the rim; `masses` are 1. Droplets have bonds around their outline and `residues.rest_areas`.
-    The one segment has units and force law as its `description`. The box of a frame is `dimensions`, of height 1, and
-    `triclinic_dimensions`, where a sheared one has its tilt. MDAnalysis holds positions and boxes in float32: 7 digits.
+    Atoms are disks, or vertices of droplets, in the order of `Packing.positions`, unwrapped. Residues are particles:
+    `resindices` start at 0, `resids` at 1, as in LAMMPS files. `types` are the atom types "1", "2", ... by size;
+    `radii` are half the diameters, or delta/2 for vertices; `masses` are 1. Droplets have bonds around their outline
+    and `residues.rest_areas`. The segment's `description` contains units and force law. `triclinic_dimensions` has the
+    tilt of the box. MDAnalysis stores positions and boxes in float32.
 
     Args:
-        source: a packing, several of one sweep, or a file that `jamlab.read_all` takes.
+        source: a packing, several packings of one sweep, or a file for `jamlab.read_all`.
         reading: keyword arguments of `jamlab.read_all` for a file.
 
     Returns:
@@ -206,26 +205,25 @@ def from_universe(
 ) -> list[Packing]:
     """Convert the frames of a trajectory to packings.
 
-    Atoms without bonds are disks. Bonds that close rings make droplets of their vertices, whole again where the box cut
-    them. A Universe of `jamlab.universe` holds units, force law and sizes; for others give what they lack. Parameters
-    found nowhere have the defaults of the decks, and their names stand in `provenance["assumed"]`.
+    Atoms without bonds become disks, closed rings of bonds become droplets (unwrapped). A Universe of `jamlab.universe`
+    has units, force law and sizes; for other sources give them. Missing parameters have the defaults of the decks and
+    are listed in `provenance["assumed"]`.
 
-    MDAnalysis holds coordinates in float32, whatever the file holds. `Packing.rounding` says so, `converged` is False
-    and `max_force` None. In `jamlab.measure` z is nan where rounding could open or close a contact; moduli and G* are
-    refused. `relaxed=True` takes every frame to the minimum next to it first. `jamlab.read`
-    keeps all digits of LAMMPS files.
+    MDAnalysis stores coordinates in float32: `Packing.rounding` is set, `converged` is False and `max_force` None. In
+    `jamlab.measure` z is nan if rounding could open or close a contact; moduli and G* are refused. `relaxed=True`
+    relaxes every frame first. `jamlab.read` keeps all digits of LAMMPS files.
 
     Args:
         u: Universe, or an AtomGroup of it.
         radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default: as in the Universe.
         units: "eps" or "k", see `Packing`; default: as in the Universe, or "eps".
-        params: of the force law, any of them, see `Packing`; `a0` may be one number.
+        params: parameters of the force law, see `Packing`; `a0` may be one number.
         box: two sides, or (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
         relaxed: relax every frame, see `jamlab.relax`.
         start, stop, step: frames, as in a slice.
 
     Raises:
-        InputError: no box, no radii, bonds that close no rings, atoms out of the plane, or no packing; names the frame.
+        InputError: no box, no radii, bonds that are not closed rings, atoms out of the plane, or no valid packing.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)

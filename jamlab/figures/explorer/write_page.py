@@ -97,19 +97,18 @@ def write_page(
     observables: Mapping[str, ArrayLike] | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write one self-contained page on which a sweep can be looked through, state by state.
+    """Write one self-contained interactive page of a sweep.
 
-    A slider runs through compression or strain; force network, rattlers, voids, cells, overlaps and displacements can
-    be switched on; pointing at a contact gives its force and gap, at a particle its shape factor A, z and area. All of
-    it is computed here; the page only draws. 80 states of 64 droplets take 3 MB and half a minute.
+    A slider selects the state. Force network, rattlers, voids, cells, overlaps and displacements can be switched on.
+    Pointing at a contact shows force and gap, at a particle shape factor, z and area. 80 states of 64 droplets take 3
+    MB and half a minute.
 
     Args:
         path: HTML file to create or replace, .html.
         packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`.
-        every: take every k-th state, from the first on.
-        observables: name -> (states,) numbers known already, as of a file: rho, z, z_all,
-            rattlers, pressure, g. Others are measured.
-        progress: called after each state with the share of them that is done, and in words.
+        every: show every k-th state.
+        observables: known values by name, (states,): rho, z, z_all, rattlers, pressure, g. Others are measured.
+        progress: called after each state with (fraction done, text), or True.
 
     Raises:
         InputError: no packing; packings that differ in model, units, number or sizes of particles; more than 20 000

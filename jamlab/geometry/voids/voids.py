@@ -128,18 +128,18 @@ class LoopKind(IntEnum):
 def voids(packing: Packing) -> Voids:
     """Find the voids of a packing.
 
-    SP: regions outside all disks, bounded by arcs; disks that touch within 1e-12 of their size close a void between
-    them. DP: regions outside all polygons grown by their rim delta/2, bounded by straight pieces and arcs.
+    SP: regions outside all disks, bounded by arcs; gaps below 1e-12 of the size are closed. DP: regions outside all
+        polygons with rims of width delta/2, bounded by straight pieces and arcs.
 
-    A rattler that floats in a void is an island of it: its area and perimeter count, its side does not. A rattler that
-    touches the particles around it adds to the sides of the void, or divides it, like any other particle. Take
-    rattlers out with `remove_rattlers` for the voids of the force-bearing network, as for P_l.
+    A rattler without contacts is an island in a void: it changes area and perimeter, but not the number of sides. A
+    rattler with contacts counts like any other particle. For the voids of the force-bearing network, as for P_l, use
+    `remove_rattlers` first.
 
     Args:
         packing: SP or DP.
 
     Raises:
-        BoundaryError: if more boundaries meet in one point than can be told apart; DP: if outlines of polygons cross.
+        BoundaryError: too many boundaries meet in one point, or outlines of polygons cross.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
