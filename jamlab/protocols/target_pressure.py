@@ -214,7 +214,7 @@ def decompress(
         ConvergenceError: the pressure was not reached, or the packing unjammed.
 
     Example:
-        >>> p = decompress(jamlab.pack(n=32, pressure=1e-2, seed=1), 1e-4)
+        >>> p = jamlab.decompress(jamlab.pack(n=32, pressure=1e-2, seed=1), 1e-4)
         >>> p.converged, p.provenance["protocol"], round(p.provenance["from_pressure"], 8)
         (True, 'decompress', 0.01)
     """
