@@ -54,29 +54,25 @@ double DragSolver::speed_floor(double squares, double count) const
   return SLOWEST * SLOWEST * (sums[1] > 0.0 ? sums[0] / sums[1] : 0.0) + STANDSTILL * STANDSTILL;
 }
 
-double DragSolver::precondition()
+void DragSolver::precondition()
 {
-  double product = 0.0;
   for (int i = 0; i < nlocal; i++) {
     const Block &m = inverse[i];
     const Vec3 v = residual[i];
-    Vec3 &z = descent[i];
-    z.x = m.xx * v.x + m.xy * v.y + m.xs * v.spin;
-    z.y = m.xy * v.x + m.yy * v.y + m.ys * v.spin;
-    z.spin = m.xs * v.x + m.ys * v.y + m.ss * v.spin;
-    product += v.x * z.x + v.y * z.y + v.spin * z.spin;
+    descent[i] = {m.xx * v.x + m.xy * v.y + m.xs * v.spin, m.xy * v.x + m.yy * v.y + m.ys * v.spin,
+                  m.xs * v.x + m.ys * v.y + m.ss * v.spin};
   }
-  return product;
 }
 
+/* of atoms whose velocities are not given; returns residual descent, of this rank */
 double DragSolver::precondition_free()
 {
   for (std::size_t i = 0; i < given.size(); i++)
     if (given[i]) residual[i] = Vec3();
-  const double product = precondition();
+  precondition();
   for (std::size_t i = 0; i < given.size(); i++)
     if (given[i]) descent[i] = Vec3();
-  return product;
+  return field_dot(residual, descent, nlocal);
 }
 
 DragSolver::Followed DragSolver::follow(const Field &u, double rate, Field &force)

@@ -197,7 +197,7 @@ template <class Row> class DragSystem : public DragSolver {
     }
   }
 
-  double precondition() override
+  void precondition() override
   {
     if (!factored) return DragSolver::precondition();
     project(residual);
@@ -211,38 +211,30 @@ template <class Row> class DragSystem : public DragSolver {
     for (int i = 0; i < nlocal; i++)
       descent[i] = {column[D * i], column[D * i + 1], D == 3 ? column[D * i + D - 1] : 0.0};
     project(descent);
-    return field_dot(residual, descent, nlocal);
   }
 
  private:
   Field spun;
   std::vector<double> column;
 
-  // rows of one first site follow each other, whose sum is kept at hand
   template <bool BENT, bool FLOW> double add_rows(const Field &p, double rate, Field &out) const
   {
     const Vec3 *const __restrict u = p.data();
     Vec3 *const __restrict sums = out.data();
-    const Row *const begin = rows.data(), *const end = begin + rows.size();
-    const double *const weight = weights.data(), beta = law.beta;
+    const Row *const __restrict all = rows.data();
+    const double *const __restrict weight = weights.data(), beta = law.beta;
     double flow = 0.0;
-    for (const Row *row = begin; row < end;) {
-      const int first = row->site(0);
-      Vec3 own;
-      do {
-        const std::size_t k = row - begin;
-        const Slip s = slip_of(*row, u, FLOW ? rate * lever(k) : 0.0);
-        double push = weight[k] * s.approach, rub = beta * weight[k] * s.slide;
-        if (BENT) {
-          const double bent = bends[k].approach * s.approach + bends[k].slide * s.slide;
-          push -= bends[k].approach * bent;
-          rub -= bends[k].slide * bent;
-        }
-        add_force(*row, 0, push, rub, own);
-        for (int a = 1; a < Row::SITES; a++) add_force(*row, a, push, rub, sums[row->site(a)]);
-        if (FLOW) flow += contacts[k].share * (push * row->nx - rub * row->ny) * lever(k);
-      } while (++row < end && row->site(0) == first);
-      sums[first] = sums[first] + own;
+    for (std::size_t k = 0, size = rows.size(); k < size; k++) {
+      const Row &row = all[k];
+      const Slip s = slip_of(row, u, FLOW ? rate * lever(k) : 0.0);
+      double push = weight[k] * s.approach, rub = beta * weight[k] * s.slide;
+      if (BENT) {
+        const double bent = bends[k].approach * s.approach + bends[k].slide * s.slide;
+        push -= bends[k].approach * bent;
+        rub -= bends[k].slide * bent;
+      }
+      add_forces(row, push, rub, sums);
+      if (FLOW) flow += contacts[k].share * (push * row.nx - rub * row.ny) * lever(k);
     }
     return flow;
   }

@@ -28,7 +28,7 @@ static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
 {
   writedata = 1;
-  comm_forward = comm_reverse = 1;
+  comm_forward = 1;
   cite(lmp, CITE_CONTACT_DRAG);
 }
 
@@ -83,29 +83,6 @@ void PairDiskDrag::compute(int eflag, int vflag)
     }
   }
   if (vflag_fdotr) virial_fdotr_compute();
-  if (counting) count_contacts();
-}
-
-void PairDiskDrag::count_contacts()
-{
-  degree.assign(atom->nmax, 0.0);
-  for (const DiskPair &p : found) {
-    if (p.x * p.x + p.y * p.y >= p.reach * p.reach) continue;
-    degree[p.i] += 1.0;
-    if (force->newton_pair || p.j < atom->nlocal) degree[p.j] += 1.0;
-  }
-  if (force->newton_pair) comm->reverse_comm(this);
-}
-
-int PairDiskDrag::pack_reverse_comm(int n, int first, double *buf)
-{
-  std::copy_n(degree.begin() + first, n, buf);
-  return n;
-}
-
-void PairDiskDrag::unpack_reverse_comm(int n, int *list, double *buf)
-{
-  for (int k = 0; k < n; k++) degree[list[k]] += buf[k];
 }
 
 void PairDiskDrag::find_sizes()
@@ -365,17 +342,7 @@ void *PairDiskDrag::extract(const char *str, int &dim)
   return nullptr;
 }
 
-/* fix pair: the number of disks that each one touches */
-void *PairDiskDrag::extract_peratom(const char *str, int &columns)
-{
-  if (strcmp(str, "degree") != 0) return nullptr;
-  columns = 0;
-  counting = true;    // from here on
-  if (degree.empty()) degree.assign(std::max(atom->nmax, 1), 0.0);
-  return degree.data();
-}
-
 double PairDiskDrag::memory_usage()
 {
-  return Pair::memory_usage() + found.capacity() * sizeof(DiskPair) + degree.capacity() * sizeof(double);
+  return Pair::memory_usage() + found.capacity() * sizeof(DiskPair);
 }

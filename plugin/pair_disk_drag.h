@@ -36,11 +36,8 @@ class PairDiskDrag : public Pair {
   void write_data_all(FILE *) override;
   double single(int, int, int, int, double, double, double, double &) override;
   void *extract(const char *, int &) override;
-  void *extract_peratom(const char *, int &) override;
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
-  int pack_reverse_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
 
   const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
@@ -70,8 +67,6 @@ class PairDiskDrag : public Pair {
   std::string sizes;       // per-atom property with the diameters; empty: those of the types
   double power = 0.0;      // of s in K, with diameters of the atoms' own
   std::vector<double> own;        // their diameters, of ghosts too, at the last force evaluation
-  bool counting = false;          // whether fix pair has asked for the contacts of each disk
-  std::vector<double> degree;     // their numbers, of ghosts too
 
   void find_sizes();
   void check_reach() const;

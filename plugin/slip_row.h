@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <numeric>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -26,14 +27,18 @@ inline void field_add(Field &to, double factor, const Field &from, int n)
   for (int k = 0; k < 3 * n; k++) t[k] += factor * f[k];
 }
 
+// eight sums side by side, since each addition waits for the one before
 inline double field_dot(const Field &a, const Field &b, int n)
 {
-  const double *const p = reinterpret_cast<const double *>(a.data()), *const q =
-                                                                          reinterpret_cast<const double *>(b.data());
-  double sum = 0.0;
-#pragma omp simd reduction(+ : sum)
-  for (int k = 0; k < 3 * n; k++) sum += p[k] * q[k];
-  return sum;
+  constexpr int SUMS = 8;
+  const double *const p = reinterpret_cast<const double *>(a.data());
+  const double *const q = reinterpret_cast<const double *>(b.data());
+  double sums[SUMS] = {};
+  int k = 0;
+  for (; k + SUMS <= 3 * n; k += SUMS)
+    for (int m = 0; m < SUMS; m++) sums[m] += p[k + m] * q[k + m];
+  for (; k < 3 * n; k++) sums[0] += p[k] * q[k];
+  return std::accumulate(sums, sums + SUMS, 0.0);
 }
 
 /* The slip at a contact is linear in the velocities u of its sites, which move with coefficients c and turn

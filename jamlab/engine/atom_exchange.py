@@ -9,13 +9,10 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import EngineError
-from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
+from jamlab.kernels.library import INTEGER, kernel
 
 _POINTER = ctypes.c_void_p
-_put_positions = kernel("put_positions", INTEGER, INTEGER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
-_take_positions = kernel("take_positions", INTEGER, INTEGER, _POINTER, _POINTER, REALS, _POINTER, REALS)
-_take_forces = kernel("take_forces", INTEGER, INTEGER, _POINTER, _POINTER, _POINTER)
-_place_atoms = kernel("place_atoms", INTEGER, INTEGER, _POINTER, REALS, INTEGERS, _POINTER, _POINTER)
+_put_atoms, _take_atoms = (kernel(name, INTEGER, INTEGER, *5 * [_POINTER]) for name in ("put_atoms", "take_atoms"))
 
 
 class AtomExchange:
@@ -39,31 +36,38 @@ class AtomExchange:
     def positions(self, count: int, box: Array) -> Array:
         """(count, 2) unwrapped positions; `box` is that in which the image flags were counted."""
         positions = np.empty((count, 2))
-        self._call(_take_positions, count, *self._arrays(b"id", b"image"), box, *self._arrays(b"x"), positions)
+        self._call(_take_atoms, b"x", positions, box)
         return positions
 
     def set_positions(self, positions: Array, box: Array) -> None:
         """Move every atom to an unwrapped position (n, 2)."""
-        count = len(positions)
-        x, box = np.ascontiguousarray(positions, dtype=np.float64), np.ascontiguousarray(box)
-        # bare addresses: checks of every argument would take as long as the copy
-        arrays = (*self._arrays(b"id", b"image"), box.ctypes.data, x.ctypes.data, *self._arrays(b"x"))
-        self._call(_put_positions, count, *arrays)
+        self._call(_put_atoms, b"x", positions, box)
 
     def place(self, inside: Array, images: NDArray[np.int64]) -> None:
         """Put every atom at a position (n, 2) inside the box, with the image (n, 2) that it stands for."""
-        count = len(inside)
-        self._call(_place_atoms, count, *self._arrays(b"id"), inside, images, *self._arrays(b"x", b"image"))
+        self._call(_put_atoms, b"x", inside)
+        bits, integer = (21, np.int64) if self._wide else (10, np.int32)
+        zero, of_axis = 1 << (bits - 1), (1 << bits) - 1
+        a, b = (images + zero & of_axis).T
+        ids, flags = (
+            np.frombuffer((ctypes.c_char * (len(images) * np.dtype(integer).itemsize)).from_address(address), integer)
+            for address in self._arrays(b"id", b"image")
+        )
+        flags[:] = (a | b << bits | zero << 2 * bits)[ids - 1]
 
     def forces(self, count: int) -> Array:
         """(count, 2) forces of the last evaluation."""
         forces = np.empty((count, 2))
-        self._call(_take_forces, count, *self._arrays(b"id", b"f"), forces.ctypes.data)
+        self._call(_take_atoms, b"f", forces)
         return forces
 
     def _arrays(self, *names: bytes) -> list[int]:
         return [self._array(self._lmp.lmp, name) for name in names]
 
-    def _call(self, function: Callable[..., int], count: int, *arrays: Any) -> None:
-        if function(count, self._wide, *arrays) != count:
+    def _call(self, function: Callable[..., int], name: bytes, values: Array, box: Array | None = None) -> None:
+        count, of_ids = len(values), np.ascontiguousarray(values, dtype=np.float64)
+        place = None if box is None else np.ascontiguousarray(box).ctypes.data
+        # bare addresses: checks of every argument would take as long as the copy
+        ids, images, rows = self._arrays(b"id", b"image", name)
+        if function(count, self._wide, ids, images, place, of_ids.ctypes.data, rows) != count:
             raise EngineError(f"LAMMPS holds other atoms than the {count} of the packing")

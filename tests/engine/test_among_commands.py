@@ -184,7 +184,7 @@ def test_image_flags_begin_anew(lmp, tmp_path, first):
 
 
 def test_commands_that_the_styles_survive(lmp, tmp_path):
-    """An unfix of the internal fix; atoms that came; a style that needs fewer ghosts than the one before."""
+    """An unfix of the internal fix; a style given again, with another form, or with fewer ghosts than before."""
     state = outlines.scene(33)
     outlines.start(lmp, tmp_path, state, "run 0\n")
     ghosts = lmp.extract_setting("nghost")
@@ -193,8 +193,9 @@ def test_commands_that_the_styles_survive(lmp, tmp_path):
         assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
     outlines.commands(lmp, "pair_style circuloline 0.25 3.0 walls 2 disks 3\nrun 0\n")
     assert lmp.extract_setting("nghost") > ghosts
-    outlines.commands(lmp, "pair_style circuloline 0.25 1.2 walls 2 disks 3\nrun 0\n")
+    outlines.commands(lmp, "pair_style circuloline 0.25 1.2 contact segment/smooth walls 2 disks 3\nrun 0\n")
     assert lmp.extract_setting("nghost") == ghosts
+    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state, form="segment/smooth"), rel=1e-12)
 
 
 @pytest.mark.parametrize("other", ["angle_style zero", "improper_style zero", "fix squeeze all deform 1 x erate 0.1"])

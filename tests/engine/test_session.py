@@ -2,6 +2,7 @@
 
 import ctypes
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import reference
 from outlines import FORMS
 
 import jamlab
-from jamlab.kernels.library import INTEGER, kernel
+from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
 
@@ -278,29 +279,22 @@ def test_forces_jump_only_where_the_closest_point_does(form, one, other, way, ro
 
 @pytest.mark.parametrize(("wide", "dtype", "bits"), [(0, np.int32, 10), (1, np.int64, 21)])
 def test_atoms_are_exchanged_in_both_sizes_of_integers(wide, dtype, bits):
-    """Ids and image flags of LAMMPS have 32 bits or 64: positions there and back, by numpy."""
+    """Ids and image flags of LAMMPS have 32 bits or 64: positions there and back."""
     rng = np.random.default_rng(3)
     n, box = 5, np.array([[3.0, 0.0], [0.7, 2.0]])
     ids, inside = rng.permutation(n).astype(dtype) + 1, rng.uniform(0, 1, (n, 2)) @ box
     flags = rng.integers(-(2 ** (bits - 1)), 2 ** (bits - 1), (n, 2))
     images, x = np.zeros(n, dtype), np.zeros((n, 3))
     rows = (ctypes.c_void_p * n)(*(x[i].ctypes.data for i in range(n)))
-    pointer = ctypes.c_void_p
-
-    def call(name, *values):
-        given = (INTEGER(n), INTEGER(wide), *values)
-        return kernel(name, *map(type, given))(*given)
-
-    own, image, of_box = (pointer(a.ctypes.data) for a in (ids, images, box))
-    inner, unwrapped = pointer(inside.ctypes.data), np.zeros((n, 2))
-    assert call("place_atoms", own, inner, pointer(flags.ctypes.data), rows, image) == n
-    out = pointer(unwrapped.ctypes.data)
-    assert call("take_positions", own, image, of_box, rows, out) == n
-    assert unwrapped == pytest.approx(inside + flags @ box, rel=1e-15)
+    exchange = AtomExchange.__new__(AtomExchange)
+    exchange._lmp, exchange._wide = SimpleNamespace(lmp=None), bool(wide)
+    held = {b"id": ids.ctypes.data, b"image": images.ctypes.data, b"x": ctypes.addressof(rows)}
+    exchange._array = lambda _, name: held[name]
+    exchange.place(inside, flags)
+    assert exchange.positions(n, box) == pytest.approx(inside + flags @ box, rel=1e-15)
     x[:] = 0.0
-    assert call("put_positions", own, image, of_box, out, rows) == n
+    exchange.set_positions(inside + flags @ box, box)
     assert x[np.argsort(ids), :2] == pytest.approx(inside, abs=1e-9)
-    assert call("take_forces", own, rows, out) == n
-    assert np.array_equal(unwrapped, x[np.argsort(ids), :2])
     ids[0] = n + 1
-    assert call("take_forces", own, rows, out) == -1
+    with pytest.raises(jamlab.EngineError, match=str(n)):
+        exchange.positions(n, box)
