@@ -46,13 +46,11 @@ class AtomExchange:
     def place(self, inside: Array, images: NDArray[np.int64]) -> None:
         """Put every atom at a position (n, 2) inside the box, with the image (n, 2) that it stands for."""
         self._call(_put_atoms, b"x", inside)
-        bits, integer = (21, np.int64) if self._wide else (10, np.int32)
+        bits, integer = (21, ctypes.c_int64) if self._wide else (10, ctypes.c_int32)
         zero, of_axis = 1 << (bits - 1), (1 << bits) - 1
         a, b = (images + zero & of_axis).T
-        ids, flags = (
-            np.frombuffer((ctypes.c_char * (len(images) * np.dtype(integer).itemsize)).from_address(address), integer)
-            for address in self._arrays(b"id", b"image")
-        )
+        arrays = [(integer * len(images)).from_address(address) for address in self._arrays(b"id", b"image")]
+        ids, flags = map(np.ctypeslib.as_array, arrays)
         flags[:] = (a | b << bits | zero << 2 * bits)[ids - 1]
 
     def forces(self, count: int) -> Array:

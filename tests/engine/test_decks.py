@@ -230,22 +230,14 @@ def test_contacts(tmp_path, random_disks, ranks):
     few = np.bincount(network.pairs.ravel(), minlength=packing.n) < 3
     assert 0 < few.sum() < network.rattlers.sum() < packing.n
     jamlab.write(tmp_path / "packing.data", packing)
-    text = run("in.sp.contacts", tmp_path, ranks=ranks, data="packing.data", nearby=3)
+    text = run("in.sp.contacts", tmp_path, ranks=ranks, data="packing.data")
     found = [number(name, text) for name in ("N_c", "backbone", "rattlers", "isostatic")]
     assert found == [network.n_contacts, network.n_backbone, network.rattlers.sum(), network.isostatic]
     assert number("z", text) == pytest.approx(network.z, abs=1e-14)
-
-    shifts = np.array([[a, b] for a in range(-2, 3) for b in range(-2, 3)]) @ packing.box
-    r = (packing.positions[:, None, None] - packing.positions[:, None] + shifts).reshape(packing.n, -1, 2)
-    nearest = np.take_along_axis(r, np.argsort(np.hypot(r[..., 0], r[..., 1]))[:, 1:7, None], axis=1)
-    psi = np.exp(6j * np.arctan2(nearest[..., 1], nearest[..., 0])).mean(axis=1)
-    assert number("psi6 of a disk", text) == pytest.approx(np.abs(psi).mean(), abs=1e-12)
-    assert number("of all", text) == pytest.approx(abs(psi.mean()), abs=1e-12)
-    columns = np.loadtxt(tmp_path / "sp.contacts.dump", skiprows=9)[:, 5:8]
+    columns = np.loadtxt(tmp_path / "sp.contacts.dump", skiprows=9)[:, 5:7]
     degree = np.bincount(network.pairs[network.bearing].ravel(), minlength=packing.n)
     assert np.array_equal(columns[~network.rattlers, 0], degree[~network.rattlers])
     assert np.array_equal(columns[:, 1].astype(bool), network.rattlers)
-    assert columns[:, 2] == pytest.approx(np.abs(psi), abs=1e-12)
 
 
 @pytest.mark.parametrize("units", ["eps", "k"])
