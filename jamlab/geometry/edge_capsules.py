@@ -101,25 +101,16 @@ def sort_intervals(number: Indices, low: Array, high: Array, extent: Array) -> t
     return number, low, high, before
 
 
-@dataclass(frozen=True)
-class Elements:
-    """Edges moved outwards by the rim, or arcs around their tails: element i belongs to edge i."""
-
-    extent: Array  # (m,) length of the edge, or exterior angle: not positive where there is no arc
-    # of the intervals that a capsule hides: element, and where they lie on it
-    number: Indices
-    low: Array
-    high: Array
-
-    def free(self) -> tuple[Indices, Array, Array]:
-        """Element, begin and end of what is not hidden, in this order."""
-        number, low, high, hidden = sort_intervals(self.number, self.low, self.high, self.extent)
-        reached = np.zeros(len(self.extent))
-        np.maximum.at(reached, number, high)
-        gap, rest = np.flatnonzero(low > hidden), np.flatnonzero(self.extent > reached)
-        element, begin = np.append(number[gap], rest), np.append(hidden[gap], reached[rest])
-        order = np.lexsort((begin, element))
-        return element[order], begin[order], np.append(low[gap], self.extent[rest])[order]
+def free_parts(extent: Array, number: Indices, low: Array, high: Array) -> tuple[Indices, Array, Array]:
+    """Element, begin and end of what no interval hides, in this order; see `sort_intervals`. Elements are edges moved
+    outwards by the rim, or arcs around their tails, whose extent is not positive where there is no arc."""
+    number, low, high, hidden = sort_intervals(number, low, high, extent)
+    reached = np.zeros(len(extent))
+    np.maximum.at(reached, number, high)
+    gap, rest = np.flatnonzero(low > hidden), np.flatnonzero(extent > reached)
+    element, begin = np.append(number[gap], rest), np.append(hidden[gap], reached[rest])
+    order = np.lexsort((begin, element))
+    return element[order], begin[order], np.append(low[gap], extent[rest])[order]
 
 
 def cut_lines(edges: EdgeRings, i: Indices, j: Indices, r: Array, w: float) -> tuple[Indices, Array, Array]:

@@ -17,7 +17,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 S = TypeVar("S")
 
-MOST_SITES = 100_000  # disks and vertices of all packings that keep what was computed of them: about 1 kB each
+MOST_SITES = 100_000  # disks and vertices of all packings that keep what was computed of them: about 2 kB each
 
 
 class Derived(dict[Any, Any]):

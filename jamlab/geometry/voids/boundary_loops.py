@@ -18,7 +18,7 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
-from jamlab.geometry.edge_capsules import EdgeRings, Elements, cut_arcs, cut_lines, edge_rings, near_edges
+from jamlab.geometry.edge_capsules import EdgeRings, cut_arcs, cut_lines, edge_rings, free_parts, near_edges
 from jamlab.geometry.power_cells import free_arcs
 from jamlab.packing.neighbors import periodic_neighbors
 from jamlab.packing.outlines import cross
@@ -152,8 +152,8 @@ def trace_polygons(packing: Packing) -> Boundary:
     cut, round_cut = apart & ~beside, apart & ~before & (edges.turn[i] > 0)
     i_cut = i[cut]
     rows, low, high = cut_lines(edges, i_cut, j[cut], r[cut] - w * edges.normal[i_cut], w)
-    lines = Elements(edges.length, i_cut[rows], low, high).free()
-    arcs = Elements(edges.turn, *cut_arcs(edges, i[round_cut], j[round_cut], r[round_cut])).free()
+    lines = free_parts(edges.length, i_cut[rows], low, high)
+    arcs = free_parts(edges.turn, *cut_arcs(edges, i[round_cut], j[round_cut], r[round_cut]))
     pieces, following = _draw(edges, lines, arcs)
     shift = np.zeros((len(following), 2), dtype=np.int64)
     join_loose_ends(pieces, following, shift, packing.box, w)
