@@ -17,7 +17,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.static_response import UnstableError, static_response
 from jamlab.mechanics.stiffness import solved_coordinates, stiffness
-from jamlab.packing.deformation import at_phi, deformed, shear_gradient
+from jamlab.packing.deformation import at_phi
 from jamlab.packing.derived import per_packing
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
@@ -140,19 +140,6 @@ def follow(packing: Packing, phi: float) -> Packing:
     positions = moved.positions.copy()
     positions[held] = ((1 + strain) * packing.positions + strain * response)[held]
     return moved.with_state(positions=positions)
-
-
-def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Packing:
-    """Predict the packing after a small shear at constant area by linear response.
-
-    Args:
-        packing: at an energy minimum.
-        strain: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays.
-        tensor: `elastic_tensor(packing)`.
-    """
-    moved, rotation = deformed(packing, shear_gradient(strain))
-    response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
-    return moved.with_state(positions=moved.positions + response @ rotation.T)
 
 
 def unstable_directions(packing: Packing) -> tuple[Array, float] | None:

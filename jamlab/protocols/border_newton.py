@@ -31,6 +31,25 @@ from jamlab.protocols.solver_settings import SOLVERS, BorderSettings, SolverSett
 
 
 @dataclass(frozen=True)
+class Step:
+    """Displacements (n_sites, 2) and strains (m,)."""
+
+    u: Array
+    e: Array
+
+    def slope(self, state: Evaluation, gradient: Array) -> float:
+        """-dH/dt along the step."""
+        return float(np.vdot(state.forces, self.u) - gradient @ self.e)
+
+    def within(self, reach: float, strain: float, part: float = 1.0) -> tuple["Step", float]:
+        """A part of the step that moves no coordinate and strains the box no further, and which part that is."""
+        limits = ((reach, np.abs(self.u).max()), (strain, np.abs(self.e).max()))
+        # of loose disks the box alone moves
+        part = min([part, *(most / moved for most, moved in limits if moved > 0)])
+        return Step(part * self.u, part * self.e), part
+
+
+@dataclass(frozen=True)
 class Model:
     """Second derivatives at a state: sites, coupling (2 n_sites, m), strains (m, m)."""
 
@@ -50,6 +69,19 @@ class Model:
             "abij,ij->ab", second, state.stress
         )
         return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
+
+    def step(
+        self, solver: PositiveSolver, forces: Array, gradient: Array, shift: float, settings: SolverSettings
+    ) -> tuple[Step, float]:
+        """The Newton step, and the shift with which the Hessian of the sites is positive."""
+        shift = factorise(self.sites, shift, solver, settings.newton.definite)
+        solution = solver.solve(np.column_stack([forces, self.coupling]))
+        free, follow = solution[:, 0], solution[:, 1:]
+        held = 0.5 * shift * self.sites.shape[0] * np.eye(len(gradient))
+        values, vectors = np.linalg.eigh(self.strains + held - self.coupling.T @ follow)
+        values = np.maximum(np.abs(values), settings.border.softest * np.abs(values).max())
+        e = vectors @ ((vectors.T @ (-gradient - self.coupling.T @ free)) / values)
+        return Step((free - follow @ e).reshape(-1, 2), e), shift
 
 
 def descend_with_box(
@@ -88,14 +120,10 @@ def descend_with_box(
         gradient = border.gradient(state.stress, packing.area)
         try:
             model = model or Model.of(packing, border, state)
-            u, e, shift = _step(solver, model, state.forces.ravel(), gradient, shift, settings)
+            whole, shift = model.step(solver, state.forces.ravel(), gradient, shift, settings)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
-        limits = ((numbers.reach * size, np.abs(u).max()), (numbers.longest_strain, np.abs(e).max()))
-        longest = min(
-            [1.0, *(most / moved for most, moved in limits if moved > 0)]
-        )  # of loose disks the box alone moves
-        step = Step(longest * u.reshape(-1, 2), longest * e)
+        step, longest = whole.within(numbers.reach * size, numbers.longest_strain)
         found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force, numbers)
         if found is not None:
             (packing, state), model = found, None
@@ -113,18 +141,6 @@ def descend_with_box(
 def stress_noise(packing: Packing, state: Evaluation, settings: BorderSettings = SOLVERS.border) -> float:
     """Unbalanced stress below which a packing counts as balanced: 1e-12 of its load, or what rounding leaves."""
     return max(settings.digits * load(packing, state), settings.rounding * stiffness_scale(packing))
-
-
-@dataclass(frozen=True)
-class Step:
-    """Displacements (n_sites, 2) and strains (m,)."""
-
-    u: Array
-    e: Array
-
-    def slope(self, state: Evaluation, gradient: Array) -> float:
-        """-dH/dt along the step."""
-        return float(np.vdot(state.forces, self.u) - gradient @ self.e)
 
 
 def _search(
@@ -153,17 +169,3 @@ def _search(
             break
         length *= slope / (slope - after)
     return best, reached
-
-
-def _step(
-    solver: PositiveSolver, model: Model, forces: Array, gradient: Array, shift: float, settings: SolverSettings
-) -> tuple[Array, Array, float]:
-    """Displacements and strains of one step, and the shift with which the Hessian of the sites is positive."""
-    shift = factorise(model.sites, shift, solver, settings.newton.definite)
-    solution = solver.solve(np.column_stack([forces, model.coupling]))
-    free, follow = solution[:, 0], solution[:, 1:]
-    held = 0.5 * shift * model.sites.shape[0] * np.eye(len(gradient))
-    values, vectors = np.linalg.eigh(model.strains + held - model.coupling.T @ follow)
-    values = np.maximum(np.abs(values), settings.border.softest * np.abs(values).max())
-    e = vectors @ ((vectors.T @ (-gradient - model.coupling.T @ free)) / values)
-    return free - follow @ e, e, shift

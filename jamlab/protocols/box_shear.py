@@ -10,18 +10,16 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice
-from jamlab.engine.box_border import PURE_SHEARS, SHEARS, BoxStrains
-from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import ConvergenceError
-from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import ElasticTensor, compression_modulus, elastic_tensor, follow_shear
-from jamlab.packing.deformation import deformed, shear_gradient
+from jamlab.engine.box_border import SHEARS, BoxStrains
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size
-from jamlab.packing.packing import Packing
-from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
+from jamlab.protocols.border_newton import Model
+from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax
-from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSettings
+from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 
 @dataclass(frozen=True)
@@ -57,11 +55,6 @@ def minimizer(ensemble: str) -> Ensemble:
     return Ensemble(SHEARS[:0] if ensemble == "fixed-box" else SHEARS)
 
 
-def shear_stress(state: Evaluation) -> float:
-    """Residual shear stress, sqrt(((S_xx - S_yy)/2)^2 + S_xy^2): its largest value over all directions."""
-    return float(np.hypot(0.5 * (state.stress[0, 0] - state.stress[1, 1]), state.stress[0, 1]))
-
-
 def relax_with_box_shear(
     session: Session,
     tolerance: float | None = None,
@@ -72,11 +65,8 @@ def relax_with_box_shear(
 ) -> Relaxed:
     """Minimise the energy over positions and over both shears of the box, at fixed area.
 
-    Disks: FIRE and Newton steps over positions and box at once, see `relax_disks_and_box`. Droplets, which may rest on
-    corners, where a minimum has no Hessian: Newton steps in the two shear strains alone, eigenvalues of the 2 x 2
-    curvature taken by absolute value, with a trust radius; the sites follow by linear response and are relaxed at each
-    new box. The work of the shear stress along the step stands for the fall of the energy, which has no digits left
-    near the end.
+    Disks: FIRE and Newton steps over positions and box at once, see `relax_disks_and_box`. Droplets, whose sites are
+    relaxed for little at a fixed box: Newton steps in the two strains alone, each with the response of the sites.
 
     Args:
         session: is left in the minimum; without contacts it is left where contacts were lost.
@@ -91,99 +81,38 @@ def relax_with_box_shear(
         leaves; droplets: 1e-8, or as low as the forces left allow, largest force over particle size. A packing that
         unjams has no stress to relax: `converged` then refers to its forces only, and its pressure is rounding.
     """
+    force = force_tolerance(session.kind.name) if tolerance is None else tolerance
+    border = BoxStrains(SHEARS)
     if not session.kind.deforms:
-        force = force_tolerance(session.kind.name) if tolerance is None else tolerance
-        return relax_disks_and_box(
-            session, BoxStrains(SHEARS), force, near=near, least_pressure=least_pressure, settings=settings
-        )
-    return _shear_droplets(session, tolerance, near, max(least_pressure, 0.0), settings)
+        return relax_disks_and_box(session, border, force, near=near, least_pressure=least_pressure, settings=settings)
+    return _shear_droplets(session, border, force, near, max(least_pressure, 0.0), settings)
 
 
 def _shear_droplets(
-    session: Session, tolerance: float | None, near: bool, least_pressure: float, settings: SolverSettings
+    session: Session, border: BoxStrains, tolerance: float, near: bool, least_pressure: float, settings: SolverSettings
 ) -> Relaxed:
-    numbers = settings.box_shear
-    found = relax(session, tolerance, near=near, settings=settings)
-    radius = curvature = None
-    last = np.inf
+    numbers, size = settings.box_shear, mean_size(session.packing())
+    found, solver, part = relax(session, tolerance, near=near, settings=settings), PositiveSolver(), 1.0
     for _ in range(numbers.steps):
         state, packing = found.evaluation, session.packing()
-        if (
-            _settled(state, packing, last, numbers.stress_tolerance)
-            or not found.converged
-            or state.pressure < least_pressure
-        ):
+        balanced = max(numbers.stress_tolerance * state.pressure, state.max_force / size)
+        if not found.converged or state.pressure < least_pressure or border.excess(state.stress) <= balanced:
             return found
-        tensor = _tensor(packing)
-        if tensor is not None:
-            curvature = shear_curvature(tensor.relaxed, state.pressure)
-            stiffness = compression_modulus(tensor.relaxed, state.pressure)
-        elif contacts(packing).unjammed:
-            return found  # nothing is held, so there is no stress to relax
-        elif curvature is None:
-            stiffness = numbers.first_curvature * packing.params["eps"]
-            curvature = stiffness * np.eye(2)
-        work = shear_work(state)
-        if radius is None:
-            radius = numbers.reach * state.pressure / stiffness
-        step, length = _step(work, curvature, radius, numbers)
-        session.load(follow_box(packing, np.einsum("a,aij->ij", step, PURE_SHEARS), tensor))
+        gradient = border.gradient(state.stress, packing.area)
+        try:
+            model = Model.of(packing, border, state)
+            whole, _ = model.step(solver, state.forces.ravel(), gradient, numbers.shift, settings)
+        except (InputError, ConvergenceError):  # outlines cross
+            break
+        step, _ = whole.within(numbers.reach * size, numbers.longest_strain, part)
+        session.load(border.move(packing, step.u, step.e))
         trial = relax(session, tolerance, near=True, settings=settings)
-        gained = 0.5 * (work + shear_work(trial.evaluation)) @ step
-        predicted = work @ step - 0.5 * step @ curvature @ step
-        curvature = _secant(curvature, step, work - shear_work(trial.evaluation), numbers.softest)
         if trial.evaluation.pressure < least_pressure:
             return trial
-        last = shear_stress(state)
-        if trial.converged and (gained > 0 or trial.evaluation.energy < state.energy):
-            found = trial
-            if gained > numbers.good * predicted:
-                radius *= numbers.grow
-            elif gained < numbers.poor * predicted:
-                radius *= numbers.shrink
+        work = -0.5 * (gradient + border.gradient(trial.evaluation.stress, packing.area)) @ step.e
+        if trial.converged and (work > 0 or trial.evaluation.energy < state.energy):
+            found, part = trial, min(1.0, numbers.grow * part)
         else:
             session.load(packing)
-            radius = numbers.refused * min(radius, length)
-    return Relaxed(session.evaluate(), found.tolerance, False)
-
-
-def _settled(state: Evaluation, packing: Packing, last: float, stress_tolerance: float) -> bool:
-    """Whether no shear stress is left, or what is left falls no further in the noise of forces that end at 1e-10."""
-    stress = shear_stress(state)
-    noise = state.max_force / mean_size(packing)
-    return stress <= stress_tolerance * state.pressure or last <= stress <= noise
-
-
-def _tensor(packing: Packing) -> ElasticTensor | None:
-    """Linear response; None where droplets rest on corners, where a minimum has no Hessian, or nothing is held."""
-    try:
-        return elastic_tensor(packing)
-    except ConvergenceError:
-        return None
-
-
-def shear_work(state: Evaluation) -> Array:
-    """(2,) stress conjugate to either shear, per area."""
-    return np.asarray(np.einsum("aij,ij->a", PURE_SHEARS, state.stress))
-
-
-def _step(work: Array, curvature: Array, radius: float, numbers: BoxShearSettings) -> tuple[Array, float]:
-    """(2,) Newton step within the trust radius, and the length it would have without."""
-    values, vectors = np.linalg.eigh(curvature)
-    step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), numbers.softest * np.abs(values).max()))
-    length = float(np.hypot(*step))
-    return step * min(1.0, min(radius, numbers.longest_strain) / length), length
-
-
-def _secant(curvature: Array, step: Array, fall: Array, softest: float) -> Array:
-    """Curvature that explains the fall of the stress along the step: symmetric update of rank one."""
-    missed = fall - curvature @ step
-    along = missed @ step
-    if abs(along) <= softest * np.hypot(*missed) * np.hypot(*step):
-        return curvature
-    return np.asarray(curvature + np.outer(missed, missed) / along)
-
-
-def follow_box(packing: Packing, strain: Array, tensor: ElasticTensor | None) -> Packing:
-    """The packing in the sheared box: sites by linear response, or affinely where there is none."""
-    return deformed(packing, shear_gradient(strain))[0] if tensor is None else follow_shear(packing, strain, tensor)
+            part *= numbers.refused
+    return Relaxed(session.evaluate(), tolerance, False)

@@ -133,27 +133,17 @@ class BoxRelaxationSettings:
 
 @dataclass(frozen=True)
 class BoxShearSettings:
-    """Numbers of the shear of the box around droplets, `relax_with_box_shear`.
-
-    Measured on a shear-stabilized sweep of disks (N = 32): halved or doubled, `stress_tolerance`, `steps`,
-    `longest_strain`, `grow`, `softest`, a larger `reach` and a smaller `poor` change force evaluations and
-    factorisations by less than 10 %. A smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 %
-    more. A larger `good` or `poor` loses states.
-    """
+    """Numbers of the shear of the box around droplets, `relax_with_box_shear`."""
 
     stress_tolerance: float = 1e-8  # residual shear stress over pressure at the end
     steps: int = 60  # of the box at most
-    longest_strain: float = 0.02  # in one step: linear response of the sites holds no further
-    reach: float = 0.3  # first trust radius over the compressive strain p/B, in which overlaps close
-    # good, poor: parts of the fall foretold above which the radius grows and below which it shrinks
-    good: float = 0.5
-    poor: float = 0.25
-    # grow, shrink: factors of the radius
+    shift: float = 1e-8  # of the Hessian's diagonal: droplets that slide have no stiffness of their own
+    # reach, longest_strain: longest move of a coordinate, mean particle size, and strain of the box, in one step
+    reach: float = 0.05
+    longest_strain: float = 0.02
+    # grow, refused: factors of the part of a Newton step that is taken, after one downhill and after one uphill
     grow: float = 2.5
-    shrink: float = 0.5
-    refused: float = 0.25  # factor of the length of a step that led uphill: the next radius
-    softest: float = 1e-12  # least curvature over the largest that a step is divided by
-    first_curvature: float = 0.2  # of droplets that rest on corners, over eps per area: secants correct it
+    refused: float = 0.25
 
 
 @dataclass(frozen=True)

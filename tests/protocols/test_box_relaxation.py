@@ -9,7 +9,6 @@ from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, BoxStrain
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.deformation import deformed, shear_gradient
-from jamlab.protocols import border_newton
 from jamlab.protocols.border_newton import Model, descend_with_box
 from jamlab.protocols.box_relaxation import shear_curvature
 from jamlab.protocols.relaxation import relax
@@ -54,13 +53,13 @@ def test_step_solves_the_bordered_system(pushed):
     model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
     sites = model.sites.toarray()
     size = len(sites)
-    known = PositiveSolver(), model, state.forces.ravel(), gradient
-    u, e, shift = border_newton._step(*known, 1e-2, jamlab.results.SolverSettings())
+    known = PositiveSolver(), state.forces.ravel(), gradient
+    step, shift = model.step(*known, 1e-2, jamlab.results.SolverSettings())
     held = 0.5 * shift * size * np.eye(3)
     whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])
     assert np.linalg.eigvalsh(whole)[0] > 0
     both = np.linalg.solve(whole, np.concatenate([state.forces.ravel(), -gradient]))
-    assert np.allclose(np.concatenate([u, e]), both, rtol=0, atol=1e-8 * np.abs(both).max())
+    assert np.allclose(np.concatenate([step.u.ravel(), step.e]), both, rtol=0, atol=1e-8 * np.abs(both).max())
 
 
 def test_newton_steps_end_at_the_minimum(sp_jammed):
