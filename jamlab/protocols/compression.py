@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -152,7 +153,7 @@ def compress(
     check_ranks(ranks, packing.kind.deforms)
     if pressure_tolerance is not None:
         check_number("pressure_tolerance", pressure_tolerance, 1.0)
-    value = packing_fraction(packing) if by == "rho" else packing.phi
+    value = _fraction(packing, by)
     targets = grid(value, to, step, first_step, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
     if len(after) > len(targets):
@@ -170,7 +171,7 @@ def compress(
 
 def _unlike(state: Packing, start: Packing, by: str, target: float, near: float, force: float) -> str | None:
     """What shows that a state is not the one of a sweep at this target, `near` which it lies; None if nothing does."""
-    reached = packing_fraction(state) if by == "rho" else state.phi
+    reached = _fraction(state, by)
     if other := state.difference(start):
         return f"{other} differs"
     if state.on_target and abs(reached - target) > near:
@@ -205,54 +206,32 @@ def _sweep(
     settings: SolverSettings,
     progress: Progress | None,
 ) -> Iterator[Packing]:
-    def measure(state: Packing) -> float:
-        return packing_fraction(state) if by == "rho" else state.phi
-
-    numbers, minimum = settings.sweep, packing
-    value, slope = measure(packing), 1.0
-    before, work = value, SweepWork(value, float(targets[-1]), progress)
+    before = _fraction(packing, by)
+    work = SweepWork(before, float(targets[-1]), progress)
     with Session(packing, ranks=ranks) as session:
+        sweep = _Sweep(session, packing, by, error, force, settings)
         for target in targets:
-            began = time.perf_counter()
-            tolerance = min(numbers.met * abs(target - before), numbers.met_last if target == targets[-1] else 1.0)
-            step_error = 0.0
-            # the true packing fraction answers to the nominal one almost linearly: one or two secant steps
-            for _ in range(numbers.secant_steps):
-                phi = packing.phi + (target - value) / slope
-                if error is None:
-                    found = _reach(session, packing, minimum, phi, force, settings)
-                else:
-                    found, missed = _follow(session, packing, phi, error, force, settings)
-                    step_error = max(step_error, missed)
-                state = session.packing()
-                reached = measure(state)
-                if abs(reached - target) <= tolerance and found.converged and error is None:
-                    found = _settle(session, found, minimum, force, settings)
-                    state = session.packing()
-                    reached = measure(state)
-                if abs(reached - target) <= tolerance or not found.converged:
-                    break
-                if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > numbers.least_slope:
-                    slope = (reached - value) / (state.phi - packing.phi)
-                packing, value, minimum = state, reached, state
-            entries = {} if error is None else {"step_error": step_error}
+            began, stride = time.perf_counter(), abs(target - before)
+            tolerance = min(settings.sweep.met * stride, settings.sweep.met_last if target == targets[-1] else 1.0)
+            found, step_error = sweep.go_to(target, tolerance)
+            packing = session.packing()
+            before = _fraction(packing, by)
             packing = record(
-                state,
+                packing,
                 found,
                 by=by,
                 compression_version=COMPRESSION_PROTOCOL[packing.kind.descent],
                 target=float(target),
                 minimizer=descent_of(session).name(session, settings.relaxation),
                 wall_time=time.perf_counter() - began,
-                **entries,
-            ).with_state(on_target=bool(abs(reached - target) <= tolerance))
-            minimum, value, stride = packing, reached, abs(target - before)
-            before = reached
-            work.reached(value)
+                **({} if error is None else {"step_error": step_error}),
+            ).with_state(on_target=bool(abs(before - target) <= tolerance))
+            sweep.last = packing
+            work.reached(before)
             yield packing
             if not found.converged and target != targets[-1]:
                 raise ConvergenceError(
-                    f"the state at {by} = {reached:.6g} is no minimum: {_why_none(found)}. The sweep ends there; take "
+                    f"the state at {by} = {before:.6g} is no minimum: {_why_none(found)}. The sweep ends there; take "
                     f"steps well below {stride:.2g}"
                 )
 
@@ -263,71 +242,97 @@ def _why_none(found: Relaxed) -> str:
     return "its forces balance, but it is a saddle, and no minimum was found beside it"
 
 
-def _reach(
-    session: Session, packing: Packing, minimum: Packing, phi: float, force: float, settings: SolverSettings
-) -> Relaxed:
-    """Relax a packing at phi, maybe to a saddle; where that ends in no balance of forces, go there from `minimum`."""
-    session.load(at_phi(packing, phi))
-    found = minimizer(packing.ensemble)(session, force, settings=settings)
-    return found if found.converged else _reach_by_steps(session, minimum, phi, force, settings, stopped=True)
+@dataclass
+class _Sweep:
+    """The way from one state of a sweep to the next, in the session that holds its packing."""
 
+    session: Session
+    last: Packing  # state
+    by: str
+    error: float | None  # of pressures that linear response predicts; None: each state in one step
+    force: float
+    settings: SolverSettings
+    slope: float = 1.0  # of the packing fraction against the nominal one
 
-def _settle(session: Session, found: Relaxed, minimum: Packing, force: float, settings: SolverSettings) -> Relaxed:
-    """The minimum beside a state that a session was relaxed to; where there is none, the one that steps from `minimum`
-    lead to; where there is none either, a state of which rattlers stop all that slides."""
-    relax_state = minimizer(minimum.ensemble)
-    packing = session.packing()
-    again = partial(relax_state, session, force, near=True, settings=settings)
-    left = leave_saddles(session, found, again, settings)
-    if not left.converged:
-        left = _reach_by_steps(session, minimum, packing.phi, force, settings)
-    return left if left.converged else stopped_beside(session, packing, found, again, settings)
-
-
-def _reach_by_steps(
-    session: Session, minimum: Packing, phi: float, force: float, settings: SolverSettings, *, stopped: bool = False
-) -> Relaxed:
-    """Go to phi from a minimum by 2 steps, then 4, and so on, until one way ends in a minimum.
-
-    Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the last
-    way, see `relax_off_saddles`.
-    """
-    for halving in range(settings.sweep.halvings):
-        state = minimum
-        for following in np.linspace(minimum.phi, phi, 2 ** (halving + 1) + 1)[1:]:
-            session.load(at_phi(state, following))
-            last = stopped and halving + 1 == settings.sweep.halvings
-            found = relax_off_saddles(session, force, stopped=last, settings=settings)
-            if not found.converged:
+    def go_to(self, target: float, tolerance: float) -> tuple[Relaxed, float]:
+        """Go to a packing fraction, which answers to the nominal one almost linearly: one or two secant steps. What the
+        last minimisation reached, and the largest relative error of a pressure that was predicted."""
+        value, step_error = _fraction(self.last, self.by), 0.0
+        for _ in range(self.settings.sweep.secant_steps):
+            phi = self.last.phi + (target - value) / self.slope
+            if self.error is None:
+                found = self._reach(phi)
+                if found.converged and abs(self._reached() - target) <= tolerance:
+                    found = self._settle(found)
+            else:
+                found, missed = self._follow(phi, self.error)
+                step_error = max(step_error, missed)
+            reached, state = self._reached(), self.session.packing()
+            if abs(reached - target) <= tolerance or not found.converged:
                 break
-            state = session.packing()
-        if found.converged:
-            break
-    return found
+            if state.phi != self.last.phi:
+                slope = (reached - value) / (state.phi - self.last.phi)
+                self.slope = slope if slope > self.settings.sweep.least_slope else self.slope
+            self.last, value = state, reached
+        return found, step_error
 
+    def _reached(self) -> float:
+        return _fraction(self.session.packing(), self.by)
 
-def _follow(
-    session: Session, packing: Packing, phi: float, error: float, force: float, settings: SolverSettings
-) -> tuple[Relaxed, float]:
-    """Go to phi by steps in which linear response predicts the pressure to a relative error; also returns that."""
-    numbers = settings.sweep
-    largest, length = 0.0, abs(phi - packing.phi)
-    while True:
-        length = min(length, abs(phi - packing.phi))
-        following = packing.phi + np.sign(phi - packing.phi) * length
-        predicted = _predict_pressure(packing, following)
-        session.load(follow(packing, following))
-        found = relax_off_saddles(session, force, near=True, settings=settings)
-        met = found.evaluation.pressure
-        missed = abs(met - predicted) / max(abs(met), abs(predicted), numbers.loose * force)
-        if (missed > error or not found.converged) and length > numbers.shortest:
-            length *= 0.5
-            continue
-        largest = max(largest, missed)
-        packing = session.packing()
-        if abs(packing.phi - phi) <= 1e-12:
-            return found, largest
-        length *= 2.0 if missed < numbers.easy * error else 1.0
+    def _reach(self, phi: float) -> Relaxed:
+        """Relax the last state at phi, maybe to a saddle; where that ends in no balance of forces, by steps."""
+        self.session.load(at_phi(self.last, phi))
+        found = minimizer(self.last.ensemble)(self.session, self.force, settings=self.settings)
+        return found if found.converged else self._reach_by_steps(phi, stopped=True)
+
+    def _settle(self, found: Relaxed) -> Relaxed:
+        """The minimum beside a state that the session was relaxed to; where there is none, the one that steps lead to;
+        where there is none either, a state of which rattlers stop all that slides."""
+        relax_state, packing = minimizer(self.last.ensemble), self.session.packing()
+        again = partial(relax_state, self.session, self.force, near=True, settings=self.settings)
+        left = leave_saddles(self.session, found, again, self.settings)
+        if not left.converged:
+            left = self._reach_by_steps(packing.phi)
+        return left if left.converged else stopped_beside(self.session, packing, found, again, self.settings)
+
+    def _reach_by_steps(self, phi: float, *, stopped: bool = False) -> Relaxed:
+        """Go to phi from the last state by 2 steps, then 4, and so on, until one way ends in a minimum.
+
+        Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the
+        last way, see `relax_off_saddles`.
+        """
+        for halving in range(1, self.settings.sweep.halvings + 1):
+            state, last_way = self.last, stopped and halving == self.settings.sweep.halvings
+            for following in np.linspace(state.phi, phi, 2**halving + 1)[1:]:
+                self.session.load(at_phi(state, following))
+                found = relax_off_saddles(self.session, self.force, stopped=last_way, settings=self.settings)
+                if not found.converged:
+                    break
+                state = self.session.packing()
+            if found.converged:
+                break
+        return found
+
+    def _follow(self, phi: float, error: float) -> tuple[Relaxed, float]:
+        """Go to phi by steps in which linear response predicts the pressure to a relative error; also returns that."""
+        numbers, packing = self.settings.sweep, self.last
+        largest, length = 0.0, abs(phi - packing.phi)
+        while True:
+            length = min(length, abs(phi - packing.phi))
+            following = packing.phi + np.sign(phi - packing.phi) * length
+            predicted = _predict_pressure(packing, following)
+            self.session.load(follow(packing, following))
+            found = relax_off_saddles(self.session, self.force, near=True, settings=self.settings)
+            met = found.evaluation.pressure
+            missed = abs(met - predicted) / max(abs(met), abs(predicted), numbers.loose * self.force)
+            if (missed > error or not found.converged) and length > numbers.shortest:
+                length *= 0.5
+                continue
+            largest = max(largest, missed)
+            packing = self.session.packing()
+            if abs(packing.phi - phi) <= 1e-12:
+                return found, largest
+            length *= 2.0 if missed < numbers.easy * error else 1.0
 
 
 def _predict_pressure(packing: Packing, phi: float) -> float:

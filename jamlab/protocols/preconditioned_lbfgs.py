@@ -7,7 +7,6 @@ line search: there the work of the force along the step, (F0 + F1) . s/2, stands
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg.blas import dtrsv
 
 from jamlab.arrays import Array
 from jamlab.protocols.solver_settings import SOLVERS, LbfgsSettings
@@ -44,18 +43,18 @@ def descend_by_lbfgs(
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)
     age, longest = settings.refresh, settings.reach
+    pairs: list[tuple[Array, Array]] = []
     for _ in range(steps):
         largest = float(np.sqrt((force[::2] ** 2 + force[1::2] ** 2).max()))
         if largest <= tolerance:
             return x.reshape(shape), True
         if age == settings.refresh:
-            shift = max(settings.shift * largest, settings.least_shift)
-            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape), shift), settings.refresh), 0
+            solve = preconditioner(x.reshape(shape), max(settings.shift * largest, settings.least_shift))
+            pairs, age = [], 0
         age += 1
-        step = pairs.inverse_times(force)
+        step = _inverse_times(force, pairs, solve)
         if step @ force <= 0:
-            pairs.clear()
-            step = pairs.inverse_times(force)
+            pairs, step = [], solve(force)
         found = _search_line(forces_at, x, shape, energy, force, step, longest, settings)
         if found is None:
             if age == 1:  # not even a fresh Hessian shows the way down
@@ -67,7 +66,7 @@ def descend_by_lbfgs(
         longest = min(settings.reach, settings.longer * float(np.abs(change).max()))
         curvature = float(change @ bend)
         if curvature > settings.curved * np.sqrt((change @ change) * (bend @ bend)):
-            pairs.add(change, bend)
+            pairs.append((change, bend))
         elif age > 1:
             age = settings.refresh  # the model is wrong here: factorise anew
         x, energy, force = moved, new_energy, new_force
@@ -79,39 +78,16 @@ def _flat(forces_at: Forces, x: Array, shape: tuple[int, ...]) -> tuple[float, A
     return energy, forces.ravel()
 
 
-class _Pairs:
-    """Steps s and the changes y of the force along them, which correct an inverse Hessian. The two loops of Nocedal &
-    Wright's algorithm 7.4 as products with whole matrices: with R the upper triangle of S^T Y and D its diagonal, R a =
-    S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c. As y is the force before less the force after,
-    the newest column of R is the change of S^T F, and costs no product of its own."""
-
-    def __init__(self, size: int, solve: Solve, most: int) -> None:
-        self._solve, self._count = solve, 0
-        self._s, self._y = np.empty((most, size)), np.empty((most, size))
-        self._r = np.zeros((most, most), order="F")
-        self._along = np.empty(0)  # S^T F of the last force
-
-    def clear(self) -> None:
-        self._count, self._along = 0, np.empty(0)
-
-    def add(self, change: Array, bend: Array) -> None:
-        k = self._count
-        self._s[k], self._y[k], self._r[k, k] = change, bend, change @ bend
-        self._count = k + 1
-
-    def inverse_times(self, force: Array) -> Array:
-        k = self._count
-        if k == 0:
-            return self._solve(force)
-        s, y, r = self._s[:k], self._y[:k], self._r[:k, :k]
-        along = s @ force
-        if len(self._along) < k:
-            r[:-1, -1] = self._along - along[:-1]
-        self._along = along
-        a = dtrsv(r, along)
-        step = self._solve(force - a @ y)
-        c = dtrsv(r, r.diagonal() * a - y @ step, trans=1)
-        return np.asarray(step + c @ s)
+def _inverse_times(force: Array, pairs: list[tuple[Array, Array]], solve: Solve) -> Array:
+    """Nocedal & Wright, algorithm 7.4: pairs of steps and the changes of the force along them correct an inverse."""
+    rest, along = force.copy(), []
+    for change, bend in reversed(pairs):
+        along.append((change @ rest) / (change @ bend))
+        rest -= along[-1] * bend
+    step = solve(rest)
+    for (change, bend), a in zip(pairs, reversed(along), strict=True):
+        step = step + (a - (bend @ step) / (change @ bend)) * change
+    return step
 
 
 def _search_line(
