@@ -82,7 +82,6 @@ from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .trajectories.contact_files import write_contacts as write_contacts
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
-from .trajectories.sites import from_outlines as from_outlines
 from .trajectories.universe import PackingAnalysis as PackingAnalysis
 from .trajectories.universe import from_universe as from_universe
 from .trajectories.universe import universe as universe

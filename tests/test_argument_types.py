@@ -21,7 +21,7 @@ REQUIRED = {
     **dict.fromkeys(("strain", "amplitude", "error"), 0.1),
     **dict.fromkeys(("value", "quantity"), "z"),
     **{"to": 0.95, "rho": 0.9, "rates": [1.0], "n": 4, "pressure": 1e-2, "count": 1, "offsets": [0, 3]},
-    **{"outlines": [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]], "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]},
+    "positions": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
     **{"pressures": [1e-3], "spectra": [[]], "tolerance": {"z": 0.1}, "columns": ("x",), "values": ["z"]},
     **{"task": "0" * 32, "groups": [[1.0, 2.0]], "statistic": lambda groups: 1.0},
     **{"x": [1.0, 2.0, 3.0], "y": [1.0, 2.0, 3.0]},
@@ -50,7 +50,6 @@ def test_masked_entries_are_refused_wherever_an_array_is_one(random_disks):
     for call in (
         lambda: jamlab.micrograph(half),
         lambda: jamlab.micrograph(labels=np.ma.masked_array(np.eye(20, dtype=int), np.eye(20))),
-        lambda: jamlab.from_outlines([half], half[:2, :2]),
         lambda: random_disks().with_state(positions=half[:, :2]),
         lambda: jamlab.complex_modulus(random_disks(), half[0]),
     ):

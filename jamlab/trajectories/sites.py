@@ -1,11 +1,8 @@
-"""One frame from another program, before it is known to be a packing: its law, its sizes, droplets as closed rings.
-
-Outlines traced or computed elsewhere become droplets in the same way.
-"""
+"""One frame from another program, before it is known to be a packing: its law, its sizes, droplets as closed rings."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,16 +12,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, depth_first_order
 
 from jamlab.arrays import Array, Indices
-from jamlab.checks import check_choice, checked, finite_array, is_number
+from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.geometry.vertex_contacts import refuse_crossings
 from jamlab.models.models import MODELS, law_names, optional_parameters
 from jamlab.packing.law_parameters import UNITS, check_box
 from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.outlines import polygon_areas
 from jamlab.packing.packing import Packing
-from jamlab.protocols.random_start import droplet_params
 
 LAW_NAMES = {name for kind in MODELS.values() for units in kind.unit_names for name in law_names(kind.name, units)}
 SIZE_NAMES = {"radius": 1.0, "radii": 1.0, "diameter": 0.5, "diameters": 0.5}  # columns of sizes -> radius over value
@@ -268,66 +263,3 @@ class Sites:
             )
         assumed.append("a0")
         return np.asarray((2 * vertices / sum(sizes)) ** 2)
-
-
-@checked
-def from_outlines(
-    outlines: Sequence[ArrayLike],
-    box: ArrayLike,
-    *,
-    rest_areas: ArrayLike | None = None,
-    wrapped: bool = False,
-    **parameters: Any,
-) -> Packing:
-    """Make droplets from outlines in any unit of length, without relaxation.
-
-    Args:
-        outlines: n arrays (vertices, 2), clockwise or not, closed by an edge from the last vertex to the first, which
-            may be repeated at the end.
-        box: (2, 2), rows are the lattice vectors; or two sides of a rectangle.
-        rest_areas: (n,) in the same unit squared; default: the areas of the outlines.
-        wrapped: whether the box may cut outlines: edges are then the shortest of their periodic images.
-        parameters: force-law parameters that replace values of `dp.parameters`, in units of eps and l.
-
-    Returns:
-        DP packing of the same droplets in units "eps": lengths are divided by l, the mean root of the rest areas.
-
-    Raises:
-        InputError: an invalid outline, outlines that cross, or an unknown parameter.
-        SelfCrossingError: an outline that crosses itself.
-
-    Example:
-        >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
-        >>> p = jamlab.from_outlines([square, square + 4.0], [8.0, 8.0], ka=100.0)
-        >>> p.n, p.params["a0"].tolist(), p.box.tolist()
-        (2, [1.0, 1.0], [[4.0, 0.0], [0.0, 4.0]])
-    """
-    shapes = [finite_array(f"outlines[{m}]", outline, (None, 2)) for m, outline in enumerate(outlines)]
-    shapes = [shape[:-1] if len(shape) > 3 and (shape[0] == shape[-1]).all() else shape for shape in shapes]
-    if not shapes or min(map(len, shapes)) < 3:
-        raise InputError("outlines: give one or more, each of three vertices or more")
-    names = law_names("dp", "eps")
-    if unknown := sorted(parameters.keys() - set(names)):
-        raise InputError(f"model dp has no parameter {unknown[0]!r}: use {', '.join(names)}; rest_areas for the sizes")
-    lattice = plane_box("box", box)
-    counts = np.array([len(shape) for shape in shapes])
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    vertices = Rings(np.arange(offsets[-1]), offsets).polygons(np.concatenate(shapes), lattice, wrapped)
-    known = _positive_areas(polygon_areas(vertices, offsets) if rest_areas is None else rest_areas, counts.shape)
-    unit = float(np.sqrt(known).mean())
-    _, params = droplet_params(len(shapes), 0.5, np.sqrt(known), vertices=counts, **parameters)
-    made = Packing("dp", lattice / unit, vertices / unit, params, offsets=offsets)
-    try:
-        refuse_crossings(made)
-    except InputError as error:
-        hint = "" if wrapped else "; give wrapped=True if the box cuts outlines"
-        raise InputError(f"{error}{hint}") from error
-    return made
-
-
-def _positive_areas(values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    areas = finite_array("rest_areas", values, shape)
-    if (areas <= 0).any():
-        m = int(np.argmin(areas))
-        raise InputError(f"rest_areas[{m}] is {areas[m]:.6g}: must be positive; outlines without area need one")
-    return areas

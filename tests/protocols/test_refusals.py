@@ -82,7 +82,6 @@ def test_a_value_out_of_range_is_named(sp_jammed, call, name, values):
         assert "\n" not in text
 
 
-RING = [[0, 0], [1, 0], [2, 0]]  # without area
 
 
 @pytest.mark.parametrize(
@@ -100,11 +99,6 @@ RING = [[0, 0], [1, 0], [2, 0]]  # without area
         lambda p: jamlab.jam(3, "dp", sizes=[1.0, 1.0]),
         lambda p: jamlab.jam(2, "dp", sizes=[1.0, 40.0]),  # line tension shrinks the small one to a point
         lambda p: jamlab.droplets_from_disks(p, gamma=10.0, ka=1.0),
-        lambda p: jamlab.from_outlines([], [4.0, 4.0]),
-        lambda p: jamlab.from_outlines([RING[:2]], [4.0, 4.0]),
-        lambda p: jamlab.from_outlines([[[0, 0], [1, NAN], [1, 1]]], [4.0, 4.0]),
-        lambda p: jamlab.from_outlines([RING], [9.0, 9.0]),
-        lambda p: jamlab.from_outlines([np.eye(3, 2)], [9.0, 9.0], weight=1.0),
         lambda p: jamlab.pack(n=64, pressure=1e-3, sizes="gaussian:0.5"),  # one disk would have no diameter
         *(
             lambda p, text=t: SizeDistribution.of(text)

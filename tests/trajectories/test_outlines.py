@@ -5,6 +5,8 @@ import pytest
 
 import jamlab
 from jamlab.errors import InputError
+from jamlab.packing.outlines import polygon_areas
+from jamlab.trajectories.sites import Rings
 
 IMAGES = np.array([[i, j] for i in range(-60, 61) for j in range(-7, 8)])
 
@@ -34,42 +36,41 @@ def lattice(rng):
     return box, np.hypot(*vectors[np.any(IMAGES, axis=1)].T).min()
 
 
+def one_ring(ring, box, wrapped):
+    return Rings(np.arange(len(ring)), np.array([0, len(ring)])).polygons(ring, box, wrapped)
+
+
 def test_rings_that_the_box_cuts_become_whole():
     """Edges below half of the shortest lattice vector."""
     rng = np.random.default_rng(1)
     for turn in range(150):
         box, shortest = lattice(rng)
         ring = star(rng, shortest * 0.24, rng.integers(3, 12)) + rng.random(2) @ box
-        cut = wrapped_into(box, ring, bool(turn % 2))
-        edges = np.roll(cut, -1, axis=0) - cut
-        perimeter = np.hypot(*(edges[:, None] + IMAGES @ box).transpose(2, 0, 1)).min(axis=1).sum()
-        p = jamlab.from_outlines([cut], box, wrapped=True)
-        unit = box[0, 0] / p.box[0, 0]
-        assert unit * p.perimeters[0] == pytest.approx(perimeter, rel=1e-11)
-        x, y = (ring - ring[0]).T
-        area = 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
-        assert unit**2 * p.polygon_areas[0] == pytest.approx(area, rel=1e-9)
+        found = one_ring(wrapped_into(box, ring, bool(turn % 2)), box, True)
+        moved = (found - ring) @ np.linalg.inv(box)
+        np.testing.assert_allclose(moved, np.rint(moved[:1]).repeat(len(ring), axis=0), atol=1e-10)
 
 
 def test_rings_that_are_whole_keep_their_bits():
-    """By default also edges that leading through the box would shorten."""
+    """Of droplets that are said to be whole also edges that leading through the box would shorten."""
     rng = np.random.default_rng(2)
     for _ in range(50):
         box, shortest = lattice(rng)
         long = rectangle(shortest * rng.uniform(0.5, 0.97), shortest * rng.uniform(0.1, 0.4), rng.random(2) @ box)
-        for ring, how in ((star(rng, 0.2 * shortest, 9) - 2 * box[0], True), (long, False)):
-            p = jamlab.from_outlines([ring], box, wrapped=how, rest_areas=[1.0])
-            assert np.array_equal(p.positions, ring)
+        for ring, wrapped in ((star(rng, 0.2 * shortest, 9) - 2 * box[0], True), (long, False)):
+            assert np.array_equal(one_ring(ring, box, wrapped), ring)
+    clockwise = one_ring(long[::-1], box, False)
+    assert np.array_equal(clockwise[0], long[-1]) and polygon_areas(clockwise, np.array([0, 4]))[0] > 0
+    with pytest.raises(InputError):  # around the box
+        one_ring(np.array([[0, 0.5], [1, 0.5], [2, 0.5]]), 3 * np.eye(2), True)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 1.5, 5.0, -4.0])
-def test_droplets_that_files_hold_come_back_from_a_universe_and_as_outlines(tmp_path, tilt):
-    box = np.array([[1.0, 0.0], [tilt, 1.0]])
+def test_droplets_that_files_hold_come_back_from_a_universe(tmp_path, tilt):
     rings = [rectangle(0.6, 0.35, [0.1, 0.1]), rectangle(0.2, 0.2, [0.9, 0.6])]
-    areas = np.array([0.21, 0.04])
-    p = jamlab.from_outlines(rings, box, rest_areas=areas)
-    unit = np.sqrt(areas).mean()
-    assert p.polygon_areas == pytest.approx(areas / unit**2) and p.perimeters * unit == pytest.approx([1.9, 0.8])
+    law = {"gamma": 0.4, "ka": 100.0, "eps": 1.0, "delta": 0.02, "eta": 0.0, "contact": "outline"}
+    law["a0"] = np.array([0.21, 0.04])
+    p = jamlab.Packing("dp", [[1.0, 0.0], [tilt, 1.0]], np.concatenate(rings), law, offsets=[0, 4, 8])
     jamlab.write(tmp_path / "p.dump", [p])
     jamlab.write(tmp_path / "p.data", p)
     p.write(tmp_path / "p.h5")
@@ -77,26 +78,3 @@ def test_droplets_that_files_hold_come_back_from_a_universe_and_as_outlines(tmp_
         assert jamlab.read(tmp_path / name).positions == pytest.approx(p.positions, abs=1e-15)
         (q,) = jamlab.from_universe(jamlab.universe(tmp_path / name))
         assert q.positions == pytest.approx(p.positions, abs=1e-5)
-    again = jamlab.from_outlines(np.split(p.positions, p.offsets[1:-1]), p.box, rest_areas=p.params["a0"])
-    assert again.positions == pytest.approx(p.positions, rel=1e-12)
-
-
-def test_a_first_vertex_that_is_repeated_at_the_end_is_no_vertex():
-    ring = rectangle(0.2, 0.3, 0.1)
-    p = jamlab.from_outlines([np.vstack([ring, ring[0]]), ring + 0.4], [1.0, 1.0])
-    assert np.diff(p.offsets).tolist() == [4, 4]
-
-
-@pytest.mark.parametrize(
-    "act, word",
-    [
-        (lambda: jamlab.from_outlines([rectangle(0.1, 0.1, 0)], [1.0, 1.0], vertices=7), "vertices"),
-        (lambda: jamlab.from_outlines([rectangle(0.1, 0.1, 0)], [1.0, 0.0]), "box"),
-        (lambda: jamlab.from_outlines([rectangle(0.3, 0.3, 0), rectangle(0.3, 0.3, 0.1)], [1.0, 1.0]), "0 and 1"),
-        (lambda: jamlab.from_outlines([[[0, 0.5], [1, 0.5], [2, 0.5]]], [3.0, 3.0], wrapped=True), "polygon 0"),
-    ],
-)
-def test_what_is_no_outline_is_refused(act, word):
-    with pytest.raises(InputError) as caught:
-        act()
-    assert word in str(caught.value)

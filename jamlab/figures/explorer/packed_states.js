@@ -1,27 +1,12 @@
 // From the text inside the page to arrays: the other side of packed_arrays.py and states.py.
 
-const STEPS = 65535;
-
 function decode(text, Kind) {
   return new Kind(Uint8Array.from(atob(text), character => character.charCodeAt(0)).buffer);
 }
 
-/** Coordinates x, y in turn, in units of length. */
-function unpackPoints(text, raw) {
-  const steps = decode(text, Uint16Array), points = new Float64Array(steps.length);
-  const [u0, v0] = raw.low, du = (raw.high[0] - u0) / STEPS, dv = (raw.high[1] - v0) / STEPS;
-  const [[ax, ay], [bx, by]] = raw.box;
-  for (let k = 0; k < steps.length; k += 2) {
-    const u = u0 + du * steps[k], v = v0 + dv * steps[k + 1];
-    points[k] = u * ax + v * bx;
-    points[k + 1] = u * ay + v * by;
-  }
-  return points;
-}
-
 /** Lines of several points, each with the box around it: left, bottom, right, top. */
-function unpackLines(packed, raw) {
-  const points = unpackPoints(packed.points, raw), lines = [];
+function unpackLines(packed) {
+  const points = decode(packed.points, Float32Array), lines = [];
   let begin = 0;
   for (const end of decode(packed.ends, Uint32Array)) {
     const line = points.subarray(2 * begin, 2 * end);
@@ -42,9 +27,9 @@ function boundsOf(points) {
   return bounds;
 }
 
-function unpackVoids(packed, raw) {
+function unpackVoids(packed) {
   if (packed.why !== undefined) return {why: packed.why, list: [], percolating: 0};
-  const lines = unpackLines(packed, raw), list = [];
+  const lines = unpackLines(packed), list = [];
   const sides = decode(packed.sides, Uint16Array), area = decode(packed.area, Float32Array);
   let first = 0;
   decode(packed.rings, Uint32Array).forEach((count, k) => {
@@ -74,8 +59,8 @@ function unpackContacts(packed, box, centres) {
 
 /** One state as the picture needs it. Particles lie with their centres in the cell, outlines whole. */
 function unpackState(raw, head) {
-  const sites = unpackPoints(raw.sites, raw);
-  const centres = raw.centres === undefined ? sites : unpackPoints(raw.centres, raw);
+  const sites = decode(raw.sites, Float32Array);
+  const centres = raw.centres === undefined ? sites : decode(raw.centres, Float32Array);
   const particles = {
     shape: decode(raw.particles.shape, Float32Array), area: decode(raw.particles.area, Float32Array),
     cell: decode(raw.particles.cell, Float32Array), z: decode(raw.particles.z, Uint16Array),
@@ -88,8 +73,8 @@ function unpackState(raw, head) {
     box: raw.box, rim: raw.rim, sites, centres, particles, contacts, size: Math.sqrt(ax * by / head.n),
     radius: boundingRadii(sites, centres, raw.rim, head),
     meanForce: bearing.reduce((sum, contact) => sum + contact.force, 0) / (bearing.length || 1),
-    voids: unpackVoids(raw.voids, raw), walls: unpackLines(raw.cells, raw),
-    overlaps: raw.overlaps === undefined ? null : unpackLines(raw.overlaps, raw),
+    voids: unpackVoids(raw.voids), walls: unpackLines(raw.cells),
+    overlaps: raw.overlaps === undefined ? null : unpackLines(raw.overlaps),
     moves: raw.moves === null ? null : decode(raw.moves, Float32Array), affine: raw.affine,
   };
 }

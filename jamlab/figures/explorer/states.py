@@ -1,7 +1,7 @@
 """One state as packed arrays: outlines, contacts with forces, voids, cells, and displacements since the one before.
 
 Everything that the page draws or says of a state is computed here, by the functions of the library. Arrays become text
-inside the page: base64 of little-endian numbers, coordinates as whole numbers of 16 bits.
+inside the page: base64 of little-endian numbers.
 """
 
 import base64
@@ -28,39 +28,10 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
 from jamlab.packing.quantities import MEASURED
 
-STEPS = 2**16 - 1  # of a coordinate between the lowest and the highest of a state: 1e-4 of a box of 8 diameters
-
 
 def encode(values: ArrayLike, kind: str) -> str:
     """Base64 of an array in numpy's kind of a little-endian type, such as "<f4"."""
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Lattice coordinates of one state as whole numbers from 0 to `STEPS`."""
-
-    inverse: Array  # (2, 2) inverse of the box
-    # low, high: (2,) lattice coordinates that 0 and `STEPS` stand for
-    low: Array
-    high: Array
-
-    @classmethod
-    def around(cls, box: Array, points: Array) -> "Grid":
-        """The grid that holds points (m, 2)."""
-        inverse = np.linalg.inv(box)
-        lattice = points @ inverse
-        low, high = lattice.min(axis=0), lattice.max(axis=0)
-        return cls(np.asarray(inverse), low, np.where(high > low, high, low + 1.0))
-
-    def encode(self, points: Array) -> str:
-        """Base64 of the coordinates of points (m, 2), x and y in turn."""
-        steps = np.round((points @ self.inverse - self.low) / (self.high - self.low) * STEPS)
-        return encode(steps, "<u2")
-
-    def limits(self) -> dict[str, Any]:
-        """What turns the numbers back: lattice coordinate = low + number (high - low)/STEPS."""
-        return {"low": self.low.tolist(), "high": self.high.tolist()}
 
 
 # in sqrt(cell area / particles)
@@ -82,13 +53,13 @@ class Lines:
         points, line = shapely.get_coordinates(lines, return_index=True)
         return cls(points, np.cumsum(np.bincount(line, minlength=len(lines))))
 
-    def packed(self, grid: Grid) -> dict[str, str]:
+    def packed(self) -> dict[str, str]:
         """Points and ends in base64."""
-        return {"points": grid.encode(self.points), "ends": encode(self.ends, "<u4")}
+        return {"points": encode(self.points, "<f4"), "ends": encode(self.ends, "<u4")}
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
-    """Pack one state for the page, as JSON: `box`, limits of the coordinates, and arrays in base64; in the packing's
+    """Pack one state for the page, as JSON: `box`, and arrays in base64; in the packing's
     units."""
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home
@@ -96,23 +67,20 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     walls = _join_walls(packing, cells.lines)
     found, paths, no_voids = _find_voids(packing)
     lenses = _find_overlaps(packing, centres)
-    drawn = [lines.points for lines in (walls, paths, lenses) if lines is not None]
-    grid = Grid.around(packing.box, np.concatenate([sites, centres, *drawn]))
     network = contacts(packing)
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
-        **grid.limits(),
         "rim": 0.5 * packing.params.get("delta", 0.0),
-        "sites": grid.encode(sites),
+        "sites": encode(sites, "<f4"),
         "contacts": _pack_contacts(packing, network, home),
         "particles": _pack_particles(packing, network, cells.area),
-        "cells": walls.packed(grid),
-        "voids": _pack_voids(found, paths, no_voids, grid),
+        "cells": walls.packed(),
+        "voids": _pack_voids(found, paths, no_voids),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
     if lenses is not None:
-        state |= {"centres": grid.encode(centres), "overlaps": lenses.packed(grid)}
+        state |= {"centres": encode(centres, "<f4"), "overlaps": lenses.packed()}
     return state
 
 
@@ -179,12 +147,12 @@ def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[s
     }
 
 
-def _pack_voids(found: Voids | None, paths: Lines | None, why: str, grid: Grid) -> dict[str, Any]:
+def _pack_voids(found: Voids | None, paths: Lines | None, why: str) -> dict[str, Any]:
     if found is None or paths is None:
         return {"why": why}
     closed = np.flatnonzero(found.percolating == 0)
     return {
-        **paths.packed(grid),
+        **paths.packed(),
         "rings": encode(1 + found.islands[closed], "<u4"),
         "sides": encode(found.sides[closed], "<u2"),
         "area": encode(found.area[closed], "<f4"),

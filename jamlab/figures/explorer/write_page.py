@@ -100,7 +100,7 @@ def write_page(
     """Write one self-contained interactive page of a sweep.
 
     A slider selects the state. Force network, rattlers, voids, cells, overlaps and displacements can be switched on.
-    Pointing at a contact shows force and gap, at a particle shape factor, z and area. 80 states of 64 droplets take 3
+    Pointing at a contact shows force and gap, at a particle shape factor, z and area. 80 states of 64 droplets take 6
     MB and half a minute.
 
     Args:
