@@ -107,11 +107,6 @@ void BondLineTension::coeff(int narg, char **arg)
   }
 }
 
-double BondLineTension::equilibrium_distance(int /*type*/)
-{
-  return 0.0;
-}
-
 void BondLineTension::write_restart(FILE *fp)
 {
   fwrite(&gamma[1], sizeof(double), atom->nbondtypes, fp);

@@ -16,7 +16,7 @@ class BondLineTension : public Bond {
   void compute(int, int) override;
   void coeff(int, char **) override;
   void init_style() override;
-  double equilibrium_distance(int) override;
+  double equilibrium_distance(int) override { return 0.0; }
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   void write_data(FILE *) override;

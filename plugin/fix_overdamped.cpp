@@ -51,11 +51,6 @@ double FixOverdamped::driven_rate() const
   return drive == RATE ? wanted_rate : drive == OSCILLATE ? amplitude * omega * cos(omega * state.time) : state.rate;
 }
 
-double FixOverdamped::typical_rate() const
-{
-  return drive == OSCILLATE ? amplitude * omega : fabs(state.rate);
-}
-
 void FixOverdamped::setup(int /*vflag*/)
 {
   if (last_timestep >= 0 && last_timestep != update->ntimestep) forget_velocities();

@@ -50,8 +50,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   int unpack_exchange(int, double *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int) override;
-  int maxsize_restart() override;
+  int size_restart(int) override { return PER_ATOM + 1; }
+  int maxsize_restart() override { return PER_ATOM + 1; }
   double memory_usage() override;
 
  private:
@@ -163,7 +163,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void lean(double strain);
   double driven_rate() const;
   void move_back();
-  double typical_rate() const;
+  double typical_rate() const { return drive == OSCILLATE ? amplitude * omega : fabs(state.rate); }
   double time_unit() const;    // of droplets
   double next_strain_step(double dt) const;
   void adapt_step();

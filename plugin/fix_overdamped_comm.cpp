@@ -130,16 +130,6 @@ void FixOverdamped::unpack_restart(int i, int nth)
   unpack_exchange(i, extra + m + 1);
 }
 
-int FixOverdamped::size_restart(int /*i*/)
-{
-  return PER_ATOM + 1;
-}
-
-int FixOverdamped::maxsize_restart()
-{
-  return PER_ATOM + 1;
-}
-
 double FixOverdamped::memory_usage()
 {
   return (4 * velocity.capacity() + forces.capacity()) * sizeof(Vec3) + (solver ? solver->memory_usage() : 0.0);

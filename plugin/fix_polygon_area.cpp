@@ -90,30 +90,10 @@ bool FixPolygonArea::first_to_add()
   return false;
 }
 
-void FixPolygonArea::setup(int vflag)
-{
-  post_force(vflag);
-}
-
-void FixPolygonArea::min_setup(int vflag)
-{
-  post_force(vflag);
-}
-
-void FixPolygonArea::setup_pre_reverse(int eflag, int vflag)
-{
-  pre_reverse(eflag, vflag);
-}
-
 /* what post_force is not told */
 void FixPolygonArea::pre_reverse(int eflag, int /*vflag*/)
 {
   eflag_caller = eflag;
-}
-
-void FixPolygonArea::min_pre_reverse(int eflag, int vflag)
-{
-  pre_reverse(eflag, vflag);
 }
 
 /* f_i = -ka (a - a0) da/dx_i, da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
@@ -188,11 +168,6 @@ void FixPolygonArea::tally(int k, const PolygonRings::Vertex &vertex, double sha
   double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
   if (vflag_either) v_tally(vertex.i, v);
   if (eflag_atom) eatom[vertex.i] += share;
-}
-
-void FixPolygonArea::min_post_force(int vflag)
-{
-  post_force(vflag);
 }
 
 void FixPolygonArea::find_parameters()

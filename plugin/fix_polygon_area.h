@@ -20,13 +20,13 @@ class FixPolygonArea : public Fix {
   int setmask() override;
   void post_constructor() override;
   void init() override;
-  void setup(int) override;
-  void min_setup(int) override;
-  void setup_pre_reverse(int, int) override;
+  void setup(int vflag) override { post_force(vflag); }
+  void min_setup(int vflag) override { post_force(vflag); }
+  void setup_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
   void pre_reverse(int, int) override;
-  void min_pre_reverse(int, int) override;
+  void min_pre_reverse(int eflag, int vflag) override { pre_reverse(eflag, vflag); }
   void post_force(int) override;
-  void min_post_force(int) override;
+  void min_post_force(int vflag) override { post_force(vflag); }
   double compute_scalar() override;
   void *extract(const char *, int &) override;
   double memory_usage() override;

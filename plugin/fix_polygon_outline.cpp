@@ -19,7 +19,6 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr char ID[] = "POLYGON_OUTLINE";
-static bigint all_rebuilds = 0;    // of all instances: users may unfix one
 static constexpr int PER_ATOM = (sizeof(OutlineLink) + 7) / 8;    // numbers of a link, on its way to another rank
 static constexpr int PER_GHOST = PER_ATOM + 2;
 
@@ -62,28 +61,6 @@ FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
 int FixPolygonOutline::setmask()
 {
   return POST_NEIGHBOR | MIN_POST_NEIGHBOR;
-}
-
-void FixPolygonOutline::init()
-{
-  unread = true;
-}
-
-/* neighbor lists are new: so are the ghosts. The styles ask for a refresh when
-   they need it, also those that compute without these calls (rerun, gcmc). */
-void FixPolygonOutline::setup_post_neighbor()
-{
-  rebuilds = ++all_rebuilds;
-}
-
-void FixPolygonOutline::post_neighbor()
-{
-  rebuilds = ++all_rebuilds;
-}
-
-void FixPolygonOutline::min_post_neighbor()
-{
-  rebuilds = ++all_rebuilds;
 }
 
 bigint FixPolygonOutline::refresh()

@@ -27,10 +27,12 @@ class FixPolygonOutline : public Fix {
   static FixPolygonOutline *shared(class LAMMPS *, const char *caller);
 
   int setmask() override;
-  void init() override;
-  void setup_post_neighbor() override;
-  void post_neighbor() override;
-  void min_post_neighbor() override;
+  void init() override { unread = true; }
+  // neighbor lists are new: so are the ghosts. The styles ask for a refresh when they need it, also those that compute
+  // without these calls (rerun, gcmc).
+  void setup_post_neighbor() override { rebuilds = ++all_rebuilds; }
+  void post_neighbor() override { rebuilds = ++all_rebuilds; }
+  void min_post_neighbor() override { rebuilds = ++all_rebuilds; }
   void grow_arrays(int) override;
   void copy_arrays(int, int, int) override;
   void set_arrays(int) override;
@@ -56,6 +58,7 @@ class FixPolygonOutline : public Fix {
   std::vector<ImageOffset> images;
   std::vector<tagint> tags;    // of atoms and ghosts at the last refresh
   std::vector<int> successor, predecessor;
+  inline static bigint all_rebuilds = 0;    // of all instances: users may unfix one
   bool unread;
   bigint rebuilds, refreshed;
   std::pair<bigint, bigint> refreshed_for;    // lists
