@@ -39,12 +39,12 @@ DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` 
 # protocol, definitions: versions of what made the packings, and of what the table shows of them
 _WHO = ("task", "model", "n", "seed", "ensemble", "protocol", "definitions")
 _PACKING = ["model", "n", "seed"]  # columns that tell packings of a sweep apart
-_LAW = ("gamma", "ka", "delta", "eps", "nv_small")  # of droplets
+_LAW = {"dp": ("gamma", "ka", "delta", "eps", "nv_small"), "sp": ("exponent", "stickiness")}
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
         *("units", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
-        *(*_LAW, "contact", "wall_time"),
+        *(*_LAW["dp"], *_LAW["sp"], "contact", "wall_time"),
     ),
     "onset": (*_WHO, *Onset.columns),
     **{name: (*_WHO, *observable.columns) for name, observable in OBSERVABLES.items()},
@@ -99,7 +99,7 @@ def _columns(file: TaskFile, name: str) -> dict[str, Any]:
 
 
 def _states(file: TaskFile) -> dict[str, Any]:
-    law = file.parameters.force_law if file.parameters.model == "dp" else {}
+    model, law = file.parameters.model, file.parameters.force_law
     rho_j, phi_j = file.onset
     return {
         "units": file.units,
@@ -109,8 +109,8 @@ def _states(file: TaskFile) -> dict[str, Any]:
         "target_pressure": file.target_pressure,
         "converged": file.converged,
         **{name: file.observables.get(name, np.nan) for name in COLUMNS},  # of an earlier version: measured less
-        **{name: law.get(name, np.nan) for name in _LAW},
-        "contact": str(law.get("contact", "")),
+        **{name: law.get(name, np.nan) if own == model else np.nan for own, names in _LAW.items() for name in names},
+        "contact": str(law.get("contact", "")) if model == "dp" else "",
         "wall_time": file.wall_time,
     }
 

@@ -51,6 +51,16 @@ def test_tables_hold_what_jamlab_measures(full):
     assert (droplet.gamma, droplet.ka, droplet.contact) == (0.12, defaults("dp")["ka"], "outline")
 
 
+def test_a_campaign_of_sticky_disks_holds_pressures_of_either_sign(tmp_path):
+    law, pressures = {"stickiness": 0.05}, [1e-2, -1e-3]
+    file = written(tmp_path / "c.toml", n=16, seeds=1, compress=None, pressures=pressures, force_law=law)
+    run_here(campaign := jamlab.open_campaign(file))
+    rows = campaign.table("states")
+    assert rows["pressure"].to_numpy() == pytest.approx(pressures, rel=1e-6) and rows["converged"].all()
+    packing = campaign.packings(campaign.finished()[0])[0]
+    assert (packing.params["stickiness"] == rows["stickiness"]).all() and rows["z"][0] == jamlab.contacts(packing).z
+
+
 def test_spectra_hold_what_jamlab_computes(full):
     frame = full.table("spectra")
     row = frame[(frame.law == "stokes") & ~frame.prestress & (frame.target_pressure == 1e-3) & (frame.omega == 1.0)]
