@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Callable, Mapping
 
 from jamlab.checks import check_choice
-from studies.beyond import dilatancy, droplet_modes, droplet_voids, polydispersity, sticky
+from studies.beyond import couette, dilatancy, droplet_modes, droplet_voids, polydispersity, sticky
 from studies.dynamics import collapse, flow_curves
 from studies.ensemble_tables import EnsembleTables
 from studies.panels import Drawing
@@ -53,7 +53,10 @@ PAPERS = _figures(
         **collapse.FIGURES,
     }
 )
-BEYOND = (*_figures(droplet_modes.FIGURES | droplet_voids.FIGURES), polydispersity.STUDY, dilatancy.STUDY, sticky.STUDY)
+BEYOND = (
+    *_figures(droplet_modes.FIGURES | droplet_voids.FIGURES),
+    *(each.STUDY for each in (polydispersity, dilatancy, couette, sticky)),
+)
 CHARTS: dict[str, Chart] = {each.name: each for file in (packings, moduli, flow, other_codes) for each in file.CHARTS}
 MAPS: dict[str, Map] = {
     each.name: each for file in (packings_of_maps, moduli_of_maps, flow_of_maps) for each in file.MAPS

@@ -10,7 +10,7 @@ from drawn_figures import drawn
 
 import jamlab
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
-from studies.beyond import dilatancy, polydispersity
+from studies.beyond import couette, dilatancy, polydispersity
 from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_voids import three_disks
 from studies.ensemble_tables import EnsembleTables, modes_at_fractions
@@ -72,6 +72,17 @@ def test_modes_are_binned_without_loss():
 
 
 # studies that are measured -------------------------------------------------------------------------------------------
+
+
+def test_rows_of_the_couette_cell_are_those_of_a_run(monkeypatch):
+    for name, value in {"PARTICLES": 64, "STRAIN": 0.02, "KEPT": 0.01}.items():
+        monkeypatch.setattr(couette, name, value)
+    still, flowing = (couette.measure_profile(rate, 1) for rate in (0.0, 0.3))
+    walled = jamlab.with_walls(jamlab.pack(64, couette.PRESSURE, 1))
+    run = jamlab.quasistatic_shear(walled, 0.02, couette.STEP, every=0.01)
+    assert still[0]["lower"] == pytest.approx(run.wall_stress[1:, 0, 0].mean())
+    for rows in (still, flowing):
+        assert len(rows) == len(couette.PLACES) and rows[0]["lower"] == pytest.approx(rows[0]["upper"], rel=1e-2)
 
 
 def test_rows_of_dilatancy_are_those_of_a_run(monkeypatch):
