@@ -59,14 +59,14 @@ def _descend_droplets(session: Session, start: Packing, style: str, tolerance: f
 
 # the search for onset
 _N = 16
-_STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "paper": (1e-2, 3e-3, 1e-3, 3e-4)}
+_STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "incremental": (1e-2, 3e-3, 1e-3, 3e-4)}
 
 
 def search_onset(seed: int) -> Iterator[Trial]:
     """Search from one random start by every step."""
     search = partial(_find, seed)
     panel = Panel(
-        "onset of one packing", search("paper", float(defaults("onset")["step_paper"])), 1e-8, operator.sub, {"runs": 1}
+        "onset of one packing", search("incremental", float(defaults("onset")["step_paper"])), 1e-8, operator.sub, {"runs": 1}
     )
     for way, steps in _STEPS.items():
         for step in steps:

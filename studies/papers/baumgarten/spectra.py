@@ -215,7 +215,8 @@ def stars(tables: EnsembleTables, prestress: bool = False) -> Sample:
 
 def wide_spectra(tables: EnsembleTables, prestress: bool = True) -> Sample:
     """Take eta_0, eta_inf and G'' of the pressures whose critical regime is not empty."""
-    groups = {p: g for p, g in sampled(spectra(tables, "contact", prestress), large=False).items() if CRITICAL * p < HIGHEST}
+    every = sampled(spectra(tables, "contact", prestress), large=False)
+    groups = {p: g for p, g in every.items() if CRITICAL * p < HIGHEST}
     drawn = [np.column_stack([g.eta0, g.eta_inf, g.loss]) for g in groups.values()]
     return Sample(drawn, lambda packings: (list(groups), [g.omega for g in groups.values()], packings))
 
