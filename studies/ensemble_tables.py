@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError
 from jamlab.rheology.mode_character import MOTIONS
 from studies.ensembles import FEWEST, Ensemble, at_places, interpolators, select
 from studies.tables import AbsentTableError
@@ -352,15 +352,6 @@ class EnsembleTables:
         """One row per packing and pressure, with and without pre-stress: motion in slow shear."""
         table = _require_rows("quasistatic", self.read("quasistatic")).dropna(subset=["sliding"])
         return _require_rows("quasistatic", _at_targets(self._joined(table, OWN)))
-
-    @property
-    def nonaffine_response(self) -> pd.DataFrame:
-        """Those rows, if any, with all the columns that came later."""
-        try:
-            table = self.quasistatic
-        except (InputError, StorageError, KeyError):
-            table = pd.DataFrame(columns=COLUMNS["quasistatic"])
-        return table.assign(**{name: np.nan for name in BESIDE if name not in table})
 
     def _joined(self, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
         """Join a table with columns that a campaign keeps in its states; tables that ship have them."""

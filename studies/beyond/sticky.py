@@ -4,7 +4,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import curve_fit
 
 from jamlab.arrays import Array
@@ -14,9 +13,8 @@ from jamlab.mechanics.rigidity import rigid_clusters
 from jamlab.mechanics.stiffness import pressure
 from jamlab.protocols.moduli import bulk_modulus, shear_modulus
 from jamlab.protocols.target_pressure import pack
-from jamlab.statistics.confidence import Interval
 from studies.ensemble_tables import EnsembleTables
-from studies.ensembles import mean_over_packings
+from studies.ensembles import bootstrap, mean_over_packings, of_packings
 from studies.panels import Drawing, drawing, label, scale, style
 from studies.papers.statements import caption
 from studies.study import Study
@@ -29,7 +27,6 @@ FRACTIONS = {
 }
 SIZES, SEEDS = (128, 512), 20
 FITTED = {"g": (0.004, 0.12), "b": (0.004, 0.3)}  # means that a power of phi - phi_c is fitted to, k
-_RESAMPLED = 200
 _COLUMNS = ("z", "pressure", "g", "b", "cluster")
 
 
@@ -56,15 +53,9 @@ def _tasks() -> dict[str, Task]:
     return {f"{n} {a:g} {seed}": partial(measure_sticky, n, a, seed) for n, a, seed in named}
 
 
-def _means(rows: pd.DataFrame, column: str) -> tuple[Array, list[Array]]:
-    groups = [(phi, part[column].dropna().to_numpy()) for phi, part in rows.groupby("phi")]
-    return np.array([phi for phi, _ in groups]), [values for _, values in groups]
-
-
-def onset_and_exponent(rows: pd.DataFrame, column: str) -> Array:
-    """phi_c and f of column = A (phi - phi_c)^f, fitted to the means over packings in the range of `FITTED`."""
-    phi, groups = _means(rows, column)
-    mean, error = (np.array([function(values) for values in groups]) for function in (np.mean, np.std))
+def onset_and_exponent(phi: Array, column: str, groups: list[Array]) -> Array:
+    """phi_c and f of column = A (phi - phi_c)^f, fitted to means over packings (packings, m) in a range of `FITTED`."""
+    mean, error = np.nanmean(groups[0], axis=0), np.nanstd(groups[0], axis=0)
     low, high = FITTED[column]
     kept = (mean > low) & (mean < high)
     phi, mean, error = phi[kept], mean[kept], error[kept]
@@ -77,15 +68,6 @@ def onset_and_exponent(rows: pd.DataFrame, column: str) -> Array:
     return np.asarray(found[1:])
 
 
-def _intervals(rows: pd.DataFrame, column: str) -> list[Interval]:
-    """Both numbers with 95 % intervals: seeds are drawn with replacement."""
-    parts = [part for _, part in rows.groupby("seed")]
-    draws = np.random.default_rng(0).integers(len(parts), size=(_RESAMPLED, len(parts)))
-    found = [onset_and_exponent(pd.concat([parts[k] for k in draw]), column) for draw in draws]
-    low, high = np.percentile(found, [2.5, 97.5], axis=0)
-    return [Interval(*each) for each in zip(onset_and_exponent(rows, column), low, high, strict=True)]
-
-
 def draw_sticky(tables: EnsembleTables) -> Drawing:
     """Draw z, p, G, B and the largest rigid cluster over phi, and G over the distance from where it vanishes."""
     rows = tables.read("sticky")
@@ -95,21 +77,24 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
     for part, column, title in zip(axes, _COLUMNS, titles, strict=False):
         for k, a in enumerate(FRACTIONS):
             of_law = rows[(rows["stickiness"] == a) & (rows["n"] == max(SIZES))]
-            phi, groups = _means(of_law, column)
-            out.curve(part, f"a = {a:g}", phi, mean_over_packings(groups), band=False, **style(k))
+            phi, values = of_packings(of_law, "phi", column)
+            out.curve(part, f"a = {a:g}", phi, mean_over_packings([values])[0], band=False, **style(k))
         label(part, r"$\phi$", title, loc="best")
     scale(axes[5])
     for k, a in enumerate(FRACTIONS):
         of_law = rows[(rows["stickiness"] == a) & (rows["n"] == max(SIZES))]
         for column in FITTED:
-            for name, number in zip(("phi_c", "exponent"), _intervals(of_law, column), strict=True):
-                out.values[f"{name} of {column.upper()}, a = {a:g}"] = number
+            phi, values = of_packings(of_law, "phi", column)
+            found = bootstrap([values], partial(onset_and_exponent, phi, column))
+            for index, name in enumerate(("phi_c", "exponent")):
+                out.values[f"{name} of {column.upper()}, a = {a:g}"] = found[index]
         onset, exponent = (out.values[f"{name} of G, a = {a:g}"] for name in ("phi_c", "exponent"))
-        phi, groups = _means(of_law, "g")
+        phi, values = of_packings(of_law, "phi", "g")
         beyond = phi > onset.value
         text = f"a = {a:g}: {exponent.value:.2f} [{exponent.low:.2f}, {exponent.high:.2f}]"
-        above = [values for values, kept in zip(groups, beyond, strict=True) if kept]
-        out.curve(axes[5], text, phi[beyond] - onset.value, mean_over_packings(above), band=False, **style(k))
+        out.curve(
+            axes[5], text, phi[beyond] - onset.value, mean_over_packings([values[:, beyond]])[0], band=False, **style(k)
+        )
     label(axes[5], r"$\phi - \phi_c$", r"$G$  [k]", loc="best")
     counts = rows.groupby(["n", "stickiness", "phi"]).size()
     out.caption = caption(out.name, n=max(SIZES), few=counts.min(), most=counts.max())

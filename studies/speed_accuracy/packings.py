@@ -66,7 +66,11 @@ def search_onset(seed: int) -> Iterator[Trial]:
     """Search from one random start by every step."""
     search = partial(_find, seed)
     panel = Panel(
-        "onset of one packing", search("incremental", float(defaults("onset")["step_paper"])), 1e-8, operator.sub, {"runs": 1}
+        "onset of one packing",
+        search("incremental", float(defaults("onset")["step_paper"])),
+        1e-8,
+        operator.sub,
+        {"runs": 1},
     )
     for way, steps in _STEPS.items():
         for step in steps:
