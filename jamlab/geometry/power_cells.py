@@ -91,7 +91,7 @@ def free_arcs(packing: Packing) -> tuple[Chords, Arcs]:
     """Common chords of the disks of an SP packing that overlap, or touch within `TOUCH`, and the arcs between them."""
     radius = 0.5 * packing.disk_diameters
     near = periodic_pairs(packing.positions, packing.box, radius * (1 + 2 * TOUCH))
-    chords = find_chords(near, radius, TOUCH)
+    chords = find_chords(near, radius)
     return chords, find_free_arcs(chords)
 
 
@@ -142,10 +142,9 @@ def _sum_by_disk(disk: Indices, values: Array, n: int) -> Array:
     return np.asarray(np.bincount(disk, values, minlength=n), dtype=np.float64)
 
 
-def find_chords(near: Pairs, radius: Array, touch: float = 0.0) -> Chords:
-    """Find the chords of all pairs that overlap or touch, seen from both disks. `touch`: disks that overlap or stand
-    apart by no more than this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk
-    where they touch."""
+def find_chords(near: Pairs, radius: Array) -> Chords:
+    """Find the chords of all pairs that overlap or touch, seen from both disks. Disks that overlap or stand apart by no
+    more than `TOUCH` are joined by a chord of length zero, which ends an arc on either disk where they touch."""
     n, swallowed, apart = len(radius), np.zeros(len(radius), dtype=bool), np.hypot(*near.r.T)
     inside = apart + radius[near.j] <= radius[near.i]
     swallowed[near.j[inside]] = True  # of two equal disks in one place, i < j stays
@@ -153,11 +152,10 @@ def find_chords(near: Pairs, radius: Array, touch: float = 0.0) -> Chords:
     near = near.select(~(swallowed[near.i] | swallowed[near.j]))
     distance, radius_i, radius_j = np.hypot(*near.r.T), radius[near.i], radius[near.j]
     height_i, height_j = radical_height(distance, radius_i, radius_j), radical_height(distance, radius_j, radius_i)
-    real = (distance < radius_i + radius_j) & (np.abs(height_i) < radius_i) & (np.abs(height_j) < radius_j)
-    if touch > 0:
-        tangent = np.abs(distance - radius_i - radius_j) <= touch * (radius_i + radius_j)
-        height_i, height_j = np.where(tangent, radius_i, height_i), np.where(tangent, radius_j, height_j)
-        real |= tangent
+    tangent = np.abs(distance - radius_i - radius_j) <= TOUCH * (radius_i + radius_j)
+    height_i, height_j = np.where(tangent, radius_i, height_i), np.where(tangent, radius_j, height_j)
+    cut = (distance < radius_i + radius_j) & (np.abs(height_i) < radius_i) & (np.abs(height_j) < radius_j)
+    real = tangent | cut
     near, distance, height_i, height_j = near.select(real), distance[real], height_i[real], height_j[real]
     half = np.sqrt((radius_i[real] - height_i) * (radius_i[real] + height_i))
     disk, unit = np.concatenate([near.i, near.j]), near.r / distance[:, None]

@@ -135,12 +135,6 @@ def check_force_law(model: str, parameters: dict[str, Any]) -> None:
         droplet_params(2, **parameters)
 
 
-def _counts(n: int, large: float) -> tuple[int, int]:
-    """Numbers of small and of large particles."""
-    many = round(large * n)
-    return n - many, many
-
-
 def droplet_params(
     n: int, large: float = 0.5, sizes: Array | None = None, /, *, vertices: Any = None, **changes: Any
 ) -> tuple[NDArray[np.int64], dict[str, Any]]:
@@ -164,7 +158,8 @@ def droplet_params(
     values |= changes
     two = _whole_counts("nv_small and nv_large", [values.pop("nv_small"), values.pop("nv_large")])
     # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
-    own = 2 * np.repeat(two, _counts(n, large)) / two.sum() if sizes is None else sizes / sizes.mean()
+    many = round(large * n)
+    own = 2 * np.repeat(two, [n - many, many]) / two.sum() if sizes is None else sizes / sizes.mean()
     nv = np.maximum(3, np.rint(0.5 * two.sum() * own)).astype(np.int64)
     if vertices is not None:
         given = np.ravel(np.asarray(vertices, dtype=object)).tolist()
