@@ -160,10 +160,6 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     share = found.voids.probability
     sides = ", ".join(f"P_{k} = {part:.2f}" for k, part in share.items())
     print_note(sides + marks["voids"] if sides else "no voids")
-    low, high = found.z_range
-    if low <= high:  # not nan
-        gap = found.film + found.fringe
-        print_note(f"z is {low:.2f} to {high:.2f} if narrower or wider gaps than {gap:.2g} {length} count as contacts")
     for note in (*found.label_notes, f"quality: {found.quality}"):
         print_note(note)
     for reason in found.reasons:
@@ -184,7 +180,6 @@ def _json(found: "Micrograph") -> dict[str, object]:
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
         "numbers": {name: {"value": number.value, "quality": number.quality} for name, number in found.numbers.items()},
         "z_all": found.z_all,
-        "z_range": found.z_range,
         "film": found.film,
         "pixel": found.pixel,
         "unit": "pixels" if found.pixel is None else "pixel",

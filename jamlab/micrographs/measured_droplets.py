@@ -51,9 +51,6 @@ class Micrograph:
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
-        fringe: gap beyond a film that passes for a contact, in the unit of length.
-        z_range: lowest and highest z if fringes from 0.7 to 1.4 times as wide pass for contacts, from 0.2 times between
-            labels far apart; nan if all rattle.
         numbers: count, area (mean), rho, z, shape_rim, voids (count), each with `value`, its own
             `quality` and `reasons`.
         reasons: all of them; empty if every number is good.
@@ -91,8 +88,6 @@ class Micrograph:
     noise: float
     light: float
     film: float
-    fringe: float
-    z_range: tuple[float, float]
     numbers: dict[str, Number]
     reasons: tuple[str, ...]
     label_notes: tuple[str, ...]

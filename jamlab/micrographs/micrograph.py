@@ -249,8 +249,6 @@ class Measurement:
             noise=droplets.darkness.noise,
             light=droplets.darkness.light,
             film=walls.film * scale,
-            fringe=(walls.widest - walls.film) * scale,
-            z_range=(min(checks.z), max(checks.z)) if np.isfinite(checks.z).all() else (np.nan, np.nan),
             numbers={},
             reasons=(),
             label_notes=tuple(note.text for note in droplets.notes),

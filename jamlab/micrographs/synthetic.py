@@ -20,8 +20,11 @@ from jamlab.packing.packing import Packing
 
 FINER = 2  # samples a pixel, in each direction
 RANGES = {  # of the arguments
-    **{"pixels": (32, 6000), "film": (0.0, 100.0), "blur": (0.0, 100.0), "noise": (0.0, 10.0)},
-    **{"light": (1e-6, 1.0), "vignette": (0.0, 1 - 1e-6)},
+    "pixels": (32, 6000),
+    "film": (0.0, 100.0),
+    "blur": (0.0, 100.0),
+    "noise": (0.0, 10.0),
+    "light": (1e-6, 1.0),
 }
 
 
@@ -34,8 +37,6 @@ def synthetic_micrograph(
     noise: float = 0.0,
     seed: int = 0,
     light: float = 1.0,
-    vignette: float = 0.0,
-    dark: bool = False,
 ) -> Array:
     """Render a packing of droplets.
 
@@ -47,8 +48,6 @@ def synthetic_micrograph(
         noise: standard deviation of the noise; droplets in full light are 1, the background is 0.
         seed: seed of the noise.
         light: brightness at the right edge relative to the left edge, with a linear gradient.
-        vignette: relative loss of light in the corners, quadratic in the distance from the centre.
-        dark: True for dark droplets on a bright background.
 
     Returns:
         (h, w) float64, one period, whose edges cut droplets; y of the cell runs with the rows.
@@ -63,7 +62,7 @@ def synthetic_micrograph(
     """
     if packing.box[1, 0] != 0:
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: a picture needs a rectangular box")
-    given = {"pixels": pixels, "film": film, "blur": blur, "noise": noise, "light": light, "vignette": vignette}
+    given = {"pixels": pixels, "film": film, "blur": blur, "noise": noise, "light": light}
     for name, (low, high) in RANGES.items():
         if not low <= given[name] <= high:
             raise InputError(f"{name} is {given[name]}: must be a number from {low:g} to {high:g}")
@@ -76,9 +75,7 @@ def synthetic_micrograph(
     h, w = (count // FINER for count in fine.shape)
     picture = fine.reshape(h, FINER, w, FINER).mean(axis=(1, 3))
     picture = ndimage.gaussian_filter(picture, blur, mode="wrap")
-    y, x = np.meshgrid(*(np.linspace(-1, 1, count) for count in (h, w)), indexing="ij")
-    falling = (1 - (1 - light) * 0.5 * (1 + x)) * (1 - vignette * 0.5 * (x**2 + y**2))
-    picture = (1 - picture if dark else picture) * falling
+    picture = picture * (1 - (1 - light) * np.linspace(0, 1, w))
     picture = picture + noise * np.random.default_rng(seed).normal(size=picture.shape)
     return np.asarray(picture)
 
