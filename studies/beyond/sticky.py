@@ -15,7 +15,7 @@ from jamlab.protocols.moduli import bulk_modulus, shear_modulus
 from jamlab.protocols.target_pressure import pack
 from studies.ensemble_tables import EnsembleTables
 from studies.ensembles import bootstrap, mean_over_packings, of_packings
-from studies.panels import Drawing, drawing, label, scale, style
+from studies.panels import Drawing, drawing, label, scale, style, write_interval
 from studies.papers.statements import caption
 from studies.study import Study
 from studies.tables import Task
@@ -27,7 +27,6 @@ FRACTIONS = {
 }
 SIZES, SEEDS = (128, 512), 20
 FITTED = {"g": (0.004, 0.12), "b": (0.004, 0.3)}  # means that a power of phi - phi_c is fitted to, k
-_COLUMNS = ("z", "pressure", "g", "b", "cluster")
 
 
 def measure_sticky(n: int, stickiness: float, seed: int) -> list[dict[str, Any]]:
@@ -69,18 +68,12 @@ def onset_and_exponent(phi: Array, column: str, groups: list[Array]) -> Array:
 
 
 def draw_sticky(tables: EnsembleTables) -> Drawing:
-    """Draw z, p, G, B and the largest rigid cluster over phi, and G over the distance from where it vanishes."""
+    """Draw z, p and the largest rigid cluster over phi, and z, G and B over the distance from where moduli vanish."""
     rows = tables.read("sticky")
     rows = rows[rows["converged"]]
     out, axes = drawing("sticky", 2, 3, 4.3, 3.6)
-    titles = (r"$z$", r"pressure $p$  [k]", r"$G$  [k]", r"$B$  [k]", "largest rigid cluster over $N$")
-    for part, column, title in zip(axes, _COLUMNS, titles, strict=False):
-        for k, a in enumerate(FRACTIONS):
-            of_law = rows[(rows["stickiness"] == a) & (rows["n"] == max(SIZES))]
-            phi, values = of_packings(of_law, "phi", column)
-            out.curve(part, f"a = {a:g}", phi, mean_over_packings([values])[0], band=False, **style(k))
-        label(part, r"$\phi$", title, loc="best")
-    scale(axes[5])
+    scale(axes[3], y="linear")
+    scale(*axes[4:])
     for k, a in enumerate(FRACTIONS):
         of_law = rows[(rows["stickiness"] == a) & (rows["n"] == max(SIZES))]
         for column in FITTED:
@@ -88,14 +81,19 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
             found = bootstrap([values], partial(onset_and_exponent, phi, column))
             for index, name in enumerate(("phi_c", "exponent")):
                 out.values[f"{name} of {column.upper()}, a = {a:g}"] = found[index]
-        onset, exponent = (out.values[f"{name} of G, a = {a:g}"] for name in ("phi_c", "exponent"))
-        phi, values = of_packings(of_law, "phi", "g")
-        beyond = phi > onset.value
-        text = f"a = {a:g}: {exponent.value:.2f} [{exponent.low:.2f}, {exponent.high:.2f}]"
-        out.curve(
-            axes[5], text, phi[beyond] - onset.value, mean_over_packings([values[:, beyond]])[0], band=False, **style(k)
-        )
-    label(axes[5], r"$\phi - \phi_c$", r"$G$  [k]", loc="best")
+        for part, column in zip(axes, ("z", "pressure", "cluster", "z", "g", "b"), strict=True):
+            phi, values = of_packings(of_law, "phi", column)
+            text, onset, fitted = f"a = {a:g}", 0.0, column.upper() if column in FITTED else "G"
+            if part in axes[3:]:
+                onset = out.values[f"phi_c of {fitted}, a = {a:g}"].value
+            if column in FITTED:
+                text += f": {write_interval(out.values[f'exponent of {fitted}, a = {a:g}'])}"
+            beyond = phi > onset
+            mean = mean_over_packings([values[:, beyond]])[0]
+            out.curve(part, text, phi[beyond] - onset, mean, band=False, **style(k))
+    titles = (r"$z$", r"pressure $p$  [k]", "largest rigid cluster over $N$", r"$z$", r"$G$  [k]", r"$B$  [k]")
+    for k, (part, title) in enumerate(zip(axes, titles, strict=True)):
+        label(part, r"$\phi$" if k < 3 else r"$\phi - \phi_c$", title, loc="best" if k < 4 else "upper left")
     counts = rows.groupby(["n", "stickiness", "phi"]).size()
     out.caption = caption(out.name, n=max(SIZES), few=counts.min(), most=counts.max())
     return out
