@@ -64,27 +64,46 @@ MODEL_NAMES = {"disks": "sp", "disk": "sp", "droplets": "dp", "polygons": "dp", 
 HABITS = {
     **dict.fromkeys(("load", "open"), "jamlab.read(path)"),
     "save": "jamlab.write(path, packings)",
-    **dict.fromkeys(("minimize", "relax"), "jamlab.relax(packing)"),
+    **dict.fromkeys(("minimize", "relax", "fire"), "jamlab.relax(packing)"),
     "quench": "jamlab.jam, or jamlab.pack at a pressure",
     "compress": "jamlab.compress(packing, to=...)",
     **dict.fromkeys(("stress", "energy", "forces"), "jamlab.evaluate(packing)"),
-    **dict.fromkeys(("contacts", "coordination", "rattlers"), "jamlab.contacts(packing)"),
+    **dict.fromkeys(("contacts", "coordination", "coordination_number", "rattlers"), "jamlab.contacts(packing)"),
+    **dict.fromkeys(("rdf", "structure_factor", "to_ase"), "jamlab.universe(packing), or jamlab.write(path, packing)"),
+    "psi6": "jamlab.hexatic_order(packing)",
+    "G": "jamlab.shear_modulus(packing)",
+    "young_modulus": "jamlab.elastic_tensor(packing)",
+    "Simulation": "jamlab.Session(packing)",
+    "set_num_threads": "the argument ranks of jamlab.jam or jamlab.pack",
+    "velocities": "jamlab.shear(packing, rate): packings are at rest",
     **dict.fromkeys(("neighbors", "voronoi"), "jamlab.tessellation(packing)"),
     "density": "packing.phi, or jamlab.packing_fraction(packing)",
-    "plot": "packing.plot(), or .plot() of any result",
+    **dict.fromkeys(("plot", "draw", "show"), "packing.plot(), or .plot() of any result"),
     **dict.fromkeys(("modes", "dos"), "jamlab.lowest_modes(packing)"),
     **dict.fromkeys(("hessian", "dynamical_matrix"), "jamlab.hessian(packing)"),
     "modulus": "jamlab.shear_modulus(packing)",
     "gstar": "jamlab.complex_modulus(packing, omega)",
     "simulate": "jamlab.shear(packing, rate), or jamlab.quasistatic_shear",
     "measure": "jamlab.measure(packing)",
-    "to_dataframe": "jamlab.measure(packings), a table of observables",
+    **dict.fromkeys(("to_dataframe", "to_csv"), "jamlab.measure(packings), a table of observables"),
     **dict.fromkeys(("Disks", "Droplets"), "jamlab.Packing"),
     **dict.fromkeys(("radii", "radius"), "packing.diameters / 2"),
     "copy": "the packing itself: packings never change; packing.with_state(...) makes another",
-    **dict.fromkeys(("cell", "volume"), "packing.box, or packing.area"),
+    **dict.fromkeys(("cell", "volume", "lx", "Lx"), "packing.box, or packing.area"),
     "N": "packing.n",
-    "coords": "packing.positions",
+    **dict.fromkeys(("coords", "get_positions", "wrap"), "packing.positions"),
+}
+# what users look for in a result -> what it may have
+OF_RESULTS = {
+    **dict.fromkeys(("gprime", "G1"), "storage"),
+    **dict.fromkeys(("gdoubleprime", "G2"), "loss"),
+    **dict.fromkeys(("frequency", "frequencies", "freq"), "omega"),
+    "tan_delta": "loss / storage",
+    **dict.fromkeys(("to_csv", "save"), "to_dataframe().to_csv(path)"),
+    "sigma": "stress",
+    "viscosity": "stress over rate",
+    "coordination": "z",
+    **dict.fromkeys(("overlaps", "normal_forces"), "forces, with gap and size"),
 }
 # arguments typed from habit -> the argument meant, or what to do
 MEANT = {
@@ -94,15 +113,20 @@ MEANT = {
     "verbose": "progress, such as progress=True",
     **dict.fromkeys(("tol", "ftol", "force_tol"), "tolerance, the largest force at a minimum"),
     "n_jobs": "processes",
-    "threads": "ranks",
+    **dict.fromkeys(("threads", "cores"), "ranks"),
     "dt": "tolerance: time steps follow from the error they may make",
     "filename": "path",
-    "frequency": "omega",
+    **dict.fromkeys(("frequency", "freq", "frequencies"), "omega"),
+    "sigma": "stress",
+    "radii": "diameters",
+    "p": "pressure",
+    **dict.fromkeys(("dphi", "drho", "n_steps"), "step"),
+    **dict.fromkeys(("potential", "alpha"), "exponent, such as exponent=2.5 for Hertzian disks"),
+    **dict.fromkeys(("box_length", "box_size"), "n: the size of the box follows"),
+    **dict.fromkeys(("dim", "friction", "gravity", "temperature"), "another code: docs/explanation/limits.md"),
     **dict.fromkeys(("gamma_dot", "shear_rate"), "rate"),
     "pressure": "jamlab.pack, which makes packings at a pressure",
-    **dict.fromkeys(
-        ("phi", "packing_fraction"), "jamlab.compress(packing, to=...): onset has its own packing fraction"
-    ),
+    **dict.fromkeys(("phi", "rho", "packing_fraction", "density"), "jamlab.compress(packing, to=...), from onset"),
 }
 
 
@@ -142,7 +166,7 @@ def today(function: str, given: dict[str, Any], known: Iterable[str], others: bo
             )
         if new != name:
             _warn(f"{function}({name}=...)", f"{function}({new}=...)", 5)
-        elif name not in names and not others:
+        elif name not in names and (not others or name in MEANT):
             raise unknown_argument(function, name, names)
         found[new] = value
     return found

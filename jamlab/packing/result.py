@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jamlab.old_names import OF_RESULTS, hint
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -34,6 +36,14 @@ class Result:
         return (
             f"{type(self).__name__}({', '.join(f'{each.name}={_shorten(getattr(self, each.name))}' for each in shown)})"
         )
+
+    if not TYPE_CHECKING:  # else every name would be an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("__"):
+                raise AttributeError(name)
+            use = hint(name, [each for each in dir(type(self)) if each[0] != "_"], OF_RESULTS)
+            raise AttributeError(f"a {type(self).__name__} has no attribute {name!r}{use}", name=name)
 
     def _repr_html_(self) -> str:
         table = self.to_dataframe()

@@ -18,7 +18,7 @@ from jamlab.engine.deck_defaults import defaults, numbers
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.models.models import MODELS
-from jamlab.old_names import MEANT, MODEL_NAMES, n_first, unknown_argument, value_today
+from jamlab.old_names import MODEL_NAMES, n_first, unknown_argument, value_today
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import in_natural_units, unit_scales
 from jamlab.packing.packing import Packing
@@ -180,7 +180,7 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
     for name in parameters.keys() - defaults("dp").keys():
-        if name in MEANT or get_close_matches(name, _ARGUMENTS, 1, 0.75):
+        if get_close_matches(name, _ARGUMENTS, 1, 0.75):
             raise unknown_argument("jam", name, _ARGUMENTS)
     if search == "incremental" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the incremental search has a fixed box, use search='bisection'")
