@@ -21,6 +21,7 @@ from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import interrupt_on_signals, last_line, stopping_signal
 from jamlab.cli.jam import compress, demo, jam, pack
 from jamlab.errors import JamlabError, JamlabWarning
+from jamlab.old_names import MEANT
 
 
 class Commands(TyperGroup):
@@ -74,7 +75,17 @@ TOPICS = {name: topic for topic, names in _OF_TOPICS.items() for name in names.s
 
 
 class OwnCommand(TyperCommand):
-    """A command whose help lists its options by topic."""
+    """A command whose help lists its options by topic, and that says what to use for options typed from habit."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words of the command."""
+        try:
+            return super().parse_args(ctx, args)
+        except TyperException as error:
+            name = str(getattr(error, "option_name", "")).lstrip("-").replace("-", "_")
+            if name in MEANT:
+                error.message += f" Use {MEANT[name]}."
+            raise
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write each topic below its heading."""
@@ -88,8 +99,29 @@ class OwnCommand(TyperCommand):
                 formatter.write_dl(lines)
 
 
+_OTHERS = {
+    "minimize": "relax",
+    "decompress": "compress",
+    **dict.fromkeys(("measure", "info", "analyse"), "analyze"),
+    "export": "convert",
+    **dict.fromkeys(("view", "plot", "movie"), "explore"),
+    **dict.fromkeys(("run", "lmp"), "deck"),
+    **dict.fromkeys(("check", "test"), "doctor"),
+    "list": "decks",
+}
+
+
 class OwnCommands(Commands):
     """The commands of `jamlab`, in groups."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find a command; for one typed from habit say which to use."""
+        try:
+            return super().resolve_command(ctx, args)
+        except TyperException as error:
+            if use := _OTHERS.get(args[0]):
+                error.message = f"No such command {args[0]!r}: use `jamlab {use}`."
+            raise
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands below the headings of their groups."""
