@@ -33,6 +33,11 @@ class BoxStrains:
     strains: Array
     pressure: float = 0.0
 
+    @property
+    def may_shear(self) -> bool:
+        """Whether a strain leaves the area."""
+        return any(not np.trace(m) for m in self.strains)
+
     def gradient(self, stress: Array, area: float) -> Array:
         """(m,) dH/de_a at a stress (2, 2)."""
         return np.asarray(area * np.einsum("aij,ij->a", self.strains, self.pressure * np.eye(2) - stress))

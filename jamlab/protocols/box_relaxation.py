@@ -49,9 +49,8 @@ def relax_disks_and_box(
     if near:
         descend_with_box(session, border, tolerance, steps=numbers.near, settings=settings)
     state = session.evaluate()
-    may_shear = any(not np.trace(m) for m in border.strains)
     ended = near and _ends(session.packing(), state, border, tolerance, settings)
-    if ended and not (may_shear and _leave_saddle(session, state, numbers.leave)):
+    if ended and not (border.may_shear and _leave_saddle(session, state, numbers.leave)):
         return _judge(session.packing(), state, border, tolerance, settings)
     floor = max(least_pressure, tolerance / numbers.jammed)
     state = quench(session, numbers.jammed, floor=floor, settings=settings.relaxation)
@@ -66,14 +65,14 @@ def relax_disks_and_box(
         if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
         met = border.excess(state.stress) <= numbers.met * borne
-        if not may_shear and met and state.max_force <= tolerance:
+        if not border.may_shear and met and state.max_force <= tolerance:
             return Relaxed(state, tolerance, True)
-        if not may_shear and session.size >= numbers.fire_only_disks:
+        if not border.may_shear and session.size >= numbers.fire_only_disks:
             continue
         descend_with_box(session, border, tolerance, settings=settings)
         state = session.evaluate()
         ended = _ends(session.packing(), state, border, tolerance, settings)
-        if ended and not (may_shear and _leave_saddle(session, state, numbers.leave)):
+        if ended and not (border.may_shear and _leave_saddle(session, state, numbers.leave)):
             break
     else:
         state = session.evaluate()
@@ -120,18 +119,22 @@ def relax_at_pressure(
     return Relaxed(found.evaluation, tolerance, False)
 
 
-def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:
-    """Shear the box a little where that lowers the energy, which a box without shear stress does not find by itself."""
-    packing = session.packing()
+def _softest_shear(packing: Packing, pressure: float) -> tuple[float, Array] | None:
+    """The lowest curvature of the energy in shears of the box, and its strain (2, 2); None where nothing is held."""
     try:
         relaxed = elastic_tensor(packing).relaxed
-    except ConvergenceError:  # not jammed
+    except ConvergenceError:
+        return None
+    values, vectors = np.linalg.eigh(shear_curvature(relaxed, pressure))
+    return float(values[0]), np.einsum("a,aij->ij", vectors[:, 0], PURE_SHEARS)
+
+
+def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:
+    """Shear the box a little where that lowers the energy, which a box without shear stress does not find by itself."""
+    softest = _softest_shear(session.packing(), state.pressure)
+    if softest is None or softest[0] > 0:
         return False
-    values, vectors = np.linalg.eigh(shear_curvature(relaxed, state.pressure))
-    if values[0] > 0:
-        return False
-    strain = leave * np.einsum("a,aij->ij", vectors[:, 0], PURE_SHEARS)
-    session.load(deformed(packing, shear_gradient(strain))[0])
+    session.load(deformed(session.packing(), shear_gradient(leave * softest[1]))[0])
     return True
 
 
@@ -146,20 +149,12 @@ def _ends(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: fl
 def _judge(
     packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float, settings: SolverSettings
 ) -> Relaxed:
-    minimum = _ends(packing, state, border, tolerance, settings) and _is_minimum(packing, state, border)
+    """Few contacts that balance by symmetry alone are a saddle, where a shear of the box lowers the energy."""
+    minimum = _ends(packing, state, border, tolerance, settings)
+    if minimum and border.may_shear and not contacts(packing).unjammed:
+        softest = _softest_shear(packing, state.pressure)
+        minimum = softest is not None and softest[0] > 0
     return Relaxed(state, tolerance, minimum)
-
-
-def _is_minimum(packing: Packing, state: Evaluation, border: BoxStrains) -> bool:
-    """Whether no shear of the box lowers the energy; few contacts that balance by symmetry alone are a saddle."""
-    may_shear = any(not np.trace(m) for m in border.strains)
-    if not may_shear or contacts(packing).unjammed:
-        return True
-    try:
-        relaxed = elastic_tensor(packing).relaxed
-    except ConvergenceError:
-        return False
-    return bool(np.linalg.eigvalsh(shear_curvature(relaxed, state.pressure))[0] > 0)
 
 
 def shear_curvature(relaxed: Array, pressure: float) -> Array:
