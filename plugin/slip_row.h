@@ -15,7 +15,7 @@ struct Vec3 {    // velocity of a disk or a vertex beside the affine flow, or a 
   Vec3 operator-(const Vec3 &o) const { return {x - o.x, y - o.y, spin - o.spin}; }
 };
 inline Vec3 operator*(double factor, const Vec3 &v) { return {factor * v.x, factor * v.y, factor * v.spin}; }
-inline Vec3 with_lean(const Vec3 &v, double strain) { return {v.x + strain * v.y, v.y, v.spin}; }    // along with the box
+inline Vec3 with_lean(const Vec3 &v, double strain) { return {v.x + strain * v.y, v.y, v.spin}; }    // with the box
 
 using Field = std::vector<Vec3>;    // of owned atoms, then of ghosts
 

@@ -31,7 +31,7 @@ int64_t visit(int64_t n, int64_t wide, const void *id, const void *image, const 
 
 }    // namespace
 
-// rows of LAMMPS (n, 3) from values (n, 2), less what the image flags stand for in a box (2, 2); without one as they are
+// rows of LAMMPS (n, 3) from values (n, 2), less what the image flags stand for in a box (2, 2), if there is one
 JAMLAB_KERNEL put_atoms(int64_t n, int64_t wide, const void *id, const void *image, const double *box,
                         const double *values, double *const *rows)
 try {

@@ -1,7 +1,7 @@
 // Rigid regular polygons with rims: energy, forces and exact second derivatives of their contacts.
 //
 // A vertex of one polygon and the nearest point of the outline of another, at a distance d below delta, have the energy
-// (eps/2) (1 - d/delta)^2, the contact form "outline". A polygon has three coordinates: its centre and R times its angle,
+// (eps/2) (1 - d/delta)^2, the form "outline". A polygon has three coordinates: its centre and R times its angle,
 // R the radius through its vertices. Two shears of the box at constant area,
 //
 //     F(s, g) = [[exp(s), g], [0, exp(-s)]],   centre -> F centre + u,
