@@ -93,6 +93,8 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
             out.curve(part, text, phi[beyond] - onset, mean, band=False, **style(k))
     titles = (r"$z$", r"pressure $p$  [k]", "largest rigid cluster over $N$", r"$z$", r"$G$  [k]", r"$B$  [k]")
     for k, (part, title) in enumerate(zip(axes, titles, strict=True)):
+        if k > 3:
+            part.set_ylim(top=20 * part.get_ylim()[1])  # room for the legend
         label(part, r"$\phi$" if k < 3 else r"$\phi - \phi_c$", title, loc="best" if k < 4 else "upper left")
     counts = rows.groupby(["n", "stickiness", "phi"]).size()
     out.caption = caption(out.name, n=max(SIZES), few=counts.min(), most=counts.max())
