@@ -81,7 +81,7 @@ def plan_mean(
         raise InputError(f"model = {model!r}: too few reference packings of this model have {quantity}; use 'auto'")
     best = rows[row]
     if best["why"] is None and best["error"] > error:
-        raise InputError(f"error = {error:g}: needs more than {MOST} packings, which give {best['error']:.2g}")
+        raise InputError(f"error = {error:g}: needs more than {MOST} packings (they give {best['error']:.2g})")
     correction = -difference(records[row], reference, quantity, at).value if records[row] is not reference else 0.0
     choice = Choice(
         way=best["way"], bound={quantity: best["error"]}, options=options, correction={quantity: correction},
