@@ -14,7 +14,7 @@ import jamlab
 
 ROOT = Path(jamlab.__file__).parent
 PICTURES = {"Micrograph", "Tracks", "Micrograph.packing", "micrograph", "synthetic_micrograph"}
-SLOW = PICTURES | {"Campaign.plot", "FlowCurve.plot", "estimate"}  # a second and more
+SLOW = PICTURES | {"FlowCurve.plot", "estimate"}  # a second and more
 
 
 def documented(tree, prefix=""):

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -23,22 +23,19 @@ from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, share_names, wanted_batches
 from jamlab.campaign.states import StoredStates
-from jamlab.campaign.tables import aggregate, draw_means, table
+from jamlab.campaign.tables import aggregate, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import FAILED, FINISHED, Crew, Outcome, count_workers, drive
 from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabWarning
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
-from jamlab.plotting.axes import axes_for
-from jamlab.plotting.drawable import CURVES
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_parquet, check_target, make_folder, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -252,49 +249,6 @@ class Campaign:
         """
         frame = self._rows(table, sweep, converged)
         return aggregate(frame, values, by, along=along, bins=bins, confidence=confidence)
-
-    @checked
-    def plot(
-        self,
-        value: str,
-        along: str = "d_rho",
-        *,
-        by: str = "model",
-        table: str = "states",
-        sweep: str | None = None,
-        converged: bool = True,
-        bins: ArrayLike | None = None,
-        ax: Any = None,
-        **style: Any,
-    ) -> Axes:
-        """Draw means over packings with their 68 % intervals, one curve per model, and per n, ensemble and units.
-
-        Intervals are of whole packings, by bootstrap, and wider for few packings (Student's t); a point of one packing
-        has none. A hollow point is the mean of a selection: fewer than half of the packings have a value there.
-
-        Args:
-            value: column to average, see `table`.
-            along: column of the x axis; "d_rho" is rho - onset, "d_phi" phi - onset_phi.
-            by: column whose values get a curve each; model, n, ensemble and units that differ get more curves.
-            table: to take the columns from.
-            sweep: take the tasks of this sweep only.
-            converged: leave out rows that did not converge.
-            bins: edges in `along`, ascending; by default as many as there are values, or twelve that span them.
-            ax: matplotlib Axes (default: a new figure).
-            style: of matplotlib's Line2D, of all curves.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: a table, sweep or column does not exist or holds nothing to draw, `ax` is no Axes, or matplotlib
-                refuses the style.
-            StorageError: a file is damaged.
-        """
-        frame = self._rows(table, sweep, converged)
-        with axes_for(ax, style, CURVES) as axes:
-            draw_means(axes, frame, value, along, by, bins, **style)
-        return axes
 
     def _rows(self, table: str, sweep: str | None, converged: bool) -> pd.DataFrame:
         """A table with distances from onset, by default without rows that did not converge."""

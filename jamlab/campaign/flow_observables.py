@@ -151,12 +151,6 @@ class SteadyFlow(_Run):
     )
     _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
     stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), **_Run._ENDED}
-    labels: ClassVar[dict[str, str]] = {
-        "rate": r"shear rate $\dot\gamma$",
-        "stress": r"shear stress $\sigma$",
-        "flow_pressure": "pressure $p$",
-        "z_all": "contacts per particle in flow $z$",
-    }
 
     flow: Flow
 

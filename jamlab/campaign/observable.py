@@ -2,7 +2,7 @@
 
 A subclass says which keys a sweep gives for it (its fields), which columns a task file holds (`stored`) and a table
 shows (`columns`), how a state is measured in one of several ways (`one`, `cases`), on what the result depends
-(`depends_on`), and how axes are labelled (`labels`). `observables.py` lists all of them. Observables of the user's own
+(`depends_on`). `observables.py` lists all of them. Observables of the user's own
 are functions `module:function` that take a packing and return numbers.
 """
 
@@ -151,7 +151,6 @@ class Observable(FileTable):
     defined_by: ClassVar[tuple[str, ...]]  # definitions that its table depends on, by their names in `versions.py`
     needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
     only: ClassVar[str] = ""  # the one model that it is for; "" for both
-    labels: ClassVar[dict[str, str]] = {}  # column -> label of its axis in plots
     refusal: ClassVar[type[JamlabError]] = ConvergenceError  # of a packing that is not jammed, or unstable
 
     @classmethod

@@ -72,11 +72,6 @@ class Spectra(Linear):
     name, defined_by = "spectra", ("contacts", "spectra")
     _OF_MODULUS: ClassVar = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
     stored: ClassVar[Schema] = {**STATE, **LAW, "prestress": FLAG, **floats("omega", *_OF_MODULUS), "converged": FLAG}
-    labels: ClassVar[dict[str, str]] = {
-        "omega": r"frequency $\omega$",
-        "storage": "storage modulus $G'$",
-        "loss": "loss modulus $G''$",
-    }
 
     omega: Frequencies
 
@@ -173,11 +168,6 @@ class Order(Observable):
     _NEIGHBORS: ClassVar = (5, 6, 7)
     stored: ClassVar[Schema] = {**STATE, **floats("psi_6", "psi_6_overall", *(f"share_{k}" for k in _NEIGHBORS))}
     columns = ("rho", *stored)
-    labels: ClassVar[dict[str, str]] = {
-        "psi_6": r"bond-orientational order $\langle|\psi_6|\rangle$",
-        "psi_6_overall": r"bond-orientational order $|\langle\psi_6\rangle|$",
-        "share_6": "share of particles with 6 neighbours",
-    }
 
     def one(self, packing: Packing, tolerances: Tolerances, **how: Any) -> list[Row]:
         found = hexatic_order(packing)

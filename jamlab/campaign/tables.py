@@ -1,4 +1,4 @@
-"""Collect task files into tidy tables, average over packings with bootstrap intervals, and draw the means.
+"""Collect task files into tidy tables, and average over packings with bootstrap intervals.
 
 Packings are independent, states of one packing are not. So the values of each packing in a group are first replaced by
 their mean, and the bootstrap draws whole packings.
@@ -10,8 +10,6 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
@@ -20,11 +18,7 @@ from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
 from jamlab.campaign.tasks import as_column
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.models.models import MODELS
-from jamlab.packing.quantities import COLUMNS, LABELS, MEASURED, STRESS
-from jamlab.plotting.axes import merged
-from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
-from jamlab.plotting.palette import COLOURS, MODEL_STYLE
+from jamlab.packing.quantities import COLUMNS
 from jamlab.statistics.confidence import CONFIDENCE, bootstrap
 
 if TYPE_CHECKING:
@@ -128,24 +122,22 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     return found
 
 
-def choose_bins(values: Array) -> tuple[Array, bool]:
-    """Edges of bins for a column, and whether they are equal in ratio. A column of a few values, such as target
-    pressures, gets a bin for each of them. Others get twelve bins, equal in ratio where the positive values span more
-    than a factor of 30; what lies at zero or below is then outside."""
+def choose_bins(values: Array) -> Array:
+    """Edges of bins for a column. A column of a few values, such as target pressures, gets a bin for each of them.
+    Others get twelve bins, equal in ratio where the positive values span more than a factor of 30; what lies at zero or
+    below is then outside."""
     finite = values[np.isfinite(values)]
     if not len(finite):
-        return np.array([0.0, 1.0]), False
+        return np.array([0.0, 1.0])
     kinds = np.unique([float(f"{value:.5g}") for value in finite])  # a pressure is met to 1e-6
-    up = kinds[kinds > 0]
-    wide = len(up) > 1 and up[-1] > _WIDE * up[0]
     if len(kinds) <= _MOST_BINS:
-        between = 0.5 * (kinds[1:] + kinds[:-1])
-        return np.concatenate([[-np.inf], between, [np.inf]]), wide and len(up) == len(kinds)
-    if wide:
-        return np.geomspace(up[0], up[-1], _MOST_BINS + 1) * np.r_[1 - 1e-4, np.ones(_MOST_BINS - 1), 1 + 1e-4], True
+        return np.concatenate([[-np.inf], 0.5 * (kinds[1:] + kinds[:-1]), [np.inf]])
+    up = kinds[kinds > 0]
+    if len(up) > 1 and up[-1] > _WIDE * up[0]:
+        return np.geomspace(up[0] * (1 - 1e-4), up[-1] * (1 + 1e-4), _MOST_BINS + 1)
     edges = np.linspace(finite.min(), finite.max(), _MOST_BINS + 1)
     edges[-1] = np.nextafter(edges[-1], np.inf)
-    return edges, False
+    return edges
 
 
 def aggregate(
@@ -176,16 +168,17 @@ def aggregate(
             keys[name] = key.map(lambda value: float(f"{value:.{_DIGITS}g}"))
     if along is not None:
         numbers = frame[along].to_numpy(np.float64)
-        edges = choose_bins(numbers)[0] if edges is None else edges
+        edges = choose_bins(numbers) if edges is None else edges
         place = np.digitize(numbers, edges) - 1
         inside = (place >= 0) & (place < len(edges) - 1)
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
         keys["bin"] = pd.Series(place[inside], index=frame.index)
     rows = []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
-        for name in _mixed(part, ("ensemble", "units")):
-            found = " and ".join(sorted(map(str, part[name].unique())))
-            raise InputError(f"a group mixes packings of {name} {found}: add {name!r} to by, or select one sweep")
+        for name in ("ensemble", "units"):
+            if name in part and part[name].nunique() > 1:
+                found = " and ".join(sorted(map(str, part[name].unique())))
+                raise InputError(f"a group mixes packings of {name} {found}: add {name!r} to by, or select one sweep")
         row: dict[str, Any] = dict(zip(keys, group if isinstance(group, tuple) else (group,), strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:
@@ -208,78 +201,7 @@ def _mean(part: pd.DataFrame, name: str, confidence: float) -> dict[str, Any]:
     return dict(zip((name, f"{name}_low", f"{name}_high", f"{name}_packings"), (*ends, len(packings)), strict=True))
 
 
-def _mixed(frame: pd.DataFrame, columns: Iterable[str]) -> list[str]:
-    """Which of some columns differ within a frame."""
-    return [name for name in columns if name in frame and frame[name].nunique() > 1]
-
-
 def _require_columns(frame: pd.DataFrame, names: Iterable[str]) -> None:
     for name in names:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
-
-
-ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
-_FEW = 0.5  # share of the packings below which the mean of those that have a value is that of a selection
-_LABELS = LABELS | {
-    "d_rho": r"distance from onset $\rho - \rho_J$",
-    "d_phi": r"distance from onset $\phi - \phi_J$",
-    **{column: label for o in OBSERVABLES.values() for column, label in o.labels.items()},
-}
-_UNLIKE = ("model", "n", "ensemble", "units")  # what is never averaged over
-
-
-def draw_means(
-    axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, /, **style: Any
-) -> None:
-    """Draw one curve for each value of the column `by`; see `Campaign.plot`."""
-    _require_columns(frame, (value, along, by))
-    if not len(frame):
-        raise InputError("no task has a row for this table yet: run the campaign first")
-    for name in (value, along):
-        if frame[name].dtype.kind not in "biuf":
-            raise InputError(f"column {name!r} holds no numbers: plot one that does")
-    found = choose_bins(frame[along].to_numpy(np.float64))
-    edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
-    parts = [part for _, part in frame.groupby(by, dropna=False)]
-    keys = [by, *(name for name in _UNLIKE if name != by and any(_mixed(part, [name]) for part in parts))]
-    means = aggregate(frame, [value], keys, along=along, bins=edges, confidence=ONE_SIGMA)
-    means = means[np.isfinite(means[value])] if len(means) else means
-    if not len(means):
-        raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
-    selection = False
-    for k, (group, part) in enumerate(means.groupby(keys, sort=True, dropna=False)):
-        plain = MODEL_STYLE.get(str(group[0])) if keys == ["model"] else None
-        look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": _name(keys, group)}
-        look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
-        x, y, low, high = part[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
-        bars = axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
-        few = (part[f"{value}_packings"] < _FEW * part["packings"]).to_numpy(bool)
-        hollow = {name: getattr(bars.lines[0], f"get_{name}")() for name in ("marker", "markersize", "color")}
-        axes.plot(x[few], y[few], linestyle="none", markerfacecolor="white", **hollow)
-        selection |= few.any()
-    if selection:
-        label = f"hollow: under {_FEW:.0%} of the packings have {value}"
-        axes.plot([], [], linestyle="none", marker="o", color="black", markerfacecolor="white", label=label)
-    if logarithmic:
-        axes.set_xscale("log")
-    label_axes(axes, _label(frame, along), _label(frame, value))
-    axes.legend(fontsize=LEGEND, loc="lower left", bbox_to_anchor=(0, 1.0))  # clear of curves and error bars
-
-
-def _name(keys: list[str], group: tuple[Any, ...]) -> str:
-    """What tells a group from the others, such as "soft particles (SP), n = 16"."""
-    words = []
-    for key, value in zip(keys, group, strict=True):
-        known = MODEL_STYLE[value]["label"] if key == "model" and value in MODEL_STYLE else None
-        words.append(str(known or (value if key in ("ensemble", "units") else f"{key} = {value}")))
-    return ", ".join(words)
-
-
-def _label(frame: pd.DataFrame, column: str) -> str:
-    column = "pressure" if column == "target_pressure" else column
-    units: list[str] = []
-    if column in MEASURED and MEASURED[column].dimension == STRESS and {"model", "units"} <= set(frame.columns):
-        kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
-        units = list(dict.fromkeys(MODELS[name].unit_names[unit].stress for name, unit in kinds))
-    return in_unit(_LABELS.get(column, column), " or ".join(units))

@@ -48,16 +48,3 @@ MEASURED = {
 }
 QUANTITIES = tuple(MEASURED)
 COLUMNS = tuple(name for name, quantity in MEASURED.items() if quantity.standard)
-LABELS = {  # of axes; others bear their name
-    "z": "contact number $z$",
-    "rho": r"true packing fraction $\rho$",
-    "phi": r"nominal packing fraction $\phi$",
-    "pressure": "pressure $p$",
-    "g": "shear modulus, mean over\ndirections, $G$",
-    "g_x": "shear modulus $G_{xy}$",
-    "b": "bulk modulus $B$",
-    "shape": r"shape factor $\mathcal{A}$",
-    "shape_rim": r"shape factor with rim $\mathcal{A}$",
-    "void_sides": "mean sides of voids",
-    "void_shape": "mean shape factor of voids",
-}

@@ -1,4 +1,4 @@
-"""Campaigns: tables, what they hold, means with intervals; order as an observable, its plot and what it costs."""
+"""Campaigns: tables, what they hold, means with intervals; order as an observable."""
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
+from jamlab.campaign.tables import TABLE_COLUMNS, aggregate, choose_bins
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import measure
@@ -116,6 +116,12 @@ def test_groups_bins_and_what_is_left_out():
     assert "'h'" in str(caught.value)
 
 
+def test_bins_hold_every_value():
+    for values in (np.linspace(0.3, 0.9, 50), np.geomspace(1e-5, 1, 50), np.array([1.0, 2.0, np.nan])):
+        edges, finite = choose_bins(values), values[np.isfinite(values)]
+        assert np.all((finite >= edges[0]) & (finite < edges[-1])) and np.all(np.diff(edges) > 0)
+
+
 def test_keys_of_groups_read_back_exactly(tmp_path):
     """A frequency is what it was in every row; pressures that were met to 1e-6 are one, to five digits."""
     omega = np.geomspace(1e-3, 1e2, 4)
@@ -138,5 +144,3 @@ def test_rows_of_order_are_those_of_the_packings(tmp_path):
             order = jamlab.hexatic_order(packing)
             assert (row["psi_6"], row["psi_6_overall"]) == (order.mean_local, order.global_order)
             assert row["share_6"] == (order.neighbors == 6).mean()
-    axes = campaign.plot("psi_6", along="rho", table="order")
-    assert "psi_6" in axes.get_ylabel()

@@ -7,14 +7,12 @@ from functools import cache, partial
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 from bare_pictures import bare, both, covers_points, picture, state
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 import jamlab
-from jamlab.campaign.tables import draw_means
 from jamlab.flow.flow_run import SERIES
 from jamlab.flow.oscillate import fit_harmonics
 from jamlab.flow.quasistatic_shear import QuasistaticShear
@@ -220,20 +218,6 @@ def test_curves():
     for axes, name in zip(figure.subplots(1, len(CURVES)), CURVES, strict=True):
         result(name).plot(axes)
     return bare(figure, columns=len(CURVES))
-
-
-@picture
-def test_means_of_a_table():
-    """Two models over the distance from onset, two packings each: means with their standard errors."""
-    d = np.geomspace(1e-3, 0.1, 20)
-    rows = [
-        pd.DataFrame({"model": model, "n": 8, "seed": seed, "d_rho": d, "z": z_j + (3 + 0.4 * seed) * d**0.5})
-        for model, z_j in (("sp", 4.0), ("dp", 3.8))
-        for seed in (1, 2)
-    ]
-    figure = Figure(figsize=(4.0, 3.0), layout="constrained")
-    draw_means(figure.subplots(), pd.concat(rows, ignore_index=True), "z", "d_rho", "model", None)
-    return bare(figure)
 
 
 @pytest.mark.parametrize("name", [*RESULTS, *FLOWS])

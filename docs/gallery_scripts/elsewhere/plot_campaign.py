@@ -2,14 +2,15 @@
 A campaign, with error bars
 ===========================
 
-Contact number and shear modulus of disks over the distance to onset: means over packings, with bands from bootstrap. A
-campaign is one file; run again, it does only what is missing.
+Contact number and shear modulus of disks over the distance to onset: means over packings, with 95 % intervals from
+bootstrap. A campaign is one file; run again, it does only what is missing.
 """
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 import jamlab
 
@@ -33,4 +34,9 @@ with TemporaryDirectory() as folder:
     print(campaign.run(1))
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained")
     for ax, quantity in zip(axes, ("z", "g"), strict=True):
-        campaign.plot(quantity, along="d_rho", ax=ax)
+        means = campaign.aggregate([quantity], along="d_rho", bins=np.geomspace(1e-3, 0.1, 6))
+        for n, curve in means.groupby("n"):
+            errors = [curve[quantity] - curve[f"{quantity}_low"], curve[f"{quantity}_high"] - curve[quantity]]
+            ax.errorbar(curve["d_rho"], curve[quantity], errors, marker="o", capsize=2.5, label=f"N = {n}")
+        ax.set(xscale="log", xlabel=r"distance from onset $\rho - \rho_J$", ylabel=quantity)
+        ax.legend()
