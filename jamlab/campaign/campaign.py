@@ -1,4 +1,4 @@
-"""Open, run and read a campaign from Python; merge and export it.
+"""Open, run and read a campaign from Python, and export its tables.
 
 campaign = jamlab.open_campaign("campaign.toml")
 campaign.run()
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
-from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share, damage
+from jamlab.campaign.folder import COPY, WHOLE, CampaignFolder, Share
 from jamlab.campaign.observable import load_function
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import Status, SweepPlan, count_tasks, longest_first, plan, share_names, wanted_batches
@@ -32,7 +32,7 @@ from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import CONFIDENCE
-from jamlab.storage.atomic_file import atomic_file, check_parquet, check_target, make_folder, write_table
+from jamlab.storage.atomic_file import check_parquet, check_target, make_folder, write_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -307,30 +307,6 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
 
 
 FORMATS = ("csv", "parquet")
-
-
-def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
-    """Copy the campaign file, and finished tasks that it lacks from other folders, since the same task has the same
-    content wherever it ran; counts files "copied", already "present", and "damaged", hence left out."""
-    for source in sources:
-        if not (source / "tasks").is_dir():
-            raise InputError(f"no campaign has run in the folder {source}: give folders that contain a folder tasks")
-    counts = {"copied": 0, "present": 0, "damaged": 0}
-    campaign.folder.prepare()
-    with campaign.folder.lock(campaign.text):
-        campaign.folder.keep_copy(campaign.text)
-        for other in map(CampaignFolder, sources):
-            for name in sorted(other.finished()):
-                target = campaign.folder.task_file(name)
-                if target.exists():
-                    counts["present"] += 1
-                elif damage(other.task_file(name), name) is not None:
-                    counts["damaged"] += 1
-                else:
-                    with atomic_file(target) as temporary:
-                        temporary.write_bytes(other.task_file(name).read_bytes())
-                    counts["copied"] += 1
-    return counts
 
 
 def export(

@@ -237,25 +237,6 @@ def status(
         print_line(line)
 
 
-@app.command(epilog="Example: jamlab campaign merge campaign.toml other-machine/first")
-def merge(
-    file: Where,
-    folders: Annotated[list[Path], typer.Argument(help="Folders in which parts of the campaign ran.")],
-    out: Folder = None,
-    as_json: Json = False,
-) -> None:
-    """Copy finished tasks from other folders."""
-    from jamlab.campaign import campaign as run_of
-
-    campaign = run_of.open_campaign(file, out)
-    expect_output(campaign.folder.path)
-    counts = run_of.merge(campaign, folders)
-    if as_json:
-        print_json(counts)
-    else:
-        print_line(", ".join(f"{count} {what}" for what, count in counts.items()))
-
-
 @app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --format csv --table states")
 def export(
     file: Where,

@@ -1,4 +1,4 @@
-"""Campaigns: the folder of tasks; status, damage, failures, merge, export, plan."""
+"""Campaigns: the folder of tasks; status, damage, failures, export, plan."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ from campaigns import FULL, run_here, written
 
 import jamlab
 from jamlab.campaign import states as sweep_states
-from jamlab.campaign.campaign import export, merge
+from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
 from jamlab.campaign.plan import total_time
@@ -195,20 +195,6 @@ def test_a_campaign_runs_where_there_are_no_locks(tmp_path, monkeypatch, number)
     with pytest.raises(StorageError) as caught:
         campaign.run(1)
     assert os.strerror(errno.EIO) in str(caught.value)
-
-
-def test_merge_takes_what_is_whole_and_missing(full, tmp_path):
-    other = tmp_path / "other"
-    shutil.copytree(full.folder.path, other)
-    a, b = full.finished()[:2]
-    (other / "tasks" / f"{a}.h5").write_bytes(b"no")
-    target = jamlab.open_campaign(full.file, tmp_path / "merged")
-    assert merge(target, [other]) == {"copied": 5, "present": 0, "damaged": 1}
-    assert merge(target, [other, full.folder.path]) == {"copied": 1, "present": 10, "damaged": 1}
-    assert target.finished() == full.finished()
-    assert target.folder.task_file(b).read_bytes() == full.folder.task_file(b).read_bytes()
-    with pytest.raises(InputError):
-        merge(target, [tmp_path / "nowhere"])
 
 
 def test_export(full, tmp_path):

@@ -9,7 +9,7 @@ from campaigns import assert_same, read_campaign_file, run_here, written
 import jamlab
 from jamlab.campaign import states as making
 from jamlab.campaign import workers
-from jamlab.campaign.campaign import export, merge
+from jamlab.campaign.campaign import export
 from jamlab.campaign.folder import read_task_file
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session
@@ -180,9 +180,6 @@ def test_rows_of_two_versions_stand_apart(tmp_path, monkeypatch, module, constan
     states = campaign.table("states")
     assert sorted(states["seed"]) == [1, 1, 2, 2] and old.isdisjoint(states["task"])
     assert all("=7" in text for text in states["definitions" if "DEFINITION" in constant else "protocol"])
-    other = jamlab.open_campaign(written(tmp_path / "d.toml", "d", **PRESSED))
-    assert merge(other, [before.folder.path])["copied"] == 3
-    assert len(other.finished()) == 1
 
 
 class Counted:

@@ -49,7 +49,7 @@ WRITTEN = {  # command and its option that names what is written: its other word
     ("campaign new", "file"): ("", "new.toml"),
 }
 READ = {"file", "files", "folders", "source", "--from", "--folder", "--labels"}
-TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "merge", "export")}
+TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "export")}
 
 
 def test_every_option_that_names_a_file_to_write_is_tried():
