@@ -182,7 +182,7 @@ COMMANDS = {  # each with an option or argument that nothing can start from
     ("campaign", "plan", "absent.toml"): ["--out", "--workers", "--only"],
     ("campaign", "export", "c.toml", "--to", "run.h5"): ["--format", "--table", "--sweep", "--out"],
     ("campaign", "status", "c.toml"): ["--out", "--verify"],
-    ("campaign", "merge", "c.toml", "absent"): ["--out"],
+    ("campaign", "run", "c.toml", "--workers", "0"): ["--share", "--only", "--out"],
 }
 
 
