@@ -144,6 +144,8 @@ class Campaign:
         k, n = share
         if not 1 <= k <= n:
             raise InputError(f"share = {k}/{n}: give K/N with 1 <= K <= N")
+        if workers is not None and workers < 1:
+            raise InputError(f"workers = {workers}: must be 1 or more")
         if self.content.slurm is not None:
             said = "submit a job array of `jamlab campaign run FILE --share K/N`"
             warnings.warn(f"{self.file}: the table [slurm] has no effect: {said}", JamlabWarning, stacklevel=3)

@@ -35,13 +35,11 @@ _EARLY_DEATHS = 12  # in a row and per worker, before they have begun anything: 
 
 def count_workers(wanted: int | None, ranks: int) -> int:
     """Number of workers whose tasks have so many threads; by default as many as the cores of this process hold."""
-    if wanted is None:
-        if ranks > (cores := available_cores()):
-            raise InputError(f"ranks = {ranks}: this process may use {cores} cores: lower ranks, or give --workers")
-        return cores // ranks
-    if wanted < 1:
-        raise InputError(f"workers = {wanted}: must be 1 or more")
-    return wanted
+    if wanted is not None:
+        return wanted
+    if ranks > (cores := available_cores()):
+        raise InputError(f"ranks = {ranks}: this process may use {cores} cores: lower ranks, or give --workers")
+    return cores // ranks
 
 
 class Crew:
