@@ -22,6 +22,7 @@ from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear import TOLERANCE, check_rates, shear
 from jamlab.flow.shear_run import TRANSIENT, ShearRun
 from jamlab.packing.packing import Packing
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
 from jamlab.processes.progress import Progress
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlowCurve:
+class FlowCurve(Result):
     """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[1.0], strain=1.0, discard=0.2)

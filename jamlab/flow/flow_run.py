@@ -15,6 +15,7 @@ from jamlab.arrays import Array
 from jamlab.errors import Renamed
 from jamlab.flow.report import conclude, report, say_balance
 from jamlab.packing.packing import Packing
+from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
 from jamlab.rheology.damping import Damping
@@ -62,7 +63,7 @@ def better_balance(packing: Packing, damping: Damping | None, background: float,
 
 
 @dataclass(frozen=True, eq=False)
-class FlowRun:
+class FlowRun(Result):
     """A flow: m rows, in the packing's unit of stress and with times in tau_1."""
 
     series: ClassVar[tuple[str, ...]] = SERIES

@@ -29,7 +29,7 @@ class Result:
 
     def __init_subclass__(cls) -> None:
         if "__repr__" not in vars(cls):  # else a dataclass would write its own
-            cls.__repr__ = Result.__repr__  # type: ignore[method-assign]
+            cls.__repr__ = cls.__repr__  # type: ignore[method-assign]
 
     def __repr__(self) -> str:
         shown = [each for each in fields(self) if each.repr]  # type: ignore[arg-type]  # every result is a dataclass
