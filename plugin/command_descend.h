@@ -33,7 +33,7 @@ class CommandDescend : public CommandForces {
     Vector change, bend;
     double curvature, along;
   };
-  struct Numbers {    // arguments, as in jamlab.protocols.solver_settings.LbfgsSettings
+  struct Numbers {    // arguments, as in jamlab.protocols.preconditioned_lbfgs.LbfgsSettings
     double force, steps, loose_force, loose_energy, refresh, reach, longer, closing, trials, energy_digits, sufficient, curved,
         shift, least_shift, first_shift, definite;
   } numbers;

@@ -25,9 +25,20 @@ from jamlab.mechanics.factors import PositiveSolver
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.natural_units import mean_size, stiffness_scale
 from jamlab.packing.packing import Packing
-from jamlab.protocols.newton import factorise
+from jamlab.protocols.newton import GOOD, GROW, POOR, SHRINK, factorise
 from jamlab.protocols.relaxation import load
-from jamlab.protocols.solver_settings import SOLVERS, BorderSettings, SolverSettings
+from jamlab.protocols.solver_settings import SOLVERS
+
+_REACH = 0.1  # longest move of a coordinate in one step, mean particle size
+LONGEST_STRAIN = 0.02  # of the box in one step
+# of the Hessian's diagonal; of the strains' times the number of sites
+_FIRST_SHIFT, _LEAST_SHIFT, _LAST_SHIFT = 1e-4, 1e-10, 1e3
+_SEARCHES = 6  # lengths tried along one step at most
+_SLACK = 0.5  # part of the slope at its start that may be left at the end of a step, uphill
+_FALLEN = 0.2  # factor of the largest force that is good enough by itself: slopes lose their digits first
+_SOFTEST = 1e-9  # least curvature over the largest that a strain is divided by
+_DIGITS = 1e-12  # of unbalanced stress over pressure, at the end
+_ROUNDING = 3e-16  # of a stress, over the stiffness of a contact
 
 
 @dataclass(frozen=True)
@@ -70,27 +81,20 @@ class Model:
         )
         return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
 
-    def step(
-        self, solver: PositiveSolver, forces: Array, gradient: Array, shift: float, settings: SolverSettings
-    ) -> tuple[Step, float]:
+    def step(self, solver: PositiveSolver, forces: Array, gradient: Array, shift: float) -> tuple[Step, float]:
         """The Newton step, and the shift with which the Hessian of the sites is positive."""
-        shift = factorise(self.sites, shift, solver, settings.newton.definite)
+        shift = factorise(self.sites, shift, solver)
         solution = solver.solve(np.column_stack([forces, self.coupling]))
         free, follow = solution[:, 0], solution[:, 1:]
         held = 0.5 * shift * self.sites.shape[0] * np.eye(len(gradient))
         values, vectors = np.linalg.eigh(self.strains + held - self.coupling.T @ follow)
-        values = np.maximum(np.abs(values), settings.border.softest * np.abs(values).max())
+        values = np.maximum(np.abs(values), _SOFTEST * np.abs(values).max())
         e = vectors @ ((vectors.T @ (-gradient - self.coupling.T @ free)) / values)
         return Step((free - follow @ e).reshape(-1, 2), e), shift
 
 
 def descend_with_box(
-    session: Session,
-    border: BoxStrains,
-    tolerance: float,
-    *,
-    steps: int | None = None,
-    settings: SolverSettings = SOLVERS,
+    session: Session, border: BoxStrains, tolerance: float, steps: int = SOLVERS.box_newton_steps
 ) -> int:
     """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
 
@@ -101,46 +105,44 @@ def descend_with_box(
         session: is left in the best state reached.
         border: strains that the box may take.
         tolerance: on the largest force.
-        steps: factorisations at most; default `settings.border.steps`.
-        settings: settings of the solvers.
+        steps: factorisations at most.
 
     Returns:
         The number of steps accepted.
     """
-    numbers = settings.border
     packing, state = session.packing(), session.evaluate()
-    solver, shift, taken = PositiveSolver(), numbers.first_shift, 0
+    solver, shift, taken = PositiveSolver(), _FIRST_SHIFT, 0
     model: Model | None = None
     size = mean_size(packing)
-    for _ in range(numbers.steps if steps is None else steps):
-        noise = stress_noise(packing, state, numbers)
+    for _ in range(steps):
+        noise = stress_noise(packing, state)
         at_rest, excess = state.max_force <= tolerance, border.excess(state.stress)
-        if (at_rest and excess <= noise) or shift > numbers.last_shift:
+        if (at_rest and excess <= noise) or shift > _LAST_SHIFT:
             break
         gradient = border.gradient(state.stress, packing.area)
         try:
             model = model or Model.of(packing, border, state)
-            whole, shift = model.step(solver, state.forces.ravel(), gradient, shift, settings)
+            whole, shift = model.step(solver, state.forces.ravel(), gradient, shift)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
-        step, longest = whole.within(numbers.reach * size, numbers.longest_strain)
-        found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force, numbers)
+        step, longest = whole.within(_REACH * size, LONGEST_STRAIN)
+        found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force)
         if found is not None:
             (packing, state), model = found, None
             taken += 1
-        elif at_rest and excess <= numbers.grow * noise:
+        elif at_rest and excess <= GROW * noise:
             break
-        if longest * length > numbers.good:
-            shift = max(numbers.shrink * shift, numbers.least_shift)
-        elif longest * length < numbers.poor:
-            shift *= numbers.grow
+        if longest * length > GOOD:
+            shift = max(SHRINK * shift, _LEAST_SHIFT)
+        elif longest * length < POOR:
+            shift *= GROW
     session.load(packing)
     return taken
 
 
-def stress_noise(packing: Packing, state: Evaluation, settings: BorderSettings = SOLVERS.border) -> float:
+def stress_noise(packing: Packing, state: Evaluation) -> float:
     """Unbalanced stress below which a packing counts as balanced: 1e-12 of its load, or what rounding leaves."""
-    return max(settings.digits * load(packing, state), settings.rounding * stiffness_scale(packing))
+    return max(_DIGITS * load(packing, state), _ROUNDING * stiffness_scale(packing))
 
 
 def _search(
@@ -150,11 +152,10 @@ def _search(
     step: Step,
     slope: float,
     max_force: float,
-    settings: BorderSettings,
 ) -> tuple[tuple[Packing, Evaluation] | None, float]:
     """A state along the step where the slope has not turned far uphill, None if none is lower, and its part of it."""
     length, best, reached = 1.0, None, 0.0
-    for _ in range(settings.searches if slope > 0 else 0):
+    for _ in range(_SEARCHES if slope > 0 else 0):
         try:
             moved = border.move(packing, length * step.u, length * step.e)
             session.load(moved)
@@ -163,9 +164,9 @@ def _search(
             continue
         trial = session.evaluate()
         after = step.slope(trial, border.gradient(trial.stress, moved.area))
-        if slope + after > 0 or trial.max_force < settings.fallen * max_force:
+        if slope + after > 0 or trial.max_force < _FALLEN * max_force:
             best, reached = (moved, trial), length
-        if after >= -settings.slack * slope:
+        if after >= -_SLACK * slope:
             break
         length *= slope / (slope - after)
     return best, reached

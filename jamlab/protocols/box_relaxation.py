@@ -20,6 +20,18 @@ from jamlab.protocols.border_newton import descend_with_box, stress_noise
 from jamlab.protocols.relaxation import Relaxed, load, quench, relax
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
+_JAMMED = 1e-2  # largest force over pressure at which a packing at fixed box shows whether anything holds the box
+_NOISE = 1e-6  # the same at which Newton steps take over; started at 1e-4 many fail
+_FINER = 0.1  # its factor where they fail
+FIRE_ONLY_DISKS = 10_000  # from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks
+_NEAR = 10  # Newton steps from a guess of the minimum, before anything else
+_LEAVE = 1e-3  # shear of a box that rests on a saddle, as symmetric packings of few disks do
+_BALANCED = 10.0  # unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure
+_AREAS = 40  # of a box at a pressure that are tried at most, behind all this
+_WIDEST = 0.02  # change of the area in one step
+_HELD = 1e-9  # error of a pressure over the load of the packing, at the end
+_MET = 1e-7  # error of a pressure over the pressure that is good enough where FIRE has reached it by itself
+
 
 def relax_disks_and_box(
     session: Session,
@@ -42,41 +54,40 @@ def relax_disks_and_box(
 
     Returns:
         The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
-        pressure or to rounding, and that shear costs energy where the box may shear; from `fire_only_disks` on, that a
+        pressure or to rounding, and that shear costs energy where the box may shear; from `FIRE_ONLY_DISKS` on, that a
         pressure alone is met to 1e-7. For an unjammed packing it refers to forces alone.
     """
-    numbers = settings.box_relaxation
     if near:
-        descend_with_box(session, border, tolerance, steps=numbers.near, settings=settings)
+        descend_with_box(session, border, tolerance, min(_NEAR, settings.box_newton_steps))
     state = session.evaluate()
-    ended = near and _ends(session.packing(), state, border, tolerance, settings)
-    if ended and not (border.may_shear and _leave_saddle(session, state, numbers.leave)):
-        return _judge(session.packing(), state, border, tolerance, settings)
-    floor = max(least_pressure, tolerance / numbers.jammed)
-    state = quench(session, numbers.jammed, floor=floor, settings=settings.relaxation)
+    ended = near and _ends(session.packing(), state, border, tolerance)
+    if ended and not (border.may_shear and _leave_saddle(session, state)):
+        return _judge(session.packing(), state, border, tolerance)
+    floor = max(least_pressure, tolerance / _JAMMED)
+    state = quench(session, _JAMMED, floor=floor, settings=settings)
     if state.pressure < least_pressure or contacts(session.packing()).unjammed:
         return Relaxed(state, tolerance, state.max_force <= tolerance)
-    for noise in numbers.noise * numbers.finer ** np.arange(numbers.rounds):
+    for noise in _NOISE * _FINER ** np.arange(settings.box_rounds):
         floor = max(least_pressure, tolerance / noise)
-        state = quench(session, noise, floor=floor, border=border, fire=lively_fire(), settings=settings.relaxation)
+        state = quench(session, noise, floor=floor, border=border, fire=lively_fire(), settings=settings)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance)
         borne = load(session.packing(), state)
         if state.max_force > noise * max(borne, floor):
             continue  # the packing flows on, slide by slide: still too far for Newton steps
-        met = border.excess(state.stress) <= numbers.met * borne
+        met = border.excess(state.stress) <= _MET * borne
         if not border.may_shear and met and state.max_force <= tolerance:
             return Relaxed(state, tolerance, True)
-        if not border.may_shear and session.size >= numbers.fire_only_disks:
+        if not border.may_shear and session.size >= FIRE_ONLY_DISKS:
             continue
-        descend_with_box(session, border, tolerance, settings=settings)
+        descend_with_box(session, border, tolerance, settings.box_newton_steps)
         state = session.evaluate()
-        ended = _ends(session.packing(), state, border, tolerance, settings)
-        if ended and not (border.may_shear and _leave_saddle(session, state, numbers.leave)):
+        ended = _ends(session.packing(), state, border, tolerance)
+        if ended and not (border.may_shear and _leave_saddle(session, state)):
             break
     else:
         state = session.evaluate()
-    return _judge(session.packing(), state, border, tolerance, settings)
+    return _judge(session.packing(), state, border, tolerance)
 
 
 def relax_at_pressure(
@@ -96,15 +107,14 @@ def relax_at_pressure(
     Returns:
         The state reached; `converged` also means that the pressure is met to 1e-9 of its load.
     """
-    numbers = settings.box_relaxation
     if session.law.kernel_arguments() is not None and session.packing().fixed is None:
         relax_disks_and_box(session, BoxStrains(COMPRESSION, pressure), tolerance, near=True, settings=settings)
     found = relax(session, tolerance, near=True, settings=settings)
     before: tuple[float, float] | None = None
-    for _ in range(numbers.areas):
+    for _ in range(_AREAS):
         state, packing = found.evaluation, session.packing()
         excess = state.pressure - pressure
-        if abs(excess) <= numbers.held * load(packing, state):
+        if abs(excess) <= _HELD * load(packing, state):
             return found
         try:
             modulus = compression_modulus(elastic_tensor(packing).relaxed, state.pressure)
@@ -112,7 +122,7 @@ def relax_at_pressure(
             modulus = 0.0 if before is None else (state.pressure - before[1]) / np.log(before[0] / packing.area)
         if not modulus > 0:
             modulus = stiffness_scale(packing)
-        wider = np.clip(excess / modulus, -numbers.widest, numbers.widest)
+        wider = np.clip(excess / modulus, -_WIDEST, _WIDEST)
         before = packing.area, state.pressure
         session.load(follow(packing, packing.phi * np.exp(-wider)))
         found = relax(session, tolerance, near=True, settings=settings)
@@ -129,28 +139,24 @@ def _softest_shear(packing: Packing, pressure: float) -> tuple[float, Array] | N
     return float(values[0]), np.einsum("a,aij->ij", vectors[:, 0], PURE_SHEARS)
 
 
-def _leave_saddle(session: Session, state: Evaluation, leave: float) -> bool:
+def _leave_saddle(session: Session, state: Evaluation) -> bool:
     """Shear the box a little where that lowers the energy, which a box without shear stress does not find by itself."""
     softest = _softest_shear(session.packing(), state.pressure)
     if softest is None or softest[0] > 0:
         return False
-    session.load(deformed(session.packing(), shear_gradient(leave * softest[1]))[0])
+    session.load(deformed(session.packing(), shear_gradient(_LEAVE * softest[1]))[0])
     return True
 
 
-def _ends(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float, settings: SolverSettings) -> bool:
+def _ends(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float) -> bool:
     """Whether forces are balanced, and stress as well where anything is held."""
-    excess = border.excess(state.stress)
-    noise = stress_noise(packing, state, settings.border)
-    balanced = excess <= settings.box_relaxation.balanced * noise
+    balanced = border.excess(state.stress) <= _BALANCED * stress_noise(packing, state)
     return state.max_force <= tolerance and (balanced or contacts(packing).unjammed)
 
 
-def _judge(
-    packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float, settings: SolverSettings
-) -> Relaxed:
+def _judge(packing: Packing, state: Evaluation, border: BoxStrains, tolerance: float) -> Relaxed:
     """Few contacts that balance by symmetry alone are a saddle, where a shear of the box lowers the energy."""
-    minimum = _ends(packing, state, border, tolerance, settings)
+    minimum = _ends(packing, state, border, tolerance)
     if minimum and border.may_shear and not contacts(packing).unjammed:
         softest = _softest_shear(packing, state.pressure)
         minimum = softest is not None and softest[0] > 0

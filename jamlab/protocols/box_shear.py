@@ -16,10 +16,17 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.factors import PositiveSolver
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.natural_units import mean_size
-from jamlab.protocols.border_newton import Model
+from jamlab.protocols.border_newton import LONGEST_STRAIN, Model
 from jamlab.protocols.box_relaxation import relax_disks_and_box
+from jamlab.protocols.newton import REACH
 from jamlab.protocols.relaxation import Relaxed, force_tolerance, relax
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
+
+# of the shear of the box around droplets
+_STRESS_TOLERANCE = 1e-8  # residual shear stress over pressure at the end
+_SHIFT = 1e-8  # of the Hessian's diagonal: droplets that slide have no stiffness of their own
+# factors of the part of a Newton step that is taken, after one downhill and after one uphill
+_GROW, _REFUSED = 2.5, 0.25
 
 
 @dataclass(frozen=True)
@@ -91,28 +98,28 @@ def relax_with_box_shear(
 def _shear_droplets(
     session: Session, border: BoxStrains, tolerance: float, near: bool, least_pressure: float, settings: SolverSettings
 ) -> Relaxed:
-    numbers, size = settings.box_shear, mean_size(session.packing())
+    size = mean_size(session.packing())
     found, solver, part = relax(session, tolerance, near=near, settings=settings), PositiveSolver(), 1.0
-    for _ in range(numbers.steps):
+    for _ in range(settings.box_shear_steps):
         state, packing = found.evaluation, session.packing()
-        balanced = max(numbers.stress_tolerance * state.pressure, state.max_force / size)
+        balanced = max(_STRESS_TOLERANCE * state.pressure, state.max_force / size)
         if not found.converged or state.pressure < least_pressure or border.excess(state.stress) <= balanced:
             return found
         gradient = border.gradient(state.stress, packing.area)
         try:
             model = Model.of(packing, border, state)
-            whole, _ = model.step(solver, state.forces.ravel(), gradient, numbers.shift, settings)
+            whole, _ = model.step(solver, state.forces.ravel(), gradient, _SHIFT)
         except (InputError, ConvergenceError):  # outlines cross
             break
-        step, _ = whole.within(numbers.reach * size, numbers.longest_strain, part)
+        step, _ = whole.within(REACH * size, LONGEST_STRAIN, part)
         session.load(border.move(packing, step.u, step.e))
         trial = relax(session, tolerance, near=True, settings=settings)
         if trial.evaluation.pressure < least_pressure:
             return trial
         work = -0.5 * (gradient + border.gradient(trial.evaluation.stress, packing.area)) @ step.e
         if trial.converged and (work > 0 or trial.evaluation.energy < state.energy):
-            found, part = trial, min(1.0, numbers.grow * part)
+            found, part = trial, min(1.0, _GROW * part)
         else:
             session.load(packing)
-            part *= numbers.refused
+            part *= _REFUSED
     return Relaxed(session.evaluate(), tolerance, False)

@@ -35,6 +35,13 @@ from jamlab.protocols.work_done import SweepWork
 # several modes at a time and ends droplets by other steps
 COMPRESSION_PROTOCOL = {"disks": 2, "droplets": 4}
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
+_SECANT_STEPS = 15  # at most, to a true packing fraction
+_MET = 0.01  # distance from a state's packing fraction over that to the state before
+_MET_LAST = 1e-6  # distance of the last state from its packing fraction
+_LEAST_SLOPE = 0.1  # of rho against phi for a secant; below, the packing has jumped to another basin
+_SHORTEST = 1e-7  # step in phi, when following a basin
+_LOOSE = 1e3  # pressure over force tolerance below which a pressure is not worth predicting
+_EASY = 0.3  # part of the error allowed below which the next step may be twice as long
 
 
 @checked
@@ -158,7 +165,7 @@ def compress(
     force = force_tolerance(packing.model) if tolerance is None else tolerance
     if len(after) > len(targets):
         raise InputError(f"after has {len(after)} states, but a sweep to {to:g} has {len(targets)}")
-    near = 2 * settings.sweep.met * np.abs(np.diff(targets, prepend=value))
+    near = 2 * _MET * np.abs(np.diff(targets, prepend=value))
     for state, target, distance in zip(after, targets, near, strict=False):
         if reason := _unlike(state, packing, by, target, distance, force):
             raise InputError(f"after: these states do not belong to this sweep to {to:g}: {reason}")
@@ -212,7 +219,7 @@ def _sweep(
         sweep = _Sweep(session, packing, by, error, force, settings)
         for target in targets:
             began, stride = time.perf_counter(), abs(target - before)
-            tolerance = min(settings.sweep.met * stride, settings.sweep.met_last if target == targets[-1] else 1.0)
+            tolerance = min(_MET * stride, _MET_LAST if target == targets[-1] else 1.0)
             found, step_error = sweep.go_to(target, tolerance)
             packing = session.packing()
             before = _fraction(packing, by)
@@ -222,7 +229,7 @@ def _sweep(
                 by=by,
                 compression_version=COMPRESSION_PROTOCOL[packing.kind.descent],
                 target=float(target),
-                minimizer=descent_of(session).name(session, settings.relaxation),
+                minimizer=descent_of(session).name(session, settings),
                 wall_time=time.perf_counter() - began,
                 **({} if error is None else {"step_error": step_error}),
             ).with_state(on_target=bool(abs(before - target) <= tolerance))
@@ -258,7 +265,7 @@ class _Sweep:
         """Go to a packing fraction, which answers to the nominal one almost linearly: one or two secant steps. What the
         last minimisation reached, and the largest relative error of a pressure that was predicted."""
         value, step_error = _fraction(self.last, self.by), 0.0
-        for _ in range(self.settings.sweep.secant_steps):
+        for _ in range(_SECANT_STEPS):
             phi = self.last.phi + (target - value) / self.slope
             if self.error is None:
                 found = self._reach(phi)
@@ -272,7 +279,7 @@ class _Sweep:
                 break
             if state.phi != self.last.phi:
                 slope = (reached - value) / (state.phi - self.last.phi)
-                self.slope = slope if slope > self.settings.sweep.least_slope else self.slope
+                self.slope = slope if slope > _LEAST_SLOPE else self.slope
             self.last, value = state, reached
         return found, step_error
 
@@ -290,10 +297,10 @@ class _Sweep:
         where there is none either, a state of which rattlers stop all that slides."""
         relax_state, packing = minimizer(self.last.ensemble), self.session.packing()
         again = partial(relax_state, self.session, self.force, near=True, settings=self.settings)
-        left = leave_saddles(self.session, found, again, self.settings)
+        left = leave_saddles(self.session, found, again)
         if not left.converged:
             left = self._reach_by_steps(packing.phi)
-        return left if left.converged else stopped_beside(self.session, packing, found, again, self.settings)
+        return left if left.converged else stopped_beside(self.session, packing, found, again)
 
     def _reach_by_steps(self, phi: float, *, stopped: bool = False) -> Relaxed:
         """Go to phi from the last state by 2 steps, then 4, and so on, until one way ends in a minimum.
@@ -301,8 +308,8 @@ class _Sweep:
         Vertices run together, or outlines cross, where droplets are squeezed by too much at once. `stopped`: of the
         last way, see `relax_off_saddles`.
         """
-        for halving in range(1, self.settings.sweep.halvings + 1):
-            state, last_way = self.last, stopped and halving == self.settings.sweep.halvings
+        for halving in range(1, self.settings.halvings + 1):
+            state, last_way = self.last, stopped and halving == self.settings.halvings
             for following in np.linspace(state.phi, phi, 2**halving + 1)[1:]:
                 self.session.load(at_phi(state, following))
                 found = relax_off_saddles(self.session, self.force, stopped=last_way, settings=self.settings)
@@ -315,8 +322,7 @@ class _Sweep:
 
     def _follow(self, phi: float, error: float) -> tuple[Relaxed, float]:
         """Go to phi by steps in which linear response predicts the pressure to a relative error; also returns that."""
-        numbers, packing = self.settings.sweep, self.last
-        largest, length = 0.0, abs(phi - packing.phi)
+        packing, largest, length = self.last, 0.0, abs(phi - self.last.phi)
         while True:
             length = min(length, abs(phi - packing.phi))
             following = packing.phi + np.sign(phi - packing.phi) * length
@@ -324,15 +330,15 @@ class _Sweep:
             self.session.load(follow(packing, following))
             found = relax_off_saddles(self.session, self.force, near=True, settings=self.settings)
             met = found.evaluation.pressure
-            missed = abs(met - predicted) / max(abs(met), abs(predicted), numbers.loose * self.force)
-            if (missed > error or not found.converged) and length > numbers.shortest:
+            missed = abs(met - predicted) / max(abs(met), abs(predicted), _LOOSE * self.force)
+            if (missed > error or not found.converged) and length > _SHORTEST:
                 length *= 0.5
                 continue
             largest = max(largest, missed)
             packing = self.session.packing()
             if abs(packing.phi - phi) <= 1e-12:
                 return found, largest
-            length *= 2.0 if missed < numbers.easy * error else 1.0
+            length *= 2.0 if missed < _EASY * error else 1.0
 
 
 def _predict_pressure(packing: Packing, phi: float) -> float:

@@ -159,14 +159,14 @@ def _onset_above(
     check_stiffness(loose.params, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, work, settings)
-        rigid = not by_paper and may_be_rigid(loose, settings)
+        rigid = not by_paper and may_be_rigid(loose)
         if by_paper:
             onset = searched.by_paper(loose, first_step)
         elif rigid:
             onset = RigidSearch(searched, protocol, settings).run(loose, first_step)
         else:
             onset = searched.by_bisection(loose, first_step)
-        method = "rigid" if rigid else descent_of(session).name(session, settings.relaxation)
+        method = "rigid" if rigid else descent_of(session).name(session, settings)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     return record(packing, onset.found, minimizer=method)
 

@@ -14,12 +14,17 @@ from jamlab.models.pair_laws import power_law
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.approach import Approach, fell_too_often
+from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
 from jamlab.protocols.box_shear import Ensemble
 from jamlab.protocols.relaxation import Relaxed, relax, settle
 from jamlab.protocols.saddles import leave_saddles
 from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
+
+_SEARCH_TOLERANCE = 1e-6  # on the largest force of droplets: tells a state jammed by step_fine from a loose one
+# the same for droplets near onset: forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
+_LOOSE_TOLERANCE = 5e-8
+_LOOSE_ENERGY = 0.01  # contact energy over u_contact that forces left in loose disks may hold
 
 
 @dataclass(frozen=True)
@@ -34,10 +39,11 @@ class SearchState:
     def phi(self) -> float:
         return self.packing.phi
 
-    def bears_load(self, bearing: float) -> bool:
+    @property
+    def bears_load(self) -> bool:
         """Whether contact forces, of order pressure times particle size, stand far above the force imbalance."""
         state = self.found.evaluation
-        return state.max_force < bearing * state.pressure * mean_size(self.packing)
+        return state.max_force < BEARING * state.pressure * mean_size(self.packing)
 
     @property
     def has_backbone(self) -> bool:
@@ -81,19 +87,19 @@ class OnsetSearch(Approach[SearchState]):
     def by_bisection(self, packing: Packing, step: float) -> SearchState:
         """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
         low = SearchState(packing, Relaxed(self.session.evaluate(), self.tolerance, False), 0.0)
-        for falls in range(self.settings.onset.most_falls + 1):
+        for falls in range(MOST_FALLS + 1):
             self.work.attempt = falls + 1
             low, jammed = self.bracket(low, step)
             end = self._stabilize(jammed)
             if self.jammed(end):
                 aim = packing.law.root_energy(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
                 end, _ = self.come_down(low.phi, end, aim)
-                end = self._leave_saddles(end, late=falls >= self.settings.onset.falls)
+                end = self._leave_saddles(end, late=falls >= FALLS)
             if self.at_end(end):
                 return end
             # it fell apart in one go and found a denser basin, or ended on a saddle: compress what is left
             low, step = end, self.protocol["step_fine"]
-        raise fell_too_often(low.phi, self.settings.onset.most_falls + 1)
+        raise fell_too_often(low.phi, MOST_FALLS + 1)
 
     def _stabilize(self, jammed: SearchState) -> SearchState:
         """The jammed state, relaxed to the end; compressed by growing steps where the shear of the box unjams it."""
@@ -111,19 +117,15 @@ class OnsetSearch(Approach[SearchState]):
         if not self.at_end(state):
             return state
         again = partial(self._relax, near=True)
-        return self.measure(leave_saddles(self.session, state.found, again, self.settings, stopped=late))
+        return self.measure(leave_saddles(self.session, state.found, again, stopped=late))
 
     def settle(self, start: SearchState, phi: float) -> SearchState:
         """A bounded effort at another packing fraction."""
         self.session.load(at_phi(start.packing, phi))
-        tolerance = (
-            max(self.tolerance, self.settings.onset.search_tolerance) if self.session.kind.deforms else self.tolerance
-        )
+        tolerance = max(self.tolerance, _SEARCH_TOLERANCE) if self.session.kind.deforms else self.tolerance
         if not self.session.law.springs:  # softer and softer, loose disks need ever longer to part altogether
-            tolerance = max(
-                tolerance,
-                power_law(start.packing).force_at(self.settings.onset.loose_energy * self.protocol["u_contact"]),
-            )
+            loose = power_law(start.packing).force_at(_LOOSE_ENERGY * self.protocol["u_contact"])
+            tolerance = max(tolerance, loose)
         found = settle(self.session, tolerance, loose=self.protocol["u_jammed"], settings=self.settings)
         return self.measure(Relaxed(found, tolerance, found.max_force <= tolerance))
 
@@ -131,16 +133,16 @@ class OnsetSearch(Approach[SearchState]):
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start.packing, phi))
         if self.session.kind.deforms and not self.relax_state.may_shear:
-            found = settle(self.session, self.settings.onset.loose_tolerance, settings=self.settings)
+            found = settle(self.session, _LOOSE_TOLERANCE, settings=self.settings)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
-                return self.measure(Relaxed(found, self.settings.onset.loose_tolerance, False))
+                return self.measure(Relaxed(found, _LOOSE_TOLERANCE, False))
         return self.measure(self._relax(near=True))
 
     def _relax(self, near: bool = False) -> Relaxed:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         start = self.session.packing()
         sheared = start.kind.deforms and self.relax_state.may_shear
-        least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else -np.inf
+        least = self.tolerance / (BEARING * mean_size(start)) if sheared else -np.inf
         return self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
 
     def measure(self, found: Relaxed) -> SearchState:
@@ -151,11 +153,7 @@ class OnsetSearch(Approach[SearchState]):
 
     def jammed(self, state: SearchState) -> bool:
         """Whether a state bears a load above the window of contact energy."""
-        return (
-            state.energy > self.protocol["u_jammed"]
-            and state.bears_load(self.settings.onset.bearing)
-            and state.has_backbone
-        )
+        return state.energy > self.protocol["u_jammed"] and state.bears_load and state.has_backbone
 
     def at_end(self, state: SearchState) -> bool:
         """Whether a state is at onset."""

@@ -24,15 +24,28 @@ from jamlab.mechanics.stiffness import hessian
 from jamlab.models.models import MODELS
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.newton import descend_by_newton, factorise
-from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
-from jamlab.protocols.solver_settings import SOLVERS, LbfgsSettings, RelaxationSettings, SolverSettings
+from jamlab.protocols.newton import DEFINITE, descend_by_newton, factorise
+from jamlab.protocols.preconditioned_lbfgs import FAR, NEAR, LbfgsSettings, descend_by_lbfgs
+from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
 QUENCH_PROTOCOL = 1  # version, see jamlab.campaign.tasks
 FEW_FACTORS = 3  # more, and the log of a run says why
 _log = logging.getLogger(__name__)
 
 LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
+# Newton steps of disks at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
+# Halved or doubled: 11 % more force evaluations, or 22 % more factorisations
+_NEAR_STEPS = 40
+# from here on gaps that a step will close are in the Hessian: with 1024, 5000 steps do not reach a minimum without;
+# with 256 a sweep takes .54 to .93 times the CPU, with 64 the same
+_MANY_DROPLETS = 512
+_NEWTON_NOISE = 1e-7  # largest force over pressure at which Newton steps take over; started earlier they stall
+_JUMP = 0.5  # a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target
+_CLOSE = 1.05  # with a free box, a stage that starts with its target times this or less aims lower by as much
+_FIRE_STRETCH = 3000  # FIRE steps after which it starts anew
+_FIRE_STEPS_DROPLETS = 300  # between two rounds: away from where the last one stalled
+_SOFTEST = 1e-3  # contacts, over the strength of the law: FIRE steps grow no longer where stiffening disks are softer
+LOOSE_FORCE = 2e-5  # of droplets: below, forces cannot bring a packing to jam that has no contacts
 
 
 @dataclass(frozen=True)
@@ -85,7 +98,7 @@ def relax(
         session: is left in the minimum.
         tolerance: on the largest force; default `force_tolerance` of the model.
         near: the state is a good guess of the minimum: try steps that converge fast there before anything else,
-            `settings.newton`, for droplets `settings.near`.
+            Newton's, for droplets those of L-BFGS.
         settings: settings of the solvers.
 
     Returns:
@@ -98,20 +111,20 @@ def relax(
         state = descent.end(session, tolerance, settings)
         if state.max_force <= tolerance:
             return Relaxed(state, tolerance, True)
-    for round_ in range(settings.relaxation.rounds):
+    for round_ in range(settings.rounds):
         state = descent.descend(session, tolerance, round_, settings)
         if state.max_force > tolerance:
-            state = descend_by_newton(session, tolerance, settings=settings.newton)
+            state = descend_by_newton(session, tolerance, settings.newton_steps)
         if state.max_force <= tolerance:
             break
     return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session))
 
 
-def descend_by_fire(session: Session, tolerance: float, settings: RelaxationSettings = SOLVERS.relaxation) -> None:
+def descend_by_fire(session: Session, tolerance: float) -> None:
     """FIRE over droplets; back to the start if one folded over itself or flew apart, where LAMMPS stops."""
     before = session.packing()
     try:
-        session.minimize(tolerance, style="fire", steps=settings.fire_steps_droplets)
+        session.minimize(tolerance, style="fire", steps=_FIRE_STEPS_DROPLETS)
     except EngineError:  # lost atoms, or an edge of many times its length: what is built anew has neither
         session.load(before, anew=True)
     undo_if_folded(session, before.positions)
@@ -130,7 +143,7 @@ def _entangled(session: Session) -> bool:
 class Descent(Protocol):
     """Steps of a kind of particles: first-order ones, which bring a packing near its minimum, and those to its end."""
 
-    def name(self, session: Session, settings: RelaxationSettings) -> str: ...  # of the method
+    def name(self, session: Session, settings: SolverSettings) -> str: ...  # of the method
     def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation: ...
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation: ...
     def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation: ...
@@ -139,7 +152,7 @@ class Descent(Protocol):
 class DescentOfDisks:
     """By "cg", or "fire" of many disks: CG crawls where barely touching disks are soft."""
 
-    def name(self, session: Session, settings: RelaxationSettings) -> str:
+    def name(self, session: Session, settings: SolverSettings) -> str:
         return "fire" if session.size >= settings.many_disks or not session.law.springs else "cg"
 
     def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
@@ -148,37 +161,35 @@ class DescentOfDisks:
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
         if round_ == 1:  # a curved valley, along which Newton and first-order steps crawl
             return _descend_along_valley(session, tolerance, settings)
-        numbers = settings.relaxation
-        if self.name(session, numbers) == "fire":
-            noise = numbers.newton_noise * 0.1**round_
-            return quench(session, noise, floor=tolerance / noise, settings=numbers)
-        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=numbers.cg_steps)
+        if self.name(session, settings) == "fire":
+            noise = _NEWTON_NOISE * 0.1**round_
+            return quench(session, noise, floor=tolerance / noise, settings=settings)
+        return session.minimize(tolerance, style="cg" if round_ % 2 == 0 else "fire", steps=settings.cg_steps)
 
     def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation:
-        return descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
+        return descend_by_newton(session, tolerance, min(_NEAR_STEPS, settings.newton_steps))
 
 
 class DescentOfDroplets:
     """By preconditioned L-BFGS, "lbfgs"."""
 
-    def name(self, session: Session, settings: RelaxationSettings) -> str:
+    def name(self, session: Session, settings: SolverSettings) -> str:
         return "lbfgs"
 
     def settle(self, session: Session, tolerance: float, loose: float, settings: SolverSettings) -> Evaluation:
-        numbers, least = settings.relaxation, loose * session.size
-        brief = replace(settings.lbfgs, steps=numbers.settle_steps)
-        state = descend_droplets(session, tolerance, brief, settings, loose=least)
-        if state.max_force > tolerance and not _loose(session, state.max_force, least, numbers):
-            state = descend_by_newton(session, tolerance, settings=settings.newton)
+        least = loose * session.size
+        state = descend_droplets(session, tolerance, FAR, settings.settle_steps, loose=least)
+        if state.max_force > tolerance and not _loose(session, state.max_force, least):
+            state = descend_by_newton(session, tolerance, settings.newton_steps)
         return state
 
     def descend(self, session: Session, tolerance: float, round_: int, settings: SolverSettings) -> Evaluation:
         if round_:
-            descend_by_fire(session, tolerance, settings.relaxation)
-        return descend_droplets(session, tolerance, settings.lbfgs, settings)
+            descend_by_fire(session, tolerance)
+        return descend_droplets(session, tolerance, FAR, settings.lbfgs_steps)
 
     def end(self, session: Session, tolerance: float, settings: SolverSettings) -> Evaluation:
-        return descend_droplets(session, tolerance, settings.near, settings)
+        return descend_droplets(session, tolerance, NEAR, settings.near_steps)
 
 
 _DESCENTS: dict[str, Descent] = {"disks": DescentOfDisks(), "droplets": DescentOfDroplets()}  # by `Model.descent`
@@ -203,7 +214,7 @@ def quench(
     steps: int = 100_000,
     border: BoxStrains | None = None,
     fire: FireSettings | None = None,
-    settings: RelaxationSettings = SOLVERS.relaxation,
+    settings: SolverSettings = SOLVERS,
 ) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
@@ -214,7 +225,7 @@ def quench(
         steps: at most, in each of a few stages.
         border: strains that the box may take, down to the same noise in their stress; by default none.
         fire: settings of FIRE, default as in the decks.
-        settings: numbers of the stages.
+        settings: settings of the solvers.
     """
     state = session.evaluate()
     for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
@@ -222,23 +233,23 @@ def quench(
         left = max(state.max_force, 0.0 if border is None else border.excess(state.stress))
         if left <= target:
             break
-        if border is not None and left <= settings.close * target:  # a stage that ended there sums in another order
-            target /= settings.close
+        if border is not None and left <= _CLOSE * target:  # a stage that ended there sums in another order
+            target /= _CLOSE
         before = load(session.packing(), state)
-        numbers = _longer_steps(session, fire or fire_settings(), state.pressure, settings.softest)
-        how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": settings.fire_stretch}
+        numbers = _longer_steps(session, fire or fire_settings(), state.pressure)
+        how: dict[str, Any] = {"style": "fire", "steps": steps, "stretch": _FIRE_STRETCH}
         try:
             state = session.minimize(target, **how, border=border, fire=numbers)
         except InputError:  # the kernel does not take the law, or so small a box: LAMMPS does, at a box that keeps
             state = session.minimize(target, **how)
-        if state.max_force > target and load(session.packing(), state) > settings.jump * before:
+        if state.max_force > target and load(session.packing(), state) > _JUMP * before:
             break
     return state
 
 
-def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest: float) -> FireSettings:
+def _longer_steps(session: Session, fire: FireSettings, pressure: float) -> FireSettings:
     """Numbers of FIRE in the time of contacts that are soft, as those of disks are that stiffen with their overlap."""
-    stiffness = max(session.law.stiffness_at(pressure), softest)
+    stiffness = max(session.law.stiffness_at(pressure), _SOFTEST)
     return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 
@@ -247,7 +258,7 @@ def _descend_along_valley(session: Session, target: float, settings: SolverSetti
     packing, solver = session.packing(), PositiveSolver()
 
     def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
-        factorise(hessian(packing.with_state(positions=positions)), shift, solver, settings.newton.definite)
+        factorise(hessian(packing.with_state(positions=positions)), shift, solver)
         return solver.solve
 
     try:
@@ -256,8 +267,7 @@ def _descend_along_valley(session: Session, target: float, settings: SolverSetti
             packing.positions,
             preconditioner,
             tolerance=target,
-            steps=settings.lbfgs.steps,
-            settings=settings.lbfgs,
+            steps=settings.lbfgs_steps,
         )
     except (InputError, ConvergenceError):  # two disks in one place: no Hessian there
         positions = packing.positions
@@ -266,26 +276,16 @@ def _descend_along_valley(session: Session, target: float, settings: SolverSetti
 
 
 def descend_droplets(
-    session: Session, target: float, numbers: LbfgsSettings, settings: SolverSettings, *, loose: float = 0.0
+    session: Session, target: float, numbers: LbfgsSettings, steps: int, *, loose: float = 0.0
 ) -> Evaluation:
     """L-BFGS on a shifted Hessian, `jamlab/descend`, down to a largest force of `target`, or until less contact energy
     is left than `loose`; back to the start if outlines crossed on the way."""
     start, first_shift = session.positions(), numbers.least_shift
     if session.last_descent is not None and numbers.shift:
         first_shift = session.last_descent.shift
-    if session.particles < settings.relaxation.many_droplets:
+    if session.particles < _MANY_DROPLETS:
         numbers = replace(numbers, closing=0.0)
-    found = session.descend(
-        [
-            target,
-            numbers.steps,
-            settings.relaxation.loose_force,
-            loose,
-            *astuple(numbers)[1:],
-            first_shift,
-            settings.newton.definite,
-        ]
-    )
+    found = session.descend([target, steps, LOOSE_FORCE, loose, *astuple(numbers), first_shift, DEFINITE])
     if found.factors > FEW_FACTORS:
         _log.debug(
             "%d factorisations in %d steps: %d not positive definite, %d for searches that found no lower energy, %d "
@@ -297,9 +297,9 @@ def descend_droplets(
     return session.evaluate()
 
 
-def _loose(session: Session, largest_force: float, contact_energy: float, settings: RelaxationSettings) -> bool:
+def _loose(session: Session, largest_force: float, contact_energy: float) -> bool:
     """Whether contacts are gone, and forces too small to press droplets together again that have just lost touch."""
-    return largest_force < settings.loose_force and session.contact_energy() < contact_energy
+    return largest_force < LOOSE_FORCE and session.contact_energy() < contact_energy
 
 
 def undo_if_folded(session: Session, before: Array) -> None:

@@ -18,11 +18,40 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow, unstable_directions
 from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
-from jamlab.protocols.approach import Approach, fell_too_often
+from jamlab.protocols.approach import BEARING, FALLS, MOST_FALLS, Approach, fell_too_often
+from jamlab.protocols.newton import ACCEPTED, DEFINITE, GOOD, GROW, POOR, REACH, SHRINK
 from jamlab.protocols.onset_search import OnsetSearch, SearchState
+from jamlab.protocols.preconditioned_lbfgs import NEAR
 from jamlab.protocols.relaxation import Relaxed, descend_droplets
-from jamlab.protocols.saddles import leave_saddles
+from jamlab.protocols.saddles import FINEST, leave_saddles
 from jamlab.protocols.solver_settings import SolverSettings
+
+# Halved or doubled, shifts and factors change the iterations over rigid bodies by -8 to 50 %, so do not matter.
+_STEPS = 3000  # at most, in one relaxation: 3 to 340 are usual, a few that lose their contacts take 1000
+# of the Hessian's diagonal, over the stiffness of a contact, eps/delta^2
+_FIRST_SHIFT, _LEAST_SHIFT, _LAST_SHIFT = 6e-5, 6e-12, 6.0
+# lengths tried along a step that leads uphill, and part of its slope that may be left; without, a search takes four
+# times as many factorisations
+_SEARCHES, _SLACK = 5, 0.5
+_RIM = 0.2  # longest move of a coordinate in one step, over delta: outlines never jump over each other
+_SETTLED, _ENDED = 1e-6, 1e-9  # largest force over that of contacts, to tell jammed from loose, and at the end
+_ROUNDING = 5e-13  # of forces, over eps/delta
+_LOOSE = 0.1  # contact energy over u_contact with which a relaxation ends
+_BALANCED = 1e-4  # largest force over the largest contact force at the end of the way down
+_STIFFNESS = 1.8  # of a droplet against a contact, over its line tension
+_SOFTEST = 1e-3  # the same over that of a rim: with less the droplets themselves are searched
+_LOWEST, _HIGHEST = 0.05, 15.0  # contact energy on the way down over that to come down to
+# slides along modes that give way at most, length of one, mean particle size, and the part that nothing has to stop
+_SLIDES, _SLIDE, _MOVED = 20, 0.05, 0.2
+# how near in phi a state is the one before, and how often it is judged before the search goes on from denser ones
+_SAME, _REPEATS = 1e-6, 2
+# tries at most until a state of droplets is a minimum or comes loose, and changes of phi for each
+_JUDGEMENTS, _CORRECTIONS = 8, 4
+_FARTHEST = 100.0  # change of the distance to onset at most, in one of them
+_GONE = 1e-22  # contact energy per vertex of droplets from which no extrapolation leads back
+# steps of droplets at most: from rigid ones, from there to the smallest forces, after a slide, and where that does not
+# end; of the box around droplets, each with as many of theirs
+_DROPLET_STEPS, _FINER_STEPS, _SLIDE_STEPS, _LBFGS_STEPS, _BOX_STEPS = 600, 120, 150, 800, 12
 
 
 @dataclass(frozen=True)
@@ -35,9 +64,9 @@ class RigidSearch(Approach[RigidDroplets]):
 
     def run(self, packing: Packing, step: float) -> SearchState:
         """Onset above a loose packing, by steps of phi that begin with `step`."""
-        low, onset = RigidDroplets.of(packing), self.settings.onset
+        low = RigidDroplets.of(packing)
         seen: list[float] = []  # packing fractions at which contacts appear
-        for falls in range(onset.most_falls + 1):
+        for falls in range(MOST_FALLS + 1):
             self.droplets.work.attempt = falls + 1
             low, jammed = self.bracket(low, step)
             jammed = self._stabilize(jammed)
@@ -51,16 +80,16 @@ class RigidSearch(Approach[RigidDroplets]):
                 continue
             if self.at_end(end):
                 seen.append(end.phi - gap)
-                repeats = sum(abs(seen[-1] - phi) < self.settings.rigid.same for phi in seen)
-                if repeats > self.settings.rigid.repeats:  # it came back: from ever denser ones
+                repeats = sum(abs(seen[-1] - phi) < _SAME for phi in seen)
+                if repeats > _REPEATS:  # it came back: from ever denser ones
                     low = self._relax(end, end.phi + (repeats - 1) * self.protocol["step_near"])
                     continue
-                found = self._judge(end, gap, late=falls >= onset.falls)
+                found = self._judge(end, gap, late=falls >= FALLS)
                 if isinstance(found, SearchState):
                     return found
                 end = found
             low = end
-        raise fell_too_often(low.phi, onset.most_falls + 1)
+        raise fell_too_often(low.phi, MOST_FALLS + 1)
 
     @property
     def _shears(self) -> bool:
@@ -71,29 +100,33 @@ class RigidSearch(Approach[RigidDroplets]):
         """Contact energy per vertex of rigid droplets whose overlaps droplets would share with their own deformation,
         so that their contacts hold one in the middle of the window of onset."""
         middle = float(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
-        return middle * (1 + 1 / stiffness_of_droplets(self.droplets.session.packing(), self.settings)) ** 2
+        return middle * (1 + 1 / stiffness_of_droplets(self.droplets.session.packing())) ** 2
 
     def _relax(
         self, state: RigidDroplets, phi: float | None = None, *, to_the_end: bool = True, shears: bool | None = None
     ) -> RigidDroplets:
-        numbers, newton = self.settings.rigid, self.settings.newton
         eps, delta = (float(state.droplets.params[name]) for name in ("eps", "delta"))
         stiffness = eps / delta**2
         descent = RigidDescent(
-            relative=numbers.ended if to_the_end else numbers.settled,
-            absolute=numbers.rounding * eps / delta,
-            loose=numbers.loose * self.protocol["u_contact"] * len(state.droplets.positions),
-            reach=min(newton.reach, numbers.rim * delta),
-            first_shift=numbers.first_shift * stiffness,
-            least_shift=numbers.least_shift * stiffness,
-            last_shift=numbers.last_shift * stiffness,
-            searches=numbers.searches,
-            slack=numbers.slack,
-            **{name: getattr(newton, name) for name in ("accepted", "good", "poor", "shrink", "grow", "definite")},
+            relative=_ENDED if to_the_end else _SETTLED,
+            absolute=_ROUNDING * eps / delta,
+            loose=_LOOSE * self.protocol["u_contact"] * len(state.droplets.positions),
+            reach=min(REACH, _RIM * delta),
+            first_shift=_FIRST_SHIFT * stiffness,
+            least_shift=_LEAST_SHIFT * stiffness,
+            last_shift=_LAST_SHIFT * stiffness,
+            accepted=ACCEPTED,
+            good=GOOD,
+            poor=POOR,
+            shrink=SHRINK,
+            grow=GROW,
+            definite=DEFINITE,
+            searches=_SEARCHES,
+            slack=_SLACK,
         )
-        saddles = numbers.slides if to_the_end else 0
+        saddles = _SLIDES if to_the_end else 0
         found = state.relaxed(
-            descent, numbers.steps, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles
+            descent, _STEPS, phi=phi, shears=self._shears if shears is None else shears, saddles=saddles
         )
         self.droplets.work.reached(found.phi)
         return found
@@ -116,7 +149,7 @@ class RigidSearch(Approach[RigidDroplets]):
 
     def jammed(self, state: RigidDroplets) -> bool:
         """Whether some droplets are held by contacts whose forces balance."""
-        bearing = self.settings.onset.bearing * state.pressure * mean_size(state.droplets)
+        bearing = BEARING * state.pressure * mean_size(state.droplets)
         if state.crossed or state.energy_per_vertex <= self.protocol["u_jammed"] or state.max_force >= bearing:
             return False
         try:
@@ -126,16 +159,15 @@ class RigidSearch(Approach[RigidDroplets]):
 
     def at_end(self, state: RigidDroplets) -> bool:
         """Whether droplets would be near the window of onset."""
-        numbers = self.settings.rigid
         return (
             not state.crossed
-            and numbers.lowest * self._aim <= state.energy_per_vertex <= numbers.highest * self._aim
-            and state.max_force <= numbers.balanced * state.contact_force
+            and _LOWEST * self._aim <= state.energy_per_vertex <= _HIGHEST * self._aim
+            and state.max_force <= _BALANCED * state.contact_force
         )
 
     def fallen(self, state: RigidDroplets) -> bool:
         """Whether too little touches."""
-        return not state.crossed and state.energy_per_vertex < self.settings.rigid.lowest * self._aim
+        return not state.crossed and state.energy_per_vertex < _LOWEST * self._aim
 
     def root(self, state: RigidDroplets) -> float:
         """sqrt(U) of springs."""
@@ -161,21 +193,21 @@ class RigidSearch(Approach[RigidDroplets]):
         A droplet that slides or rolls is followed along its mode. Where a rattler stops it, it is followed as a rigid
         body that pushes rattlers aside; what cannot be pushed any further holds it.
         """
-        numbers, session, stopped = self.settings.rigid, self.droplets.session, late
+        session, stopped = self.droplets.session, late
         unsettled = False  # whether droplets did not come to rest
-        for _ in range(numbers.judgements):
+        for _ in range(_JUDGEMENTS):
             state = self._as_droplets(end, gap)
             if unsettled and not self.droplets.at_end(state):
                 state = self._relax_at_length()
             if not self.droplets.at_end(state):
                 again = self._relax(RigidDroplets.of(state.packing))
-                stuck = abs(again.energy - end.energy) < numbers.same * end.energy
+                stuck = abs(again.energy - end.energy) < _SAME * end.energy
                 end = again
                 if stuck and unsettled:
                     break
                 unsettled = stuck
                 continue
-            left = leave_saddles(session, state.found, self._relax_again, self.settings, stopped=stopped)
+            left = leave_saddles(session, state.found, self._relax_again, stopped=stopped)
             found = self.droplets.measure(left)
             if self.droplets.at_end(found):
                 return found
@@ -190,66 +222,53 @@ class RigidSearch(Approach[RigidDroplets]):
     def _followed(self, packing: Packing, mode: Array) -> tuple[RigidDroplets, bool]:
         """Rigid droplets that moved along a mode, downhill, until others stop them; rattlers are pushed aside. Whether
         they were stopped."""
-        numbers, state = self.settings.rigid, RigidDroplets.of(packing)
+        state = RigidDroplets.of(packing)
         downhill = np.vdot(self.droplets.session.forces_at(packing.positions)[1], mode)
-        length = (numbers.slide if downhill >= 0 else -numbers.slide) * mean_size(packing)
+        length = (_SLIDE if downhill >= 0 else -_SLIDE) * mean_size(packing)
         ahead = RigidDroplets.of(packing._trusted(positions=packing.positions + length * mode)).coordinates
         ahead = ahead - state.coordinates
-        for _ in range(numbers.slides):
+        for _ in range(_SLIDES):
             moved = self._relax(replace(state, coordinates=state.coordinates + ahead))
             part = np.vdot(moved.coordinates - state.coordinates, ahead) / np.vdot(ahead, ahead)
             state = moved
-            if part < numbers.moved or not self.at_end(state):
-                return state, bool(part < numbers.moved)
+            if part < _MOVED or not self.at_end(state):
+                return state, bool(part < _MOVED)
         return state, False
 
     def _as_droplets(self, end: RigidDroplets, gap: float) -> SearchState:
         """Droplets relaxed from rigid ones, compressed or decompressed until they lie in the window of onset."""
-        numbers, aim = self.settings.rigid, np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"])
+        aim = np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"])
         self.droplets.session.load(end.packing())
-        state = self._relax_droplets(numbers.droplet_steps)
-        for _ in range(numbers.corrections):
-            if self.droplets.at_end(state) or not state.found.converged or state.energy < numbers.gone:
+        state = self._relax_droplets(_DROPLET_STEPS)
+        for _ in range(_CORRECTIONS):
+            if self.droplets.at_end(state) or not state.found.converged or state.energy < _GONE:
                 break
-            factor = float(np.clip(aim / np.sqrt(state.energy), 1 / numbers.farthest, numbers.farthest))
+            factor = float(np.clip(aim / np.sqrt(state.energy), 1 / _FARTHEST, _FARTHEST))
             target, gap = state.phi + gap * (factor - 1), gap * factor
             self.droplets.session.load(follow(state.packing, target))
-            state = self._relax_droplets(numbers.droplet_steps)
+            state = self._relax_droplets(_DROPLET_STEPS)
         return state
 
     def _relax_at_length(self) -> SearchState:
         """Droplets at greater effort, where steps that converge fast near a minimum do not bring them to rest."""
-        numbers = self.settings.rigid
-        effort = replace(
-            self.settings,
-            lbfgs=replace(self.settings.lbfgs, steps=numbers.lbfgs_steps),
-            relaxation=replace(self.settings.relaxation, rounds=1),
-            box_shear=replace(self.settings.box_shear, steps=numbers.box_steps),
-        )
+        effort = replace(self.settings, lbfgs_steps=_LBFGS_STEPS, rounds=1, box_shear_steps=_BOX_STEPS)
         session, tolerance = self.droplets.session, self.droplets.tolerance
         return self.droplets.measure(self.droplets.relax_state(session, tolerance, settings=effort))
 
     def _relax_again(self) -> Relaxed:
-        return self._relax_droplets(self.settings.rigid.slide_steps).found
+        return self._relax_droplets(_SLIDE_STEPS).found
 
     def _relax_droplets(self, steps: int) -> SearchState:
         """Droplets near a minimum, by a bounded number of steps; so far, where they get there, that contacts
         are left that stop a slide with hardly any force."""
         session, tolerance = self.droplets.session, self.droplets.tolerance
-        near = replace(self.settings.near, steps=steps)
         if self._shears:
-            brief = replace(
-                self.settings,
-                near=near,
-                relaxation=replace(self.settings.relaxation, rounds=0),
-                box_shear=replace(self.settings.box_shear, steps=self.settings.rigid.box_steps),
-            )
+            brief = replace(self.settings, near_steps=steps, rounds=0, box_shear_steps=_BOX_STEPS)
             return self.droplets.measure(self.droplets.relax_state(session, tolerance, near=True, settings=brief))
-        state = descend_droplets(session, tolerance, near, self.settings)
+        state = descend_droplets(session, tolerance, NEAR, steps)
         if state.max_force <= tolerance:
-            reached, finest = session.packing(), min(self.settings.saddles.finest, tolerance)
-            near = replace(near, steps=self.settings.rigid.finer_steps)
-            finer = descend_droplets(session, finest, near, self.settings)
+            reached, finest = session.packing(), min(FINEST, tolerance)
+            finer = descend_droplets(session, finest, NEAR, _FINER_STEPS)
             if finer.max_force <= state.max_force:
                 state = finer
             else:
@@ -257,15 +276,15 @@ class RigidSearch(Approach[RigidDroplets]):
         return self.droplets.measure(Relaxed(state, tolerance, state.max_force <= tolerance))
 
 
-def may_be_rigid(packing: Packing, settings: SolverSettings) -> bool:
+def may_be_rigid(packing: Packing) -> bool:
     """Whether the search over rigid bodies finds onsets of such particles: droplets whose outlines touch, of a tension
     that does not weaken along short edges, and not far softer than their rims."""
     if packing.params.get("contact") != "outline" or packing.params["eta"]:
         return False
-    return stiffness_of_droplets(packing, settings) >= settings.rigid.softest
+    return stiffness_of_droplets(packing) >= _SOFTEST
 
 
-def stiffness_of_droplets(packing: Packing, settings: SolverSettings) -> float:
+def stiffness_of_droplets(packing: Packing) -> float:
     """Stiffness of a droplet against a contact over that of its rim, eps/delta^2, which the contact deforms as well."""
     params = packing.params
-    return float(settings.rigid.stiffness * params["gamma"] * params["delta"] ** 2 / params["eps"])
+    return float(_STIFFNESS * params["gamma"] * params["delta"] ** 2 / params["eps"])

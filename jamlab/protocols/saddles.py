@@ -20,6 +20,17 @@ from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.relaxation import Relaxed, load
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 
+_SLIDES = 40  # along unstable modes at most, until none is left: one droplet in ten slides on its flats
+_SLIDE, _NEAREST = 0.1, 1e-6  # longest slide, and the first try, mean particle size
+_BISECTIONS = 40  # to the contact that stops it, which then overlaps by rounding
+# force uphill at which a slide ends, over pressure times particle size, and over the tolerance
+_HELD, _PRESSED = 1e-3, 0.1
+_ALIKE, _RETURNS = 0.9, 1  # cosine of two modes that are one, and how often it may come back
+FINEST = 1e-13  # largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13
+# move either way, mean particle size, that rattlers push back, and the least force that is not rounding: 1.4e-12 to
+# 7e-10 were seen, where a curvature of -1e-11 alone leaves 1e-15
+_PROBE, _PUSHED = 1e-4, 5e-13
+
 
 def relax_off_saddles(
     session: Session,
@@ -38,19 +49,16 @@ def relax_off_saddles(
         return relax_state(session, tolerance, near=True, settings=settings)
 
     packing = session.packing()
-    left = leave_saddles(session, found, again, settings)
-    return stopped_beside(session, packing, found, again, settings) if stopped and not left.converged else left
+    left = leave_saddles(session, found, again)
+    return stopped_beside(session, packing, found, again) if stopped and not left.converged else left
 
 
-def stopped_beside(
-    session: Session, packing: Packing, found: Relaxed, relax_again: Callable[[], Relaxed], settings: SolverSettings
-) -> Relaxed:
+def stopped_beside(session: Session, packing: Packing, found: Relaxed, relax_again: Callable[[], Relaxed]) -> Relaxed:
     """The state beside a saddle in which rattlers stop all that slides. A stop pushes back, so that another slide along
     the mode leads to its other end: the first end is asked first."""
-    for returns in (0, settings.saddles.returns):
+    for returns in (0, _RETURNS):
         session.load(packing)
-        patience = replace(settings, saddles=replace(settings.saddles, returns=returns))
-        left = leave_saddles(session, found, relax_again, patience, stopped=True)
+        left = leave_saddles(session, found, relax_again, returns=returns, stopped=True)
         if left.converged:
             break
     return left
@@ -60,14 +68,14 @@ def leave_saddles(
     session: Session,
     found: Relaxed,
     relax_again: Callable[[], Relaxed],
-    settings: SolverSettings,
     *,
+    returns: int = _RETURNS,
     stopped: bool = False,
 ) -> Relaxed:
     """The minimum beside a state that a session was relaxed to, which does not count as converged where none is found.
     `relax_again`: of what lies near a minimum; `stopped`: a state that `rests_on_rattlers` counts in the end."""
-    numbers, tried = settings.saddles, np.zeros((0, session.packing().positions.size))
-    for _ in range(numbers.slides):
+    tried = np.zeros((0, session.packing().positions.size))
+    for _ in range(_SLIDES):
         packing = session.packing()
         if not found.converged:
             return found
@@ -75,15 +83,15 @@ def leave_saddles(
             return replace(found, off_saddles=True)
         modes = unstable[0].reshape(len(unstable[0]), -1)
         modes = modes / np.linalg.norm(modes, axis=1, keepdims=True)
-        fresh = (np.abs(modes @ tried.T) > numbers.alike).sum(axis=1) <= numbers.returns
+        fresh = (np.abs(modes @ tried.T) > _ALIKE).sum(axis=1) <= returns
         if not fresh.any():
             break  # what stops them is taken out of the Hessian, rattlers
         tried = np.vstack([tried, modes[fresh]])
         for direction in unstable[0][fresh]:
-            session.set_positions(slid(session, session.packing(), direction, found.tolerance, settings))
+            session.set_positions(slid(session, session.packing(), direction, found.tolerance))
         state = session.evaluate()
         found = replace(found, evaluation=state) if state.max_force <= found.tolerance else relax_again()
-    held = stopped and found.converged and rests_on_rattlers(session, settings)
+    held = stopped and found.converged and rests_on_rattlers(session)
     return replace(found, converged=held, off_saddles=held, on_rattlers=held)
 
 
@@ -112,7 +120,7 @@ def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     )
 
 
-def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
+def rests_on_rattlers(session: Session) -> bool:
     """Whether the state that a session holds is stopped along every mode that gives way.
 
     A droplet squeezed between two others slides until it touches a rattler, or until a vertex passes the end of a flat.
@@ -122,21 +130,19 @@ def rests_on_rattlers(session: Session, settings: SolverSettings) -> bool:
     packing = session.packing()
     if (unstable := unstable_directions(packing)) is None:
         return False
-    numbers = settings.saddles
-    probe, pushes = numbers.probe * mean_size(packing), []
+    probe, pushes = _PROBE * mean_size(packing), []
     for direction in unstable[0]:
         unit = direction / np.linalg.norm(direction)
         moved = [session.forces_at(packing.positions + step * unit)[1] for step in (-probe, probe)]
         pushes.append([np.vdot(moved[0], unit), -np.vdot(moved[1], unit)])
     session.set_positions(packing.positions)
-    return bool(np.max(pushes, axis=1).min() > numbers.pushed and np.min(pushes) > -numbers.pushed)
+    return bool(np.max(pushes, axis=1).min() > _PUSHED and np.min(pushes) > -_PUSHED)
 
 
-def slid(session: Session, packing: Packing, direction: Array, tolerance: float, settings: SolverSettings) -> Array:
+def slid(session: Session, packing: Packing, direction: Array, tolerance: float) -> Array:
     """Positions downhill along a mode, where it goes uphill again: at the next contact, which is left to push back with
     a part of the tolerance on forces, so that it counts. Droplets turn and shift as they do in the mode."""
-    numbers = settings.saddles
-    least = min(numbers.held * load(packing, session.evaluate()) * mean_size(packing), numbers.pressed * tolerance)
+    least = min(_HELD * load(packing, session.evaluate()) * mean_size(packing), _PRESSED * tolerance)
     if np.vdot(session.forces_at(packing.positions)[1], direction) < 0:
         direction = -direction
     path = _path(packing, direction)
@@ -145,10 +151,10 @@ def slid(session: Session, packing: Packing, direction: Array, tolerance: float,
         positions, along = path(length)
         return float(-np.vdot(session.forces_at(positions)[1], along) / np.linalg.norm(along) - least)
 
-    reached, length = 0.0, numbers.nearest
-    while uphill(length) <= 0 and length < numbers.slide:
+    reached, length = 0.0, _NEAREST
+    while uphill(length) <= 0 and length < _SLIDE:
         reached, length = length, 2 * length
-    for _ in range(numbers.bisections):  # SciPy's takes half a second to load
+    for _ in range(_BISECTIONS):  # SciPy's takes half a second to load
         middle = 0.5 * (reached + length)
         reached, length = (reached, middle) if uphill(middle) > 0 else (middle, length)
     return path(length)[0]

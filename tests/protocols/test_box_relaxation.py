@@ -54,7 +54,7 @@ def test_step_solves_the_bordered_system(pushed):
     sites = model.sites.toarray()
     size = len(sites)
     known = PositiveSolver(), state.forces.ravel(), gradient
-    step, shift = model.step(*known, 1e-2, jamlab.results.SolverSettings())
+    step, shift = model.step(*known, 1e-2)
     held = 0.5 * shift * size * np.eye(3)
     whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])
     assert np.linalg.eigvalsh(whole)[0] > 0
@@ -70,7 +70,7 @@ def test_newton_steps_end_at_the_minimum(sp_jammed):
     with jamlab.Session(near) as session:
         taken = descend_with_box(session, border, 1e-13)
         state = session.evaluate()
-    assert 0 < taken < jamlab.results.SolverSettings().border.steps
+    assert 0 < taken < jamlab.results.SolverSettings().box_newton_steps
     assert state.max_force <= 1e-13 and border.excess(state.stress) < 1e-14
 
 

@@ -1,7 +1,5 @@
 """Sweeps: which packing fractions they visit, how they follow a basin, the place where z reaches 6, what is refused."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -102,9 +100,7 @@ def test_long_steps_of_thin_rims_are_halved_until_they_end_in_minima():
 
 def test_a_sweep_does_not_go_on_from_what_is_no_minimum(start):
     """The state is handed out with its mark, then an error names it; the last state of a sweep needs none."""
-    few = jamlab.results.SolverSettings()
-    few = replace(few, newton=replace(few.newton, steps=0), sweep=replace(few.sweep, halvings=1))
-    few = replace(few, relaxation=replace(few.relaxation, rounds=1, cg_steps=1, stages=1))
+    few = jamlab.results.SolverSettings(newton_steps=0, halvings=1, rounds=1, cg_steps=1, stages=1)
     sweep = jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", settings=few)
     flagged = next(sweep)
     assert flagged.converged is False

@@ -109,7 +109,7 @@ def _assert_held(packing):
         _assert_stable(packing)
         return
     with jamlab.Session(packing) as session:
-        assert saddles.rests_on_rattlers(session, jamlab.results.SolverSettings())
+        assert saddles.rests_on_rattlers(session)
     assert "on_rattlers" not in packing.with_state(positions=packing.positions + 1e-3).provenance
     assert why_no_modulus(packing)
 
@@ -140,7 +140,7 @@ def test_a_droplet_that_slid_onto_a_rattler_is_told_from_one_on_a_saddle():
     for packing, held in ((jamlab.read(ON_RATTLER), True), (jamlab.read(SADDLE), False)):
         with jamlab.Session(packing) as session:
             assert elasticity.unstable_directions(packing)[1] < 0
-            assert saddles.rests_on_rattlers(session, jamlab.results.SolverSettings()) is held
+            assert saddles.rests_on_rattlers(session) is held
             assert np.array_equal(session.packing().positions, packing.positions)
 
 

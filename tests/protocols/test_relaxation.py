@@ -1,6 +1,6 @@
 """The minimiser of shapes: descent and what it undoes, its tolerance down to LAMMPS and the record, settings."""
 
-from dataclasses import astuple, replace
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -8,8 +8,10 @@ import pytest
 import jamlab
 from jamlab.engine.session import Session
 from jamlab.packing.deformation import at_phi, sheared
-from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
-from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
+from jamlab.protocols.newton import DEFINITE
+from jamlab.protocols.preconditioned_lbfgs import FAR, descend_by_lbfgs
+from jamlab.protocols.relaxation import LOOSE_FORCE, force_tolerance, relax, settle, undo_if_folded
+from jamlab.protocols.solver_settings import SolverSettings
 
 
 @pytest.mark.parametrize(("inverse", "reach", "most"), [([1e-4, 1.0], 0.04, 3), ([1.0, 1.0], 0.5, 300)])
@@ -29,8 +31,8 @@ def test_descent_in_parabolas(inverse, reach, most):
 
 def descent(session, tolerance, steps, *, loose_energy=0.0, first_shift=3e-4):
     """`jamlab/descend` with the usual numbers; natural units."""
-    loose = [USUAL.relaxation.loose_force if not loose_energy else 1e9, loose_energy]
-    return session.descend([tolerance, steps, *loose, *astuple(USUAL.lbfgs)[1:], first_shift, USUAL.newton.definite])
+    loose = [LOOSE_FORCE if not loose_energy else 1e9, loose_energy]
+    return session.descend([tolerance, steps, *loose, *astuple(FAR), first_shift, DEFINITE])
 
 
 @pytest.mark.parametrize("contact", ["outline", "segment/smooth"])
@@ -42,10 +44,10 @@ def test_the_first_step_is_that_of_the_shifted_hessian_of_numpy(dp_dense, contac
         found = descent(session, 1e-12, 1, first_shift=30.0)
         moved = (session.positions() - packing.positions).ravel()
     assert (found.steps, found.factors, found.refused) == (1, 1, 0)
-    shift = max(30.0, USUAL.lbfgs.shift * np.hypot(*force.reshape(-1, 2).T).max())
+    shift = max(30.0, FAR.shift * np.hypot(*force.reshape(-1, 2).T).max())
     wanted = np.linalg.solve(jamlab.hessian(packing).toarray() + shift * np.eye(len(force)), force)
     assert moved == pytest.approx(wanted * (moved @ wanted) / (wanted @ wanted), abs=1e-9 * np.abs(wanted).max())
-    assert 0 < np.abs(moved).max() <= USUAL.lbfgs.reach * (1 + 1e-12)
+    assert 0 < np.abs(moved).max() <= FAR.reach * (1 + 1e-12)
 
 
 def test_a_descent_near_a_minimum_needs_one_factorisation(dp_dense):
@@ -77,8 +79,7 @@ def test_outlines_that_cross_end_a_descent():
 def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change):
     """From an affine step, without a single Newton step; the force on the same positions in numpy agrees."""
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
-        usual = jamlab.results.SolverSettings()
-        assert relax(session, settings=replace(usual, newton=replace(usual.newton, steps=0))).converged
+        assert relax(session, settings=SolverSettings(newton_steps=0)).converged
         assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
 
 
@@ -144,18 +145,11 @@ def test_what_moves_particles_or_the_box_clears_the_mark(onset):
     assert p.with_state(onset=0.8).converged and p.with_state(provenance={"note": "kept"}).max_force == p.max_force
 
 
-USUAL = jamlab.results.SolverSettings()
-
-
-def changed(solver, **numbers):
-    return replace(USUAL, **{solver: replace(getattr(USUAL, solver), **numbers)})
-
-
 def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense):
     """Disks by L-BFGS where other steps do not get far; droplets by Newton steps after a single one of L-BFGS."""
     push = 1e-4 * np.random.default_rng(1).normal(size=sp_jammed.positions.shape)
-    start, short = sp_jammed.with_state(positions=sp_jammed.positions + push), replace(USUAL.newton, steps=0)
-    along_valley = {"settings": replace(changed("relaxation", cg_steps=1), newton=short)}
+    start = sp_jammed.with_state(positions=sp_jammed.positions + push)
+    along_valley = {"settings": SolverSettings(cg_steps=1, newton_steps=0)}
     with Session(start) as session:
         for how in ({}, along_valley):
             session.load(start)
@@ -164,12 +158,12 @@ def test_every_way_down_ends_in_the_same_minimum(sp_jammed, dp_dense):
                 jamlab.evaluate(sp_jammed).energy, rel=1e-9
             )
     with Session(at_phi(dp_dense, dp_dense.phi + 1e-4)) as session:
-        assert settle(session, 1e-10, settings=changed("relaxation", settle_steps=1)).max_force <= 1e-10
+        assert settle(session, 1e-10, settings=SolverSettings(settle_steps=1)).max_force <= 1e-10
 
 
 @pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])
 def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method):
-    onset = jamlab.jam(n=32, seed=3, settings=changed("relaxation", many_disks=many))
+    onset = jamlab.jam(n=32, seed=3, settings=SolverSettings(many_disks=many))
     assert onset.converged and jamlab.contacts(onset).n_contacts == jamlab.contacts(onset).isostatic
-    (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi", settings=changed("relaxation", many_disks=many))
+    (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi", settings=SolverSettings(many_disks=many))
     assert onset.provenance["minimizer"] == state.provenance["minimizer"] == method
