@@ -133,22 +133,20 @@ def displacement_correlation(
     damping: Damping | None = None,
     *,
     prestress: bool = True,
-    lane: float = 1.0,
-    width: float = 0.5,
 ) -> DisplacementCorrelation:
     """Correlate displacements: C(delta) = <u_y(x) u_y(x + delta)>/<u_y^2> along the flow, at peak stress.
+
+    Pairs share a lane along the flow, about one mean diameter high (droplets: mean root of the rest area); the box is
+    cut from its origin. Bins of delta are about half as wide.
 
     Args:
         packing: SP or DP at an energy minimum.
         omega: angular frequency, 1/tau_1.
         damping: default balanced contact damping.
         prestress: see `jamlab.dynamical_matrices`.
-        lane: height of a lane, in mean diameters (droplets: means of the root of the rest area), default 1; the box
-            is cut from its origin into lanes of about this height.
-        width: approximate bin width in delta, in mean diameters, default 0.5.
 
     Raises:
-        InputError: omega, lane or width is not positive, or they are too wide for the box.
+        InputError: omega is not positive, or the box is too small.
         ConvergenceError: the packing is not jammed or not stable.
 
     Example:
@@ -157,7 +155,7 @@ def displacement_correlation(
         >>> c.delta.shape == c.correlation.shape
         True
     """
-    return displacement_correlations(packing, [omega], damping, prestress=prestress, lane=lane, width=width)[0]
+    return displacement_correlations(packing, [omega], damping, prestress=prestress)[0]
 
 
 def displacement_correlations(
@@ -166,14 +164,11 @@ def displacement_correlations(
     damping: Damping | None = None,
     *,
     prestress: bool = True,
-    lane: float = 1.0,
-    width: float = 0.5,
 ) -> list[DisplacementCorrelation]:
     """`displacement_correlation` at several frequencies, for which the equation of motion is built and checked once."""
     unit, size = packing.unit_names.length, mean_size(packing)
-    grid = {"lane": lane, "width": width, "size": size}
     return [
-        replace(correlation_along_x(backbone.positions, u[:, 1].real, packing.box, **grid), unit=unit)
+        replace(correlation_along_x(backbone.positions, u[:, 1].real, packing.box, size=size), unit=unit)
         for backbone, u in _displacements(packing, frequencies, damping, prestress)
     ]
 

@@ -36,9 +36,7 @@ class ReducedModel:
     spectrum: RelaxationSpectrum  # Maxwell elements
     modes: RelaxationModes  # generalised modes on `basis`
     basis: Array  # (m, j) orthonormal
-    shifts: Array  # (k,) real shifts used
-    # Estimated relative error of G' or G'', the larger, over all frequencies.
-    missing: float
+    missing: float  # estimated relative error of G' or G'', the larger, over all frequencies
 
 
 def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedModel:
@@ -53,15 +51,15 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
     candidates = _place_candidates(omega)
     solver = limits.solver
-    shifts, changes = list[float](), list[float]()
+    changes = list[float]()
     missing, gain = np.inf, 0.0
     model, found = space.model()
     before = model.modulus(omega)
     residual = space.residual(candidates, model, found)
     while missing > TOLERANCE and len(candidates):
-        if len(shifts) == MOST_SHIFTS:
+        if len(changes) == MOST_SHIFTS:
             raise ConvergenceError(
-                f"G*(omega) still changes by {changes[-1]:.2g} after {len(shifts)} shifts: use method='direct'"
+                f"G*(omega) still changes by {changes[-1]:.2g} after {MOST_SHIFTS} shifts: use method='direct'"
             )
         # real shifts do not make the residual vanish at i omega: never choose one twice
         worst = int(np.argmax(residual))
@@ -74,8 +72,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
             vector = solver.solve(vector)
             chain.append(vector)
             vector = _without_torques(motion, motion.b_qq @ vector)
-        if space.add(np.column_stack(chain)):
-            shifts.append(shift)
+        space.add(np.column_stack(chain))
         model, found = space.model()
         after = model.modulus(omega)
         changes.append(float(larger_relative(after - before, after).max()))
@@ -87,7 +84,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
         if len(changes) > QUIET:
             missing = min(missing, SAFETY * gain * float(residual.max(initial=0.0)))
     solver.forget()
-    return ReducedModel(model, found, space.basis, np.array(shifts), missing)
+    return ReducedModel(model, found, space.basis, missing)
 
 
 def _without_torques(motion: EquationOfMotion, load: Array) -> Array:
@@ -123,8 +120,8 @@ class _Space:
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
 
-    def add(self, vectors: Array) -> int:
-        """Widen the space by vectors (m, j), one after the other, and count those that do not lie inside it."""
+    def add(self, vectors: Array) -> None:
+        """Widen the space by those of vectors (m, j), one after the other, that do not lie inside it."""
         before = self._size
         old = self.basis
         lengths = np.linalg.norm(vectors, axis=0)
@@ -146,7 +143,6 @@ class _Space:
         self._b = _border(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
         self._forces = np.hstack([self._forces, self._sketch @ forces])
-        return self._size - before
 
     @property
     def basis(self) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from jamlab.arrays import Array, Complex
 from jamlab.mechanics.factors import SymmetricFactors
-from jamlab.rheology.equation_of_motion import EquationOfMotion
+from jamlab.rheology.equation_of_motion import BorderedMatrix, EquationOfMotion
 
 # Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and droplets
 # under contact damping are there without, at 1e-13; two are a guard for soft packings and for Stokes drag.
@@ -74,30 +74,28 @@ _NOTHING = 1e-200  # below every modulus at a frequency that is allowed
 def variational_modulus(motion: EquationOfMotion, q: Complex, omega: Array) -> Complex:
     """(f,) G* = Q^T (K + i omega B) Q / A from responses q (m, f); errors of q enter squared."""
     strained = np.vstack([q, np.ones_like(omega)])
-    slow, fast = strained.real, strained.imag
-    k_slow, k_fast, b_slow, b_fast = (m @ v for m in (motion.k, motion.b) for v in (slow, fast))
-
-    def dot(a: Array, b: Array) -> Array:
-        return np.asarray(np.einsum("if,if->f", a, b))
-
-    storage = dot(slow, k_slow) - dot(fast, k_fast) - 2 * omega * dot(slow, b_fast)
-    loss = 2 * dot(slow, k_fast) + omega * (dot(slow, b_slow) - dot(fast, b_fast))
-    return np.asarray((storage + 1j * loss) / motion.area)
+    return _quadratic_form(motion.k, motion.b, strained.real, strained.imag, omega, -1.0) / motion.area
 
 
 def rounding_error(motion: EquationOfMotion, q: Complex, omega: Array) -> Complex:
     """(f,) bounds of rounding in G' and, as imaginary part, in G'', for responses q (m, f)."""
     strained = np.vstack([q, np.ones_like(omega)])
     slow, fast = np.abs(strained.real), np.abs(strained.imag)
-    k, b = abs(motion.k), abs(motion.b)
+    return ROUNDING * _quadratic_form(abs(motion.k), abs(motion.b), slow, fast, omega, 1.0) / motion.area
 
-    def dot(a: Array, b: Array) -> Array:
-        return np.asarray(np.einsum("if,if->f", a, b))
 
-    k_fast, b_slow, b_fast = k @ fast, b @ slow, b @ fast
-    storage = dot(slow, k @ slow) + dot(fast, k_fast) + 2 * omega * dot(slow, b_fast)
-    loss = 2 * dot(slow, k_fast) + omega * (dot(slow, b_slow) + dot(fast, b_fast))
-    return np.asarray(ROUNDING * (storage + 1j * loss) / motion.area)
+def _quadratic_form(
+    k: BorderedMatrix, b: BorderedMatrix, slow: Array, fast: Array, omega: Array, sign: float
+) -> Complex:
+    """(f,) Q^T (K + i omega B) Q of Q = slow + i fast, by its real and imaginary parts; `sign` is that of i^2."""
+    k_slow, k_fast, b_slow, b_fast = (m @ v for m in (k, b) for v in (slow, fast))
+
+    def dot(left: Array, right: Array) -> Array:
+        return np.asarray(np.einsum("if,if->f", left, right))
+
+    storage = dot(slow, k_slow) + sign * dot(fast, k_fast) + sign * 2 * omega * dot(slow, b_fast)
+    loss = 2 * dot(slow, k_fast) + omega * (dot(slow, b_slow) + sign * dot(fast, b_fast))
+    return np.asarray(storage + 1j * loss)
 
 
 def larger_relative(error: Complex, modulus: Complex) -> Array:

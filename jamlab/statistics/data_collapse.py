@@ -15,12 +15,6 @@ Curve = tuple[Array, Array]
 _GRID = 60  # points at which curves are compared
 
 
-def measure_spread(curves: Sequence[Curve]) -> float:
-    """Measure how far curves (x, y) of ascending positive x lie apart: root mean square distance from their mean, in ln
-    y, where two or more overlap. 0 is a perfect collapse; compare with the spread before they are rescaled."""
-    return _spread_of_logarithms(_take_logarithms(curves))
-
-
 def _take_logarithms(curves: Sequence[Curve]) -> list[Curve]:
     if len(curves) < 2:
         raise InputError(f"{len(curves)} curve(s): a collapse needs two or more")
@@ -30,6 +24,8 @@ def _take_logarithms(curves: Sequence[Curve]) -> list[Curve]:
 
 
 def _spread_of_logarithms(logs: list[Curve]) -> float:
+    """How far curves (x, y) of ascending x lie apart: root mean square distance from their mean, in y, where two or
+    more overlap. 0 is a perfect collapse."""
     starts, ends = np.array([[x[0], x[-1]] for x, _ in logs]).T
     grid = np.linspace(np.sort(starts)[1], np.sort(ends)[-2], _GRID)
     inside = (grid >= starts[:, None]) & (grid <= ends[:, None])
@@ -49,13 +45,7 @@ class ScalingExponents:
     # a, b: exponents
     a: float
     b: float
-    spread: float  # of the rescaled curves, see `measure_spread`; inf if no two of them overlap
-    before: float  # spread of the curves before rescaling
-
-    @property
-    def quality(self) -> float:
-        """1 - spread/before: 1 for a perfect collapse, 0 if rescaling gains nothing."""
-        return 1 - self.spread / self.before
+    spread: float  # of the rescaled curves, root mean square distance from their mean in ln y; inf if no two overlap
 
 
 def fit_scaling_exponents(
@@ -104,4 +94,4 @@ def fit_scaling_exponents(
             options={"xatol": 1e-4, "fatol": 1e-10},
         )
         best = fill_in(found.x)
-    return ScalingExponents(best[0], best[1], spread(best), spread((0.0, 0.0)))
+    return ScalingExponents(*best, spread(best))
