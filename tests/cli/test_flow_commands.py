@@ -58,7 +58,7 @@ def test_refusals(folder, monkeypatch):
     monkeypatch.setattr("jamlab.flow.flow_curve.TRIAL", 0.0)
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "p.txt",
-        ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",
+        ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "p.h5",
         ("shear", "p.h5", "--rate", "1e9", "--out", "fast.h5"): "rates = [1000000000.0]: give",
         ("flow-curve", "p.h5", "--rate", "1e-6", "--within", "1", "--out", "slow.h5"): "s, of 1 s given",
     }.items():
@@ -80,7 +80,7 @@ def test_a_run_of_another_packing_stays_unless_forced(folder):
     assert call(folder, "shear", "p.h5", *words).exit_code == 0
     before = (folder / "kept.h5").read_bytes()
     done = call(folder, "shear", "other.h5", *words)
-    assert done.exit_code == 1 and "kept.h5 exists and holds no part of this run" in " ".join(done.stderr.split())
+    assert done.exit_code == 1 and "kept.h5" in done.stderr and "--force" in done.stderr
     assert (folder / "kept.h5").read_bytes() == before
     assert call(folder, "shear", "other.h5", *words, "--force").exit_code == 0
     assert (folder / "kept.h5").read_bytes() != before
