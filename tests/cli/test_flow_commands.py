@@ -59,8 +59,8 @@ def test_refusals(folder, monkeypatch):
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "p.h5",
-        ("shear", "p.h5", "--rate", "1e9", "--out", "fast.h5"): "rates = [1000000000.0]: give",
-        ("flow-curve", "p.h5", "--rate", "1e-6", "--within", "1", "--out", "slow.h5"): "s, of 1 s given",
+        ("shear", "p.h5", "--rate", "1e9", "--out", "fast.h5"): "1000000000.0",
+        ("flow-curve", "p.h5", "--rate", "1e-6", "--within", "1", "--out", "slow.h5"): "1 s",
     }.items():
         done = call(folder, *words)
         assert done.exit_code == 1 and message in " ".join(done.stderr.split()), done.stderr
