@@ -1,4 +1,4 @@
-"""Prepare the tables that figures are drawn from, those of a campaign or of the reference data."""
+"""Prepare the tables of a campaign or of the reference data, from which figures are drawn."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -124,7 +124,7 @@ def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
     sums = counted.groupby(["task", "state"], as_index=False)[["voids", "three", "shape_of_three"]].sum()
     rows = _join_states(states, sums)
     if SHARED not in rows:
-        raise InputError(f"the table states has no {SHARED}: add 'observables:{SHARED}' to those of the campaign")
+        raise InputError(f"the table states has no {SHARED}: add the observable 'observables:{SHARED}' to the campaign")
     return rows[rows["model"] == "dp"].rename(columns={SHARED: "overlap"})
 
 

@@ -18,7 +18,7 @@ from jamlab.statistics.confidence import bootstrap as resample
 
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
 FEWEST = 5  # packings of an interval: below, the spread itself is not known
-SHARE = 0.5  # of the packings must reach a place, else its mean is that of a selection
+SHARE = 0.5  # of the packings must reach a place, otherwise its mean is over a selection
 bootstrap = partial(resample, resamples=RESAMPLES, least=FEWEST)
 
 

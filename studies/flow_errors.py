@@ -47,7 +47,7 @@ class Part(StrEnum):
 
 
 def read_runs(path: Path | None = None) -> pd.DataFrame:
-    """Read the runs of this folder, or those of a file written by `python -m studies tables flow-errors`."""
+    """Read the runs of this folder, or of a file written by `python -m studies tables flow-errors`."""
     path = path or Path(__file__).with_name("flow_errors.csv.xz")
     return read_table(path, path.name, COLUMNS, "python -m studies tables flow-errors")
 

@@ -38,7 +38,7 @@ def open_tables(source: Path | None) -> EnsembleTables:
 
 
 def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES) -> list[Path]:
-    """Write those of the tables that have rows."""
+    """Write the tables that have rows."""
     made: dict[str, pd.DataFrame] = {}
     for name in names:
         with suppress(InputError, AbsentTableError, KeyError):

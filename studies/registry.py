@@ -63,7 +63,7 @@ MAPS: dict[str, Map] = {
 }
 
 
-GROUPS = {  # by name, which is that of their page
+GROUPS = {  # by name, which is also the name of their page
     "papers": Group(
         "Figures of both papers",
         "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings.",

@@ -59,7 +59,7 @@ def read_manifest(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def write_table(folder: Path, name: str, table: pd.DataFrame, commits: str = "", *, kind: str = "csv") -> Path:
-    """Write a table as CSV or Parquet, and its row of the manifest; `commits` defaults to that of this checkout."""
+    """Write a table as CSV or Parquet, and its row of the manifest; `commits`: default, of this checkout."""
     path = folder / f"{name}.{kind}"
     with atomic_file(path) as temporary:
         if kind == "csv":

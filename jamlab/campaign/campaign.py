@@ -61,8 +61,8 @@ class Campaign:
 
     Attributes:
         file: the campaign file.
-        text: of that file when it was opened.
-        content: the same, key by key.
+        text: content of the file when it was opened.
+        content: values of the file by key.
         folder: holds the files of the tasks.
 
     Example:

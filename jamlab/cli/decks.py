@@ -133,7 +133,7 @@ def _law_of_data(settings: Mapping[str, str], given: Mapping[str, str]) -> dict[
         wanted = (2 * vertices / vertices.sum()) ** 2
         if np.abs(np.asarray(packing.params["a0"])[:, None] - wanted).min(axis=1).max() > 1e-9:
             raise InputError(
-                f"phi_target = {given['phi_target']}: the rest areas of the file are not the default ones; use 0"
+                f"phi_target = {given['phi_target']}: the file does not have the default rest areas; use phi_target = 0"
             )
     law = law_settings(packing)
     for name, value in law.items():

@@ -30,7 +30,7 @@ class AtomExchange:
         self._array = prototype(("lammps_extract_atom", lmp.lib))
         sizes = [lmp.extract_setting(name) for name in ("tagint", "imageint")]
         if sizes[0] != sizes[1]:
-            raise EngineError(f"LAMMPS has atom ids of {sizes[0]} bytes and image flags of {sizes[1]}")
+            raise EngineError(f"LAMMPS has {sizes[0]}-byte atom ids and {sizes[1]}-byte image flags: use another build")
         self._wide = sizes[0] == 8
 
     def positions(self, count: int, box: Array) -> Array:

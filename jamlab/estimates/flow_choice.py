@@ -51,7 +51,7 @@ def choose_flow(
 
     The table was measured for 64 disks at pressures from 0.003 to 0.01 of the stiffness, contact damping with beta from
     0.1 to 10 and alpha from 0.5 to 1, steady flow at (tau_1 rate)^alpha from 0.01 to 0.1, and a background drag of 0.01
-    for steady flow. Outside this range the answer for an oscillation is a simulation, and `outside` gives the reason;
+    for steady flow. Outside this range a simulation is chosen for oscillations, and `outside` gives the reason;
     steady flow is refused.
 
     Args:
@@ -60,7 +60,7 @@ def choose_flow(
         omega: angular frequency, 1/tau_1.
         amplitude: strain amplitude.
         rate: of steady shear, 1/tau_1.
-        tolerance: relative error of |G*| or of the stress that is allowed.
+        tolerance: allowed relative error of |G*| or of the stress.
 
     Raises:
         InputError: neither or both of omega and rate, power-law drag without an amplitude, a tolerance that cannot be

@@ -45,7 +45,7 @@ def choose(
         tolerance: allowed error of each quantity of `QUANTITIES`, relative to default droplets on the same packing.
         n: even number of particles; errors of single packings scale as n^-1/2.
         model: "auto", or "sp" or "dp" to choose within a model.
-        table: other than the shipped one, see `jamlab.estimates.ways.read_ways`.
+        table: replaces the shipped table, see `jamlab.estimates.ways.read_ways`.
 
     Raises:
         InputError: an unknown quantity or model, an odd n, a tolerance that is not positive or cannot be met, or rho

@@ -231,7 +231,7 @@ def flow_curve(
         damping: see `shear`.
         strain: strain of the average, at least 1.
         discard: transient strain that is discarded.
-        tolerance, background: see `shear`.
+        tolerance, background_drag: see `shear`.
         processes: number of rates run in parallel.
         path: HDF5 file, see `jamlab.read_flow`; rates in the file are not run again.
         progress: called with (fraction of all strain, text), or True.

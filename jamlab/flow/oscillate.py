@@ -194,9 +194,9 @@ def oscillate(
         raise InputError(f"omega = {omega!r}: must lie between {SLOWEST:g} and {FASTEST:g}, in 1/tau_1")
     check_number("amplitude", amplitude, LARGEST_AMPLITUDE, LEAST_STRAIN)
     if not 2 <= cycles <= MOST_CYCLES:
-        raise InputError(f"cycles = {cycles}: must lie between 2 and {MOST_CYCLES}; two cycles are compared")
+        raise InputError(f"cycles = {cycles}: must lie between 2 and {MOST_CYCLES}, because the last two are compared")
     if not 2 * HARMONICS + 2 <= points <= 100_000:
-        raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
+        raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 per cycle")
     shorter = f"a higher omega than {omega:g}; complex_modulus gives the answer to a small amplitude"
     how = {"omega": omega, "amplitude": amplitude, "points": points}
     accuracy, end = Accuracy(law, tolerance, background_drag), End(4 * np.pi / omega, shorter)
@@ -234,7 +234,7 @@ def plot_pipkin(oscillations: Sequence[Oscillation], ax: Any = None, **style: An
     Args:
         oscillations: one or more.
         ax: matplotlib Axes (default: a new figure).
-        style: of matplotlib's Line2D, of all loops.
+        style: Line2D properties of all loops.
 
     Raises:
         InputError: no oscillation, `ax` is not Axes, or an invalid style.

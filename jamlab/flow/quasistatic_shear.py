@@ -374,7 +374,7 @@ def quasistatic_shear(
 
     Args:
         packing: SP or DP.
-        strain: total strain of either sign, up to 1000 (other directions than "simple": 1).
+        strain: total strain of either sign, up to 1000 for "simple", up to 1 for other directions.
         step: largest strain step, at most 0.1. Events whose stress drop is smaller than the elastic rise in a step are
             not detected.
         direction: "simple": along x; an angle in radians: simple shear in that direction; "pure": extension along x,
@@ -382,9 +382,9 @@ def quasistatic_shear(
         walls: True: shear between the walls of `jamlab.with_walls`; the upper wall moves by strain times box height.
             False: remove the walls. Default: as in the packing.
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
-            enthalpy over the area too, and meets the pressure to 1e-9. By default the area stays.
+            enthalpy over the area too, and meets the pressure to 1e-9. Default: constant area.
         resolution: at an event, halve the step repeatedly until steps are at most this long:
-            strain and size of the drop are known that well. By default steps are not refined.
+            event and stress drop are resolved to this strain. By default steps are not refined.
         every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
         path: HDF5 file of the run, see `jamlab.read_flow`; if it contains a part of the same run, the run resumes.

@@ -142,7 +142,7 @@ def read_result(path: FilePath, kind: type[R]) -> R:
     with opened(path) as file:
         group = file.get("flow")
         if group is None or group.attrs["kind"] != kind.__name__:
-            raise StorageError(f"{path} contains no {kind.__name__}: give a file written by the same command")
+            raise StorageError(f"{path} contains no {kind.__name__}: give a file that contains a {kind.__name__}")
         known = {f.name for f in fields(kind)}  # type: ignore[arg-type]
         names = {
             name: name if name in known else _OF_0_2.get(name, name.replace("_error", "_stderr")) for name in group

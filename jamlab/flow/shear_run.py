@@ -133,7 +133,7 @@ class ShearRun(FlowRun):
             )
         values = getattr(self, name, None)
         if not isinstance(values, np.ndarray) or len(values) != len(self.strain):
-            raise InputError(f"name = {name!r}: a ShearRun has no such array")
+            raise InputError(f"name = {name!r}: a ShearRun has no array of this name; an example is 'stress'")
         if name == "stress" and self.shear_rate:
             return block_average(np.diff(self.work[kept]) / np.diff(self.strain[kept]))
         return block_average(values[kept][1:])

@@ -206,8 +206,8 @@ def contacts(packing: Packing, *, threshold: float = 0.0) -> Contacts:
 
     Args:
         packing: SP or DP.
-        threshold: smallest force of a contact that counts in z and holds a particle, over the mean contact force, 0 to
-            1. Default: 0, at onset and above: every force-bearing contact counts. 3e-4 leaves out contacts that only
+        threshold: smallest force, in units of the mean contact force, of a contact that counts in z and for rattlers,
+            0 to 1. Default: 0, every force-bearing contact counts. 3e-4 leaves out contacts that only
             stop a droplet from sliding at onset.
 
     Raises:

@@ -76,8 +76,8 @@ class HexaticOrder(Result):
 def hexatic_order(packing: Packing, k: int = 6) -> HexaticOrder:
     """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 
-    Neighbours are those of the Delaunay triangulation. In a square lattice it is not unique: rounding selects
-    diagonals, which lower psi_4.
+    Neighbours are defined by the Delaunay triangulation. It is not unique in a square lattice: rounding selects
+    the diagonals, which lower psi_4.
 
     Args:
         packing: SP or DP.

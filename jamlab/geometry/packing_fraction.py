@@ -26,13 +26,13 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
 
             * "exact": rho, area of the union of the particles. SP: disks cut by their power cells, in closed form.
             * "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
-              Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
+              Exact if no three disks overlap in a point; otherwise too low, and even negative at strong
               compression.
             * "nominal": phi, undeformed particles with every overlap counted twice.
 
     Raises:
         InputError: unknown method, or one that the model does not have.
-        BoundaryError: DP: if more boundaries meet in one point than can be told apart.
+        BoundaryError: DP: too many boundaries meet in one point, within rounding.
 
     Example:
         >>> p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])

@@ -27,8 +27,8 @@ SHAPE_DEFINITION = 2
 def particle_areas(packing: Packing) -> Array:
     """Return the area of each particle, (n,), with overlaps shared; the sum is the area of the union.
 
-    SP: each disk is cut by its power cell. Of two disks each keeps its side of their common chord: half of the overlap
-    if they are equal, and close to it if not (Boromand et al. fig 1). Zero for a disk inside others.
+    SP: each disk is cut by its power cell. Two disks are divided by their common chord: each gets half of the overlap
+    if they are equal, and about half if not (Boromand et al. fig 1). Zero for a disk inside others.
     DP: the polygon grown by its rim delta/2; where m particles overlap, each takes 1/m of the overlap.
 
     Args:
@@ -146,7 +146,7 @@ def contact_lengths(packing: Packing) -> ContactLengths:
     """Compute the contact length of each pair of droplets.
 
     The contact length is the part of a polygon's outline within delta of the other polygon (where the repulsion of
-    Boromand et al. eq 8 acts), mean of both sides. Each periodic image counts as a pair.
+    Boromand et al. eq 8 acts), averaged over both polygons. Each periodic image counts as a pair.
 
     Args:
         packing: DP.

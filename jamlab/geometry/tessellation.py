@@ -129,7 +129,7 @@ def local_packing_fraction(packing: Packing) -> Array:
     """Return the area of each particle (overlaps shared) over the area of its cell, (n,).
 
     SP: disk cut by its power cell over the power cell, at most 1; nan for a disk that has no cell (see `Tessellation`).
-    DP: `particle_areas` over the set-Voronoi cell; may pass 1 by the error of the cells. The mean, weighted with the
+    DP: `particle_areas` over the set-Voronoi cell; may exceed 1 by the error of the cells. The mean, weighted with the
     areas of the cells, is rho.
 
     Args:

@@ -75,7 +75,7 @@ def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -
     if hidden.sum() > HIDDEN * np.einsum("nk,nk->", x, load):
         push = np.abs(left).max()
         raise UnstableError(
-            "the packing has a floppy mode of zero stiffness, on which strain exerts a force of "
+            "strain acts on a floppy mode (zero stiffness) of the packing with a force of "
             f"{push:.2g}: its moduli are undefined",
             0.0,
             step[:, [hidden.argmax()]].T,

@@ -119,8 +119,8 @@ def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     give the number of eigenvalues below s and below -s.
 
     Args:
-        packing: SP or DP. A rattler with a contact of vanishing overlap has the stiffness of that contact, and one zero
-            mode less.
+        packing: SP or DP. A rattler with a contact of vanishing overlap feels the stiffness of this contact: it has one
+            zero mode less.
         prestress: False replaces contacts by unstressed springs; every zero mode is then a mechanism.
 
     Example:

@@ -62,10 +62,10 @@ def micrograph(
         film: largest gap that counts as a contact, in pixels. None: estimated from the picture.
         periodic: True if the picture is one period of a periodic picture.
         contrast: "bright" (droplets on dark background), "dark", or "auto" (the one that gives the roundest droplets).
-        labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
-            of the picture but its size is then used. Of a mask, True in droplets, the pieces are droplets, parted at
-            their necks where several touch. Specks are set aside and holes are filled; `label_notes` tell how many,
-            and numbers are doubtful where that is many.
+        labels: droplets found by another program: (h, w) integers, 0 for the background, or a file of them. Only the
+            size of the picture is then used. In a mask (True in droplets) each piece is a droplet; touching droplets
+            are split at their necks. Specks are removed and holes filled; `label_notes` counts them, and many of them
+            make numbers doubtful.
         channel: "grey", "red", "green" or "blue", for pictures in colours.
 
     Raises:

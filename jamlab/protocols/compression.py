@@ -140,7 +140,7 @@ def compress(
 
     Raises:
         InputError: an argument is out of range, or `after` belongs to another sweep.
-        ConvergenceError: after a state that did not converge, if it is not the last one.
+        ConvergenceError: a state before the last one did not converge.
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)

@@ -58,7 +58,7 @@ def droplets_from_disks(
         DP packing in units "eps", `onset`, fixed particles and walls as for the disks. Its provenance holds `handover`:
         rho and z of the disks, z of the droplets, the share of contacts that both have, and whether it is
         `continuous`: rho met to 1e-6, z within 0.5, three quarters of the contacts kept. Close to onset droplets may
-        unjam; then it is not.
+        unjam; `continuous` is then False.
 
     Raises:
         InputError: not disks, an unknown parameter, or disks too small for the interaction range delta.

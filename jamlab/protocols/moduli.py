@@ -99,7 +99,7 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     Args:
         packing: SP or DP.
         method: as in `shear_modulus`.
-        strain: first relative change of the area of "finite-strain"; default as in `shear_modulus`.
+        strain: initial relative area change for "finite-strain"; default as in `shear_modulus`.
 
     Raises:
         InputError: unknown method, or a strain that is no number.

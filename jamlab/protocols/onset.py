@@ -71,8 +71,8 @@ def jam(
         n: number of particles; must be even for the default sizes.
         model: "sp" or "disks"; "dp" or "droplets".
         seed: seed of the random start. The same seed gives the same bits on the same machine.
-        search: "bisection", for droplets as rigid bodies if possible; or "incremental", as published, about forty times
-            slower.
+        search: "bisection" (droplets move as rigid bodies if possible), or "incremental" (as published, about forty
+            times slower).
         step: first increment of phi, halved at every reversal; default in `onset.parameters`.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": the box is also sheared to zero shear
             stress.
@@ -97,7 +97,7 @@ def jam(
         edge blocks the sliding of a droplet.
 
     Raises:
-        InputError: a value that no run can start from.
+        InputError: an argument is out of range.
         ConvergenceError: no onset was found.
 
     Example:

@@ -76,12 +76,12 @@ def pack(
     this fails near onset, a packing at 10, 100 or 1000 times the pressure is decompressed. Sticky disks are quenched at
     a fixed packing fraction first.
 
-    At a packing fraction, random disks are quenched to the next energy minimum in a box of that area. Below onset this
+    If `phi` is given, random disks are quenched to the next energy minimum in a box of that area. Below onset this
     state has no contacts; sticky disks form a network under tension.
 
     Args:
-        n: number of disks; must be even for the default sizes. pressure: target pressure in units of k, 1e-8 to 0.3
-            (sticky disks: -0.3 to 0.3). Give it or `phi`.
+        n: number of disks; must be even for the default sizes.
+        pressure: target pressure, units of k, 1e-8 to 0.3 (sticky disks: -0.3 to 0.3). Give `pressure` or `phi`.
         seed: seed of the random start.
         phi: nominal packing fraction, up to 2.
         ensemble: "fixed-box" or "shear-stabilized" (box sheared to zero shear stress).
@@ -101,7 +101,7 @@ def pack(
         decompression.
 
     Raises:
-        InputError: a value that no run can start from.
+        InputError: an argument is out of range.
         ConvergenceError: the pressure was not reached, for example beyond the tensile strength.
 
     Example:
@@ -210,8 +210,8 @@ def decompress(
         progress: called after each pressure with (fraction done, text), or True.
 
     Returns:
-        Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, as it is
-        not the packing it was compressed from. `provenance["pressure"]` holds the value, and
+        Packing with p met to 1e-6 relative and `converged` True, of the same ensemble and without an `onset`, because
+        it was not compressed from one. `provenance["pressure"]` holds the value, and
         `provenance["from_pressure"]` the pressure of the given packing.
 
     Raises:

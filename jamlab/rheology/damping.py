@@ -84,8 +84,8 @@ class ContactDamping(DragLaw):
         rotation dissipates nothing.
 
     alpha below 1 is the drag of thin films, eq 9: R = sum k_ij/(alpha + 1) (tau_1^2 [...])^((alpha + 1)/2) with the
-    same bracket, lengths in mean sizes. It is available for flow in time (`shear`, `oscillate`, ...), but not for
-    matrices and `complex_modulus`.
+    same bracket, lengths in mean sizes. It is available for simulated flow (`shear`, `oscillate`, ...), but
+    not for matrices and `complex_modulus`.
 
     Attributes:
         beta: ratio of tangential to normal damping; 1 is "balanced".

@@ -30,13 +30,13 @@ def dynamical_matrices(
     """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
 
     Coordinates. SP, (3n + 1, 3n + 1): 2i, 2i + 1 = non-affine u_x, u_y of particle i; 2n + i = its rotation theta,
-    counter-clockwise; last = shear strain gamma, by default of x -> x + gamma y. DP, (2 n_vertices + 1, 2 n_vertices
+    counter-clockwise; last = shear strain gamma, by default x -> x + gamma y. DP, (2 n_vertices + 1, 2 n_vertices
     + 1): u_x, u_y of every vertex, then gamma; K holds perimeter, area and contact terms.
 
     Args:
         packing: SP or DP. Rattlers are included. Fixed particles have zero rows in K and their drag in B.
         damping: default balanced contact damping, `ContactDamping(beta=1)`.
-        prestress: False sets the contact forces in K to zero (their eq 4). SP only.
+        prestress: False sets the contact forces in K to zero (eq 4). SP only.
         direction: of shear, see `complex_modulus`.
 
     Raises:

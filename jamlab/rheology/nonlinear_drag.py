@@ -62,8 +62,8 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
     """Compute the effective relaxation time tau_alpha of power-law drag at each frequency, (m,) in units of tau_1.
 
     tau_alpha = tau_1 (tau_1 u_0 omega/rho_0)^(alpha - 1) (2/sqrt(pi)) Gamma(1 + alpha/2)/Gamma(3/2 + alpha/2) with
-    u_0 = (F_0/k)/sqrt(1 + (omega tau_alpha)^2) (eqs 24 and 25; the exponent that eq 25 prints, alpha, would not give
-    tau_1 at alpha = 1). rho_0, the unit of length here, is the mean size of particles, 1 in the paper.
+    u_0 = (F_0/k)/sqrt(1 + (omega tau_alpha)^2) (eqs 24 and 25; eq 25 prints the exponent alpha, which does not
+    give tau_1 at alpha = 1). rho_0, the unit of length here, is the mean size of particles, 1 in the paper.
 
     Args:
         omega: (m,) angular frequencies, 1/tau_1.
@@ -135,7 +135,7 @@ def nonlinear_modulus(
         method: solver, see `jamlab.complex_modulus`.
 
     Warns:
-        JamlabWarning: the static modulus is negative, as `jamlab.complex_modulus`.
+        JamlabWarning: the static modulus is negative, see `jamlab.complex_modulus`.
 
     Raises:
         InputError: a value is out of range, or both or neither of two alternatives are given.

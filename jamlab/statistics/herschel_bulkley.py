@@ -104,7 +104,7 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_stderr: ArrayLi
     except RuntimeError as failure:
         raise ConvergenceError(f"no Herschel-Bulkley law fits these {len(x)} points: {_REMEDY}") from failure
     if not _EDGE < best[2] < _STEEPEST - _EDGE:
-        raise ConvergenceError(f"the fitted exponent is {best[2]:.3g}, an end of its range: {_REMEDY}")
+        raise ConvergenceError(f"the fitted exponent is {best[2]:.3g}, the limit of its range: {_REMEDY}")
     if best[1] * np.ptp(x ** best[2]) < error.min():
         raise ConvergenceError(f"stress is {y.mean():.6g} at every rate, within its errors: {_REMEDY}")
     freedom = len(x) - 3

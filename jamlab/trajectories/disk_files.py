@@ -91,7 +91,7 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
         raise InputError(f"pbc={' '.join(sides)!r}: packings are periodic in x and y")
     widths = _properties(keys.get("Properties", "species:S:1:pos:R:3"))
     if widths.get("pos") not in (2, 3):
-        raise InputError(f"columns {', '.join(widths)}: pos with 2 or 3 numbers expected")
+        raise InputError(f"columns {', '.join(widths)}: the column pos must have 2 or 3 numbers")
     places: dict[str, int] = {}
     at = 0
     for name, width in widths.items():

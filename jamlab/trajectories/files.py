@@ -47,7 +47,7 @@ def read(
     Formats: HDF5 of jamlab, LAMMPS data files (`.data`) and dumps (`.dump`), extended xyz, GSD, and tables of disks
     (`.csv` with columns x, y and radius or diameter; give `box`). Text may be compressed (`.gz`, `.bz2`, `.xz`).
 
-    Files of other programs may lack sizes, units or parameters: give them. Missing parameters have the defaults of the
+    Files of other programs may lack sizes, units or parameters: pass them. Missing parameters have the defaults of the
     decks and are listed in `provenance["assumed"]`. Other columns are ignored. Coordinates with fewer digits than
     float64 (GSD, dumps with `%g`) set `Packing.rounding`; moduli and G* are then refused, see `jamlab.relax`.
 
@@ -56,7 +56,7 @@ def read(
         frame: number of the frame.
         radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
         units: "eps" or "k", see `Packing`.
-        params: of the force law, any of them, see `Packing`.
+        params: some or all parameters of the force law, see `Packing`.
         box: two sides, or (2, 2) lattice vectors, of files without a periodic box.
 
     Raises:
@@ -113,7 +113,7 @@ def _read(path: FilePath, frame: int | None, given: _Given) -> list[Packing]:
             packings.append(atoms.packing(*given))
     if not packings:
         raise StorageError(
-            f"{path} has no frame{'' if frame is None else f' {frame}'}: give another, or write it again"
+            f"{path} has no frame{'' if frame is None else f' {frame}'}: use another frame, or write the file again"
         )
     return [packing.with_state(provenance={"source": Path(path).name}) for packing in packings]
 

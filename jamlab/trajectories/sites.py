@@ -217,7 +217,7 @@ class Sites:
         box = None if given is None else plane_box("box", given)
         if box is None and self.box is None:
             raise InputError(
-                "the source has no periodic box (an xyz file: no Lattice): give box, two sides or two lattice vectors"
+                "the source has no periodic box (xyz: no Lattice): give box= as two sides or two lattice vectors"
             )
         if box is not None and self.box is not None and not np.array_equal(box, self.box):
             raise InputError(f"box = {box.tolist()} was given, but the source has {self.box.tolist()}")

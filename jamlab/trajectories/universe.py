@@ -206,7 +206,7 @@ def from_universe(
     """Convert the frames of a trajectory to packings.
 
     Atoms without bonds become disks, closed rings of bonds become droplets (unwrapped). A Universe of `jamlab.universe`
-    has units, force law and sizes; for other sources give them. Missing parameters have the defaults of the decks and
+    has units, force law and sizes; for other sources pass them. Missing parameters have the defaults of the decks and
     are listed in `provenance["assumed"]`.
 
     MDAnalysis stores coordinates in float32: `Packing.rounding` is set, `converged` is False and `max_force` None. In
@@ -295,7 +295,7 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
 
     Args:
         u: Universe, or an AtomGroup of it.
-        quantities: of `jamlab.measure`, and psi_6, psi_6_overall.
+        quantities: names as in `jamlab.measure`, or psi_6, psi_6_overall.
         radii, units, params, box, relaxed: as in `jamlab.from_universe`.
         verbose: show a progress bar.
 

@@ -63,7 +63,7 @@ def draw_profiles(tables: EnsembleTables) -> Drawing:
         axis.set_xticks(range(len(RATES)), names)
         for each, name in enumerate(names):
             out.values[f"{column}, {name}"] = Interval(found.value[each], found.low[each], found.high[each])
-    label(axes[0], "place across the slab", "velocity over that of the upper edge", loc="best")
+    label(axes[0], "place across the slab", "velocity over velocity of the upper edge", loc="best")
     label(axes[1], "", "shear stress on the wall  [k]", loc="best")
     label(axes[2], "", "localisation", loc="best")
     numbers = {"n": PARTICLES, "p": PRESSURE, "made": single.groupby("rate")["seed"].nunique().min(), "strain": STRAIN}

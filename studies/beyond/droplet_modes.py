@@ -50,7 +50,7 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
 
 
 def _draw_spectrum(out: Drawing, axes: Any, rows: pd.DataFrame) -> None:
-    """Stack the parts of the mean strength, over that of all modes, per decade."""
+    """Stack the parts of the mean strength per decade, relative to the strength of all modes."""
     axes.set_xscale("log")
     centres = np.sqrt(RATE_BINS[1:] * RATE_BINS[:-1])
     total = rows["strength"].sum() * np.log10(RATE_BINS[1] / RATE_BINS[0])

@@ -15,7 +15,7 @@ from studies.papers.statements import caption, paper
 
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
 SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
-OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the area that droplets share over that of the cell
+OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the overlap area of droplets over the area of the cell
 
 
 def droplet_voids(tables: EnsembleTables) -> Drawing:

@@ -24,7 +24,7 @@ RULE = (
     "One rule for every number: ours with the standard errors of packings and of other analyses, the paper's by how "
     "it states the number, and a tolerance of a tenth of the scale of such numbers. It agrees if the difference is "
     "known to lie within the tolerance, and differs if it is three standard errors by every analysis. Numbers that "
-    "unprinted parameters were chosen for are no test."
+    "unprinted parameters were fitted to cannot be tested."
 )
 TOLERANCE, WEAK = 0.10, 3.0  # of the scale of a number; tolerances within which it is known weakly
 TENSION, DIFFERS = 2.0, 3.0  # combined standard errors
@@ -54,7 +54,7 @@ class Verdict(StrEnum):
 
 SAID = {  # of how many numbers, in one sentence
     Verdict.AGREES: "agree within 10 %",
-    Verdict.SMALL: "differ by less",
+    Verdict.SMALL: "differ significantly but within 10 %",
     Verdict.WEAK: "are compatible within 30 %",
     Verdict.UNRESOLVED: "are not resolved",
     Verdict.TENSION: "are in tension",
@@ -209,7 +209,7 @@ def first_line(comparisons: Sequence[Comparison]) -> str:
     tests = Counter(c.verdict for c in counted if c.statement.tested)
     parts = [f"{tests[verdict]} {words}" for verdict, words in SAID.items() if tests[verdict]]
     known, rest = tests.total() - tests[Verdict.MISSING], len(counted) - tests.total()
-    told = ", ".join(parts) + f"; {tests[Verdict.MISSING]} more lack data, and {rest} more are no test."
+    told = ", ".join(parts) + f"; {tests[Verdict.MISSING]} more lack data, and {rest} more cannot be tested."
     return f"Of {known} numbers of both papers that our packings test, {told}"
 
 

@@ -29,7 +29,7 @@ WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("chart
 LEAD = (
     "Each curve is one method along its own parameter: median cost on one core and mean error over packings, with the "
     "10 to 90 % of them. A mean above its band is carried by a few packings. A ring marks what jamlab does by default. "
-    "Errors in the hatched strip are not told from those of the reference: it reaches up to 100 times the error of the "
+    "Errors in the hatched strip may be errors of the reference: it reaches up to 100 times the error of the "
     "reference. Open marks: some packings gave no number. Half marks: runs were cut short by a limit of time."
 )
 
@@ -88,7 +88,7 @@ def points_of(trials: pd.DataFrame) -> pd.DataFrame:
     Columns: panel, method, setting; seconds: median CPU time, as other programs on a busy machine would carry a mean;
     error, low, high: mean and 10 and 90 % quantiles of the magnitudes; packings, failed: how many gave a number, and
     how many none; default, cut, note: of `Trial`, cut runs first; floor: errors below are not told from zero;
-    price: cost over that of the cheapest of its panel that is as good; on_front: whether none is as good and cheaper,
+    price: cost over the lowest cost in its panel that is as good; on_front: whether none is as good and cheaper,
     or better and as cheap. Costs and errors within 25 % of each other count as equal, and so do errors below the floor.
     """
     keys = ["panel", "method", "setting"]

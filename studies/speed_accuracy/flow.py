@@ -52,7 +52,7 @@ def _stress(packing: Packing, law: Damping, tolerance: float, residual: float | 
 
 
 def _distance(stress: Array, exact: Array) -> float:
-    """Root of the mean square of a difference (m,), over that of the stress."""
+    """Root mean square of a difference (m,), relative to the root mean square of the stress."""
     return float(np.sqrt(((stress - exact) ** 2).mean() / (exact**2).mean()))
 
 

@@ -26,7 +26,7 @@ from studies.stability.plain_physics import (
 
 _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
 _SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one
-_PARTED = 0.01  # of the largest stress: beyond, the last one is that of another path
+_PARTED = 0.01  # of the largest stress: a larger difference of the last stress means another path
 _ENERGY = 1e-8  # of the work: stored energy is a difference of two larger ones
 _ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
 _BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
@@ -94,7 +94,7 @@ def elastic_trial(run: FlowRun) -> Trial:
 
 
 def _end_of_step(run: FlowRun) -> float:
-    """Part by which numbers may differ from those of the positions: droplets are corrected at the end of a step."""
+    """Relative difference of numbers from the values of the positions: droplets are corrected at the end of a step."""
     return _SUMMED * run.tolerance if run.packing.model == "dp" else 0.0
 
 

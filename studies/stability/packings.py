@@ -131,7 +131,7 @@ def try_pressure(pressure: float, n: int, seed: int, **sizes: Any) -> Trial:
 
 
 def modulus_trial(packing: Packing, modulus: float) -> Trial:
-    """Compare a shear modulus with that of the plain Hessian."""
+    """Compare a shear modulus with the modulus of the plain Hessian."""
     try:
         plain = plain_shear_modulus(packing)
     except np.linalg.LinAlgError as error:

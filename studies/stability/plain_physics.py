@@ -51,7 +51,7 @@ def plain_pressure(packing: Packing) -> float:
 
 
 def plain_packing_fraction(packing: Packing) -> float:
-    """Area of the union of all disks, or of all droplets with their rims, over that of the cell; right to 1e-4.
+    """Area of the union of all disks, or of all droplets with their rims, over the area of the cell; right to 1e-4.
     Outlines are polygons of 256 sides, of the area of the disk."""
     quarter = 64
     if packing.model == "sp":

@@ -2,7 +2,7 @@
 Shapes under compression
 ========================
 
-The shape factor of a droplet, perimeter²/(4π area), beside that of a disk cut by its power cell.
+The shape factor, perimeter²/(4π area), of droplets and of disks cut by their power cells.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 Cells and local packing fraction
 ================================
 
-Power cells of disks and set-Voronoi cells of droplets; particles are coloured by their area over that of their cell.
+Power cells of disks and set-Voronoi cells of droplets; colour: area of a particle over the area of its cell.
 """
 
 import matplotlib.pyplot as plt

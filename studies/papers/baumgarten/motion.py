@@ -56,7 +56,7 @@ PRESSURES = (1e-2, 1e-3, 1e-4)  # of the drawn packings
 SCANNED = 1e-4  # pressure of all sizes and of all decades of frequency
 SLOWEST, MIDDLE = 1e-8, 1e-5  # frequencies
 PLATEAU = 0.1  # of the box; longer lengths are cut off by it, at 0.17 to 0.19 L
-SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
+SHORTEST = 2.0  # d; a shorter length is the length of a pair of disks
 
 
 # fig 5 ----------------------------------------------------------------------------------------------------------------

@@ -48,8 +48,8 @@ WITHOUT_G = 1e-5  # distance from onset below which G of many droplets is not kn
 
 
 def parts(disks: Curve, droplets: Curve, share: float) -> float:
-    """Find rho above which the mean of droplets exceeds that of disks by a share: its last crossing, else the first rho
-    that both have."""
+    """Find rho above which the mean of droplets exceeds the mean of disks by a share: the last crossing, or the first
+    rho that both have."""
     (x, y), (u, v) = disks, droplets
     kept = (u >= np.nanmin(x)) & (u <= np.nanmax(x)) & np.isfinite(v)
     rho, excess = u[kept], v[kept] / np.interp(u[kept], x, y) - 1
@@ -140,7 +140,7 @@ def of_both(tables: EnsembleTables, column: str) -> Sample:
 
 
 def ratio_of_terms(droplets: Curve, disks: Curve) -> float:
-    """Divide C_1/C_0 of droplets by that of disks."""
+    """Divide C_1/C_0 of droplets by C_1/C_0 of disks."""
     (d_0, d_1), (s_0, s_1) = (coefficients(*part, 2) for part in (droplets, disks))
     return float(d_1 / d_0 / (s_1 / s_0))
 
@@ -262,7 +262,7 @@ def _draw_stable(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
 
 
 def _draw_both_counts(out: Drawing, axes: Any, tables: EnsembleTables) -> None:
-    """Draw z - z_J of droplets by both counts of contacts, beside that of disks."""
+    """Draw z - z_J of droplets by both counts of contacts, and z - z_J of disks."""
     scale(axes)
     n = SHOWN["dp"][0]
     for series, model, column, colour, fill in (

@@ -127,13 +127,13 @@ def limit(groups: list[Array], correction: float = ONSET_CORRECTION, first: int 
 
 
 def difference(groups: list[Array], of: str = "mean") -> float:
-    """Subtract the mean onset of disks from that of droplets."""
+    """Subtract the mean onset of disks from the mean onset of droplets."""
     disks, droplets = (getattr(np, of)(group) for group in groups)
     return float(droplets - disks)
 
 
 def same_distribution(tables: EnsembleTables) -> TextTable:
-    """Compare phi_J of droplets with that of disks, size by size, by the test of Kolmogorov and Smirnov."""
+    """Compare phi_J of droplets and of disks, size by size, by the Kolmogorov-Smirnov test."""
     rows = []
     for n in SIZES:
         sp, dp = onsets(tables, "sp dp", n, "phi_J").groups
@@ -141,7 +141,7 @@ def same_distribution(tables: EnsembleTables) -> TextTable:
         values = (mean([sp]), mean([dp]), test.statistic, test.pvalue)
         rows.append([f"{n}", f"{len(sp)}", f"{len(dp)}", *(f"{v:.3g}" if v < 0.5 else f"{v:.4f}" for v in values)])
     columns = ("N", "disks", "droplets", "mean phi_J of disks", "of droplets", "largest distance", "p")
-    return TextTable(columns, rows, heading="Are onsets phi_J of droplets those of disks?", words=True)
+    return TextTable(columns, rows, heading="Do droplets and disks have the same onset phi_J?", words=True)
 
 
 def figure_10(tables: EnsembleTables) -> Drawing:

@@ -22,7 +22,7 @@ from studies.panels import Drawing, drawing
 from studies.papers.statements import caption
 from studies.reference_data import MODELS, example_file
 
-CLOSE = 0.13  # half the side of the close-up of fig 8, over that of the box
+CLOSE = 0.13  # side of the close-up of fig 8 over the side of the box, halved
 COMPARED_AT, VOIDS_AT = 0.92, 0.97  # rho of figs 2 and 8
 
 

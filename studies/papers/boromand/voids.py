@@ -94,7 +94,7 @@ def of_both(tables: EnsembleTables, rho: float = np.nan) -> Sample:
 
 
 def less(groups: list[Array], sides: int = 3) -> float:
-    """Subtract P_3 of disks from that of droplets."""
+    """Subtract P_3 of disks from P_3 of droplets."""
     return float(shares(groups[1], sides)[0, 0] - shares(groups[0], sides)[0, 0])
 
 
@@ -112,7 +112,7 @@ def in_shared_bins(tables: EnsembleTables) -> Sample:
 
 
 def departs(rho: Array, sp: Array, dp: Array, by: float = 0.02) -> float:
-    """Find rho from which P_3 of droplets exceeds that of disks by 0.02, in bins of 0.01."""
+    """Find rho from which P_3 of droplets exceeds P_3 of disks by 0.02, in bins of 0.01."""
     excess = shares(dp, 3)[:, 0] - shares(sp, 3)[:, 0]
     same = np.flatnonzero(excess[rho < 0.95] <= by)
     k = same[-1] if len(same) else -1
