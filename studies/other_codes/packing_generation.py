@@ -1,0 +1,55 @@
+"""CPU time of one jamming onset, in jamlab and in dpm: `python -m studies.other_codes.packing_generation`.
+
+`--dpm PROGRAM`: dpm is run as it stands, a program made by
+`g++ -O3 --std=c++11 -I src main/jam/bidisperseSinusoidalParticleJamming.cpp src/*.cpp`.
+"""
+
+import re
+import resource
+import subprocess
+import time
+from functools import partial
+from typing import Annotated
+
+import numpy as np
+import typer
+
+import jamlab
+from studies.tables import one_core
+
+RUNS = {"sp": {64: 10, 256: 10}, "dp": {64: 10, 256: 1}}  # model -> number of particles -> seeds
+
+
+def onsets(model: str, n: int, seeds: int) -> tuple[float, str]:
+    """CPU seconds of an onset by `jamlab.jam`, the mean of several seeds, and the force that is left."""
+    began = time.process_time()
+    found = [jamlab.jam(n, model, seed) for seed in range(1, seeds + 1)]
+    return (time.process_time() - began) / seeds, f"force {np.max([p.max_force for p in found]):.0e}"
+
+
+def onset_in_dpm(program: str, limit: float) -> str:
+    """How far dpm comes with 64 of its particles, 12 and 17 vertices, in a given CPU time."""
+    law = ["64", "12", "1.0", "1.0", "0.0", "0.0", "0.0", "1e-7", "1e-12", "1", "/dev/null"]
+    seconds = int(np.ceil(limit))
+    bound = partial(resource.setrlimit, resource.RLIMIT_CPU, (seconds, seconds))
+    ran = subprocess.run([program, *law], stdout=subprocess.PIPE, text=True, preexec_fn=bound, check=False)
+    if ran.returncode == 0:
+        return "jammed"
+    steps = [int(step) for step in re.findall(r"fireit\s+= (\d+)", ran.stdout)]  # of each minimisation from 0 on
+    taken = sum(step for step, after in zip(steps, [*steps[1:], 0], strict=True) if after < step)
+    return f"cut off; {taken / limit:.0f} or a few more steps of FIRE a second"
+
+
+def main(dpm: Annotated[str, typer.Option(help="Program of dpm, which has the time of ten onsets.")] = "") -> None:
+    """Print the table, row by row."""
+    with one_core():
+        for model, sizes in RUNS.items():
+            for n, seeds in sizes.items():
+                seconds, reached = onsets(model, n, seeds)
+                print(f"jamlab, {model}, N = {n}: {seconds:.2g} s, {reached}", flush=True)
+                if dpm and (model, n) == ("dp", 64):
+                    print(f"dpm, the same: {onset_in_dpm(dpm, 10 * seconds)}", flush=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)
