@@ -284,11 +284,11 @@ def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
 
 
-def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
-    """Sum over the voids of each packing, by bin of rho (0.01) and number of sides; onset (state 0) is kept apart.
-    Columns: voids: their number; area: sum of areas over the mean particle's; shape: sum of shape factors. A packing
-    can still be resampled as a whole from these."""
-    voids = voids[voids["onset"].notna()]  # packings at a pressure belong to no sweep
+def count_voids(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
+    """Sum over the voids of each state of the sweeps that figures of the papers show, by bin of rho (0.01) and number
+    of sides; onset (state 0) is kept apart. Columns: voids: their number; area: sum of areas over the mean particle's;
+    shape: sum of shape factors. A packing can still be resampled as a whole from these."""
+    voids = voids.merge(add_distances(of_papers(states))[["task", "state"]])  # no other law, no other ensemble
     at_onset = voids["state"] == 0
     rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
     v = voids.assign(onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
@@ -314,7 +314,7 @@ class EnsembleTables:
 
     states = _prepared("states", lambda table: add_confluence(add_distances(of_papers(table))))
     stabilized_disks = _shipped("stabilized_disks", stabilized_disks, "states")
-    void_counts = _shipped("void_counts", count_voids, "voids", then=of_papers)
+    void_counts = _shipped("void_counts", count_voids, "states", "voids")
     spectra = _prepared("spectra", _converged_at_pressures)
     correlation = _prepared("correlation", _at_targets)
     flow = _prepared("flow", lambda table: table.dropna(subset=["stress"]))

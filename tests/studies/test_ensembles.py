@@ -113,12 +113,13 @@ def test_no_packing_is_averaged_over_two_ensembles():
 
 def test_sweeps_from_onset_are_drawn_beside_many_more_packings_at_pressures():
     """Those have no onset, other units and another ensemble, but the same seeds. Droplets of another law are apart."""
-    sweep = pd.concat([paper_tables.states(sizes=(32,)), paper_tables.states("dp", sizes=(32,)).assign(gamma=0.4)])
+    sweep = pd.concat([paper_tables.states(sizes=(64,)), paper_tables.states("dp", sizes=(64,)).assign(gamma=0.4)])
     pressures = sweep.assign(units="k", ensemble="shear-stabilized", onset=np.nan, onset_phi=np.nan, z=9.0)
     other = sweep.query("model == 'dp'").assign(gamma=4.0, z=8.0)
     voids = paper_tables.voids()
-    others = voids.assign(ensemble="shear-stabilized", onset=np.nan)
-    mixed = {"states": pd.concat([pressures] * 3 + [sweep, other]), "voids": pd.concat([others] * 3 + [voids])}
-    given = EnsembleTables(mixed.__getitem__)
+    parts = [pressures.assign(task="p" + pressures["task"]), sweep, other.assign(task="o" + other["task"])]
+    more = [voids.assign(task=each + voids["task"], rho=voids["rho"] + 0.003) for each in "po"]
+    given = EnsembleTables({"states": pd.concat(parts), "voids": pd.concat([*more, voids])}.__getitem__)
     assert len(given.states) == len(sweep) and given.states["z"].max() < 8
-    pd.testing.assert_frame_equal(given.void_counts, count_voids(voids))
+    pd.testing.assert_frame_equal(given.void_counts, count_voids(sweep, voids))
+    assert given.void_counts["voids"].sum() == len(voids)

@@ -7,6 +7,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 import jamlab
 
@@ -28,11 +29,12 @@ def artists(parent, kind):
 
 
 def covers_points(figure):
-    """Whether a legend lies over a point of a line."""
+    """Whether a legend lies over a point of a line within its axes."""
     figure.draw_without_rendering()
     legends = [legend.get_window_extent() for legend in artists(figure, Legend)]
-    places = [line.get_transform().transform(line.get_xydata()) for axes in figure.axes for line in axes.lines]
-    return any(legend.count_contains(points) for legend in legends for points in places)
+    lines = [(a.bbox, line.get_transform().transform(line.get_xydata())) for a in figure.axes for line in a.lines]
+    covered = [(Bbox.intersection(legend, view), points) for legend in legends for view, points in lines]
+    return any(part is not None and part.count_contains(points) for part, points in covered)
 
 
 def bare(figure, columns=1):

@@ -64,7 +64,7 @@ def voids():
     rows = []
     for model, seed, (state, rho), k in product(("sp", "dp"), SEEDS, enumerate(np.arange(0.84, 1.0, 0.01)), range(10)):
         sides = 3 if k < 4 or rho > 0.97 else 4 if k < 8 else 5
-        who = {"task": f"{model}{seed}", "model": model, "n": 64, "seed": seed, "state": state}
+        who = {"task": f"{model}64-{seed}", "model": model, "n": 64, "seed": seed, "state": state}
         place = {"ensemble": "fixed-box", "rho": rho, "onset": 0.84}
         void = {"sides": sides, "area": 0.1 * (1 - rho) + 1e-4 * seed, "perimeter": 1.0}
         rows.append({**who, **place, **void, "shape": 4.87 if sides == 3 else 3.0, "particle_area": 1.0})
