@@ -241,6 +241,10 @@ def _compress(view):
     return _at_minimum(last)
 
 
+def _decompress(view):
+    return _at_minimum(jamlab.decompress(view.packing, 0.8 * jamlab.evaluate(view.packing).pressure))
+
+
 def _contacts(view):
     found = jamlab.contacts(view.packing)
     forces, degree = found.forces, np.bincount(found.pairs.ravel(), minlength=view.packing.n)
@@ -341,6 +345,7 @@ CASES = {
         LONG,
         but=ONE_WAY,
     ),
+    "decompress": Case(_decompress, MINIMUM, ("sp", "eps")),
     "displacement_correlation": Case(
         _fields(lambda p: jamlab.displacement_correlation(p, 1e-2), delta=LENGTH, correlation=NUMBER),
         but=ORIGIN | FARTHER,
