@@ -277,7 +277,7 @@ class Session:
                     self.load(packing)
                 return self.evaluate()
             if border is not None or fire is not None:
-                raise InputError(f"border and fire need a box three diameters wide, not {self._packing.box.tolist()}")
+                raise InputError(f"border= and fire= need a box three diameters wide, not {self._packing.box.tolist()}")
         self.use_minimizer(style)
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):

@@ -384,7 +384,7 @@ def quasistatic_shear(
         pressure: "constant" (initial pressure) or a number in the packing's unit of stress: every state minimises the
             enthalpy over the area too, and meets the pressure to 1e-9. Default: constant area.
         resolution: at an event, halve the step repeatedly until steps are at most this long:
-            event and stress drop are resolved to this strain. By default steps are not refined.
+            this is the error of the event's strain. By default steps are not refined.
         every: strain between stored packings. Default: only the first and the last.
         tolerance: largest residual force in natural units, as in `compress`.
         path: HDF5 file of the run, see `jamlab.read_flow`; if it contains a part of the same run, the run resumes.

@@ -130,7 +130,7 @@ class Packing:
         converged: whether that minimisation met its tolerance. `with_state` resets `max_force` to None and `converged`
             to False if particles, box or force law change.
         tolerance: force tolerance of that minimisation, or None.
-        on_rattlers: whether rattlers or ends of flat edges block the sliding of droplets; the Hessian ignores this.
+        on_rattlers: whether rattlers or ends of flat edges block the sliding of droplets; the Hessian neglects this.
         on_target: whether the sweep that made this state reached the requested packing fraction.
         fixed: (n,) bool, particles that move only with strains of the box. None: all particles are free.
         walls: whether fixed particles are two rigid walls, see `jamlab.with_walls`: strains of the box shift the upper

@@ -212,7 +212,7 @@ def _check_frequencies(omega: ArrayLike) -> Array:
     bad = frequencies[(frequencies < _SLOWEST) | (frequencies > _FASTEST)]
     if len(bad):
         raise InputError(
-            f"omega = {bad[0]:g}: frequencies must lie between {_SLOWEST:g} and {_FASTEST:g}; beyond, G* has the limit "
+            f"omega = {bad[0]:g}: frequencies must lie between {_SLOWEST:g} and {_FASTEST:g}; outside, G* equals "
             "g0 + i omega eta0 or i omega eta_inf"
         )
     return frequencies
