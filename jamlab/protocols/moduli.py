@@ -75,7 +75,7 @@ def shear_modulus(
         >>> jamlab.shear_modulus(p, "affine") > jamlab.shear_modulus(p)
         True
     """
-    _check_method(method)
+    check_choice("method", method, METHODS)
     asked = np.asarray(angle, dtype=np.float64)
     if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
         raise InputError(f"angle = {' '.join(repr(angle).split()):.80}: give an angle in radians, or a 1D array")
@@ -110,16 +110,12 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
         >>> round(jamlab.bulk_modulus(p), 3)
         0.486
     """
-    _check_method(method)
+    check_choice("method", method, METHODS)
     first = _first_strain(packing, strain)
     if method == "finite-strain":
         return _compressed(packing, first)
     tensor = elastic_tensor(packing)
     return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure_of(stress(packing)))
-
-
-def _check_method(method: str) -> None:
-    check_choice("method", method, METHODS)
 
 
 def _first_strain(packing: Packing, strain: float | None) -> float:
@@ -199,12 +195,8 @@ def _minimum(session: Session, packing: Packing, response: Array) -> tuple[Array
 def _force_tolerance(packing: Packing) -> float:
     """Largest force left, smaller where contacts are softer than springs: the same force moves those farther."""
     softness = packing.law.stiffness_at(pressure(packing))
-    return packing.kind.least_force * max(1.0, _typical_force(packing)) * softness
-
-
-def _typical_force(packing: Packing) -> float:
-    """Stiffness times size, of the packing itself."""
-    return stiffness_scale(packing) * mean_size(packing)
+    typical = stiffness_scale(packing) * mean_size(packing)
+    return packing.kind.least_force * max(1.0, typical) * softness
 
 
 def _same_contacts(one: Packing, two: Packing) -> bool:

@@ -170,7 +170,7 @@ def linear_modulus(
 ) -> ComplexModulus:
     """`complex_modulus` without its warning, for those who look at g0 themselves."""
     check_choice("method", method, METHODS)
-    frequencies = _check_frequencies(omega)
+    frequencies = check_frequencies(omega)
     law = damping or ContactDamping()
     network = force_network(packing)
     network.check_at_rest()
@@ -199,7 +199,8 @@ def linear_modulus(
     )
 
 
-def _check_frequencies(omega: ArrayLike) -> Array:
+def check_frequencies(omega: ArrayLike) -> Array:
+    """(m,) angular frequencies, refused where G* is at its limit for float64."""
     try:
         frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
     except (TypeError, ValueError):

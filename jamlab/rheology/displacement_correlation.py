@@ -21,6 +21,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE
+from jamlab.rheology.complex_modulus import check_frequencies
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import solve_frequency
@@ -117,9 +118,7 @@ def _displacements(
     network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping(), prestress=prestress)
     find_limits(motion)  # refuses what is not stable
-    for omega in frequencies:
-        if not (np.isfinite(omega) and omega > 0):
-            raise InputError(f"omega = {omega}: must be positive and finite")
+    for omega in check_frequencies(list(frequencies)):
         q, modulus, _ = solve_frequency(motion, omega)
         u: Complex = np.zeros(network.packing.positions.shape, dtype=np.complex128)
         u.reshape(-1)[motion.displaced] = q[: motion.moving] / modulus

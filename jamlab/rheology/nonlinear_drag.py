@@ -22,7 +22,7 @@ from jamlab.errors import InputError, Renamed
 from jamlab.packing.natural_units import stiffness_scale
 from jamlab.packing.packing import Packing
 from jamlab.packing.result import Result
-from jamlab.rheology.complex_modulus import ComplexModulus, linear_modulus, warn_of_negative
+from jamlab.rheology.complex_modulus import ComplexModulus, check_frequencies, linear_modulus, warn_of_negative
 from jamlab.rheology.damping import ContactDamping, Damping
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
@@ -78,9 +78,7 @@ def effective_relaxation_time(omega: ArrayLike, force: float, alpha: float, *, s
         >>> jamlab.effective_relaxation_time([1e-2, 1.0], force=1e-5, alpha=1.0)
         array([1., 1.])
     """
-    w = np.atleast_1d(np.asarray(omega, dtype=np.float64))
-    if not (np.all(np.isfinite(w)) and np.all(w > 0)):
-        raise InputError(f"omega = {omega!r}: frequencies must be positive and finite")
+    w = check_frequencies(omega)
     for name, value in (("force", force), ("stiffness", stiffness)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value}: must be positive")
@@ -156,7 +154,7 @@ def nonlinear_modulus(
             f"alpha = {alpha}, damping = {damping}, stress = {stress}, strain = {strain}: give alpha or damping, and "
             "stress or strain"
         )
-    frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    frequencies = check_frequencies(omega)
     law = damping or ContactDamping()
     how = _Equivalent(packing, law.linear(), law.alpha if alpha is None else alpha, prestress, method)
     if stress is None:

@@ -13,7 +13,6 @@ from jamlab.arrays import Array
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.drawable import drawn, in_unit, label_axes
-from jamlab.statistics.confidence import STANDARD_ERRORS
 
 _STEEPEST = 2.0  # exponent
 _EDGE = 1e-3  # of its range, within which it counts as at its end
@@ -53,12 +52,6 @@ class HerschelBulkley:
     def __call__(self, rates: ArrayLike) -> Array:
         """Stress at rates, of their shape."""
         return _law(np.asarray(rates, dtype=np.float64), self.yield_stress, self.consistency, self.exponent)
-
-    @property
-    def exponent_interval(self) -> tuple[float, float]:
-        """95 % interval of the exponent."""
-        width = STANDARD_ERRORS * self.exponent_stderr
-        return self.exponent - width, self.exponent + width
 
     def __str__(self) -> str:
         yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_stderr:.1g}"
