@@ -20,13 +20,6 @@ from studies.tables import one_core
 RUNS = {"sp": {64: 10, 256: 10}, "dp": {64: 10, 256: 1}}  # model -> number of particles -> seeds
 
 
-def onsets(model: str, n: int, seeds: int) -> tuple[float, str]:
-    """CPU seconds of an onset by `jamlab.jam`, the mean of several seeds, and the force that is left."""
-    began = time.process_time()
-    found = [jamlab.jam(n, model, seed) for seed in range(1, seeds + 1)]
-    return (time.process_time() - began) / seeds, f"force {np.max([p.max_force for p in found]):.0e}"
-
-
 def onset_in_dpm(program: str, limit: float) -> str:
     """How far dpm comes with 64 of its particles, 12 and 17 vertices, in a given CPU time."""
     law = ["64", "12", "1.0", "1.0", "0.0", "0.0", "0.0", "1e-7", "1e-12", "1", "/dev/null"]
@@ -45,8 +38,10 @@ def main(dpm: Annotated[str, typer.Option(help="Program of dpm, which has the ti
     with one_core():
         for model, sizes in RUNS.items():
             for n, seeds in sizes.items():
-                seconds, reached = onsets(model, n, seeds)
-                print(f"jamlab, {model}, N = {n}: {seconds:.2g} s, {reached}", flush=True)
+                began = time.process_time()
+                left = max(jamlab.jam(n, model, seed).max_force for seed in range(1, seeds + 1))
+                seconds = (time.process_time() - began) / seeds
+                print(f"jamlab, {model}, N = {n}: {seconds:.2g} s, force {left:.0e}", flush=True)
                 if dpm and (model, n) == ("dp", 64):
                     print(f"dpm, the same: {onset_in_dpm(dpm, 10 * seconds)}", flush=True)
 

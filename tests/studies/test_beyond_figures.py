@@ -10,11 +10,10 @@ from drawn_figures import drawn
 
 import jamlab
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
-from studies.beyond import couette, dilatancy, polydispersity
+from studies.beyond import couette, polydispersity
 from studies.beyond.droplet_modes import group_share
 from studies.beyond.droplet_voids import three_disks
 from studies.ensemble_tables import EnsembleTables, modes_at_fractions
-from studies.reference_data import reference_tables
 from studies.speed_accuracy.size_scaling import PARTS, STUDY
 
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
@@ -85,16 +84,6 @@ def test_rows_of_the_couette_cell_are_those_of_a_run(monkeypatch):
         assert len(rows) == len(couette.PLACES) and rows[0]["lower"] == pytest.approx(rows[0]["upper"], rel=1e-2)
 
 
-def test_rows_of_dilatancy_are_those_of_a_run(monkeypatch):
-    for name, value in {"PARTICLES": 16, "STRAIN": 0.02, "ROWS": 2, "BLOCK": 1}.items():
-        monkeypatch.setattr(dilatancy, name, value)
-    rows = dilatancy.measure_dilatancy(1e-2, 3)
-    run = jamlab.quasistatic_shear(jamlab.pack(16, 1e-2, 3), 0.02, dilatancy.STEP, pressure="constant")
-    assert [row["strain"] for row in rows] == [0.0, 0.01, 0.02] and rows[0]["dilation"] == 0
-    assert rows[-1]["dilation"] == run.dilation[-1] and rows[-1]["ratio"] == run.stress[-1] / 1e-2
-    assert rows[-1]["off"] < 1e-8 and rows[-1]["phi"] == pytest.approx(run.packing.phi)
-
-
 def test_rows_are_measured_at_one_distance_above_the_onset_of_each_packing(monkeypatch):
     monkeypatch.setattr(polydispersity, "PARTICLES", {"sp": 8, "dp": 4})
     monkeypatch.setattr(polydispersity, "BLOCK", 1)
@@ -104,19 +93,6 @@ def test_rows_are_measured_at_one_distance_above_the_onset_of_each_packing(monke
     assert row["phi_J"] == onset.phi and row["z"] == jamlab.contacts(state).z
     assert row["g"] == pytest.approx(jamlab.shear_modulus(state, average=True), rel=1e-9)
     assert row["storage_0.1"] == pytest.approx(jamlab.complex_modulus(state, [0.1]).storage[0], rel=1e-9)
-
-
-def test_the_picture_shows_means_over_the_packings_of_the_table():
-    table, shown = reference_tables().read(polydispersity.STUDY.name), polydispersity.STUDY.draw(reference_tables())
-    assert {task.rpartition(" ")[0] for task in table["task"]} == {
-        task.rpartition(" ")[0] for task in polydispersity.STUDY.tasks
-    }
-    of = table[(table["model"] == "sp") & table["sizes"].str.startswith("bidisperse:2,")]
-    means = of["phi_J"].groupby(of["sizes"]).mean()
-    drawn = shown.table[(shown.table["panel"] == "a") & (shown.table["series"] == "ratio 2")]
-    assert sorted(drawn["y"]) == pytest.approx(sorted(means), rel=1e-9)
-    assert ((drawn["low"] <= drawn["y"]) & (drawn["y"] <= drawn["high"])).all()
-    assert all(np.isfinite(number["value"]) for number in shown.numbers.values())
 
 
 def test_the_power_of_made_up_costs_is_found():
