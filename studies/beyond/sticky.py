@@ -85,7 +85,7 @@ def draw_sticky(tables: EnsembleTables) -> Drawing:
             phi, values = of_packings(of_law, "phi", column)
             text, onset, fitted = f"a = {a:g}", 0.0, column.upper() if column in FITTED else "G"
             if part in axes[3:]:
-                onset = out.values[f"phi_c of {fitted}, a = {a:g}"].value
+                onset = float(out.values[f"phi_c of {fitted}, a = {a:g}"].value)
             if column in FITTED:
                 text += f": {write_interval(out.values[f'exponent of {fitted}, a = {a:g}'])}"
             beyond = phi > onset

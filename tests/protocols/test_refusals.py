@@ -82,8 +82,6 @@ def test_a_value_out_of_range_is_named(sp_jammed, call, name, values):
         assert "\n" not in text
 
 
-
-
 @pytest.mark.parametrize(
     "call",
     [
