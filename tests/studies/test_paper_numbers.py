@@ -223,8 +223,8 @@ def told(given):
         yield f"| {' | '.join(stiffness(given, n, packings) for n in (32, 64, 128, 256))} |"
     yield f"| {stiffness(given, 32, along_x)} | | | {stiffness(given, 256, along_x)} |"
     ratios = [number("B5-g-sizes-sp", given, of) for of in ("", f"packings = {along_x}", f"packings = {sheared}")]
-    yield "at Δρ = 0.1 is {:.2f} over all and {:.2f} over those with G_x > 0".format(*ratios)
-    yield f"the opposite one, {ratios[2]:.2f}."
+    yield "at Δρ = 0.1, is {:.2f} for all packings and {:.2f} for packings with G_x > 0".format(*ratios)
+    yield f"the opposite size effect, {ratios[2]:.2f}."
     stable = measure("BT-G0-sp-phi", given).variants[f"packings = {sheared}"]
     yield f"{float(stable.value):.3f} ± {float(stable.high - stable.low) / NORMAL:.3f}"
     for n, disks, droplets, mean_sp, mean_dp, _, p in same_distribution(given).rows:
