@@ -173,7 +173,7 @@ def judge(s: Statement, m: Measured) -> Comparison:
     errors = {"resolution": resolution, "statistical": statistical, "systematic": systematic, "paper": theirs}
     if s.relation != "=":
         sign = 1 if s.relation == ">" else -1
-        met = sign * off / hypot(statistical, systematic)
+        met = sign * off / max(hypot(statistical, systematic), 1e-12)
         best = max(sign * (v - s.value) / max(u, 1e-12) for v, u in each)
         missed = Verdict.DIFFERS if best <= -DIFFERS else Verdict.TENSION if met <= -TENSION else Verdict.UNRESOLVED
         return Comparison(s, m, Verdict.AGREES if met >= TENSION else missed, met, best, **errors)
