@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.flow.velocity_profile import velocity_profile
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import deformed, sheared
@@ -186,6 +187,20 @@ def test_profile_of_an_affine_flow_is_straight():
     assert profile.localisation == pytest.approx(1.0) and profile.standard_error.shape == (5,)
 
 
+def test_a_velocity_profile_is_the_affine_one_and_what_the_parts_add(packing):
+    """Frames that are sheared by hand and pushed along x by different parts of the strain; cells of the lattice above
+    and below are no matter."""
+    frames, moved = [], 0.0
+    for strain, push in zip((0.0, 0.01, 0.03, 0.04), (0.0, 0.3, 0.0, -0.3), strict=True):
+        moved += push * 0.01 * packing.box[1, 1]
+        state = sheared(packing, strain)
+        along = np.arange(packing.n)[:, None] % 3 * state.box[1] + np.array([moved, 0.0])
+        frames.append(state.with_state(positions=state.positions + along, provenance={"flow_strain": strain}))
+    found = velocity_profile(frames)
+    assert found.velocity == pytest.approx(found.height, abs=1e-12)
+    assert found.standard_error == pytest.approx(np.full(len(found.height), 0.3 / np.sqrt(3)))
+
+
 @pytest.mark.parametrize("ending", ["h5", "data", "dump"])
 def test_files_keep_walls(walled, tmp_path, ending):
     file = tmp_path / f"walled.{ending}"
@@ -240,16 +255,10 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.shear(p, 0.1, 0.01, walls=True), "walls=True"),
         (lambda p, w: jamlab.creep(w, 1e-3, 1.0), "stress"),
         (lambda p, w: jamlab.oscillate(w, 1.0, 1e-3), "oscillate"),
-        (lambda p, w: jamlab.quasistatic_shear(p, 0.01, 0.01).frames[0] and _profile_of_one(p), "1"),
+        (lambda p, w: jamlab.quasistatic_shear(p, 0.01, 0.01).frames[0] and velocity_profile([p]), "1"),
     ],
 )
 def test_bad_input_is_refused(packing, call, named):
     with pytest.raises(jamlab.InputError) as caught:
         call(packing, jamlab.with_walls(packing))
     assert named in str(caught.value)
-
-
-def _profile_of_one(packing):
-    from jamlab.flow.velocity_profile import velocity_profile
-
-    return velocity_profile([packing])
