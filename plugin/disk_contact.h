@@ -29,6 +29,8 @@ struct DiskPair {
   double strength;      // K
   double radius_i, radius_j;
   double share;         // 1, or 1/2 of a pair that two ranks see
+
+  bool flat() const { return radius_j == 0.0; }    // with a flat wall along x, whose x means nothing
 };
 
 }    // namespace LAMMPS_NS

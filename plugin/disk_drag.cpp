@@ -52,6 +52,7 @@ void DiskDrag::update_contacts(int local, int ghost, double /*ahead*/)
 
 void DiskDrag::contact_of(const DiskPair &p, double x, double y, DiskRow &row, Contact &contact) const
 {
+  if (p.flat()) x = 0.0;
   const double r = hypot(x, y);
   const Repulsion push = pair.repulsion(p.strength, p.reach - r);
   const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;

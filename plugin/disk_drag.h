@@ -157,7 +157,7 @@ void DiskDrag::find_changes(const Field &u, double rate, double time, const Move
     const auto gap = [&](double t) {
       double x, y, strain;
       moved(p, t, x, y, strain);
-      return hypot(p.x + x + strain * (p.y + y), p.y + y) - p.reach;
+      return hypot(p.flat() ? 0.0 : p.x + x + strain * (p.y + y), p.y + y) - p.reach;
     };
     const double sign = states[k] == CLOSED ? 1.0 : -1.0;
     if (!(sign * gap(time) > 0.0)) continue;

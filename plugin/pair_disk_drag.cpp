@@ -54,35 +54,49 @@ void PairDiskDrag::compute(int eflag, int vflag)
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
   const int nlocal = atom->nlocal, newton_pair = force->newton_pair;
+  double turning = 0.0;    // what virial_fdotr_compute takes for a moment of flat walls, of forces along y
+  const auto act = [&](int i, int j, double dx, double dy, double factor) {
+    const double rsq = dx * dx + dy * dy;
+    const double s = contact_distance(i, j, type[i], type[j]), cutoff = s + 2.0 * shell;
+    if (factor == 0.0) return;
+    const double K = factor * stiffness(type[i], type[j], s);
+    remember(i, j, -dx, -dy, cutoff, K);
+    if (rsq >= cutoff * cutoff) return;
+    if (rsq == 0.0)
+      error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
+                 atom->tag[i], atom->tag[j]);
+
+    const double r = sqrt(rsq);
+    const Repulsion push = repulsion(K, cutoff - r);
+    const double fpair = push.force / r;
+    f[i][0] += dx * fpair;
+    f[i][1] += dy * fpair;
+    if (is_wall(j)) turning += (x[i][0] - x[j][0]) * dy * fpair;
+    if (newton_pair || j < nlocal) {
+      f[j][0] -= dx * fpair;
+      f[j][1] -= dy * fpair;
+    }
+    if (evflag) ev_tally(i, j, nlocal, newton_pair, push.energy, 0.0, fpair, dx, dy, 0.0);
+  };
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     const int *const neighbors = list->firstneigh[i];
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
-      const double factor = force->special_lj[sbmask(neighbors[jj])];
       const int j = neighbors[jj] & NEIGHMASK;
-      const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
-      const double s = contact_distance(i, j, type[i], type[j]), cutoff = s + 2.0 * shell;
-      if (factor == 0.0) continue;
-      const double K = factor * stiffness(type[i], type[j], s);
-      remember(i, j, -dx, -dy, cutoff, K);
-      if (rsq >= cutoff * cutoff) continue;
-      if (rsq == 0.0)
-        error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
-                   atom->tag[i], atom->tag[j]);
-
-      const double r = sqrt(rsq);
-      const Repulsion push = repulsion(K, cutoff - r);
-      const double fpair = push.force / r;
-      f[i][0] += dx * fpair;
-      f[i][1] += dy * fpair;
-      if (newton_pair || j < nlocal) {
-        f[j][0] -= dx * fpair;
-        f[j][1] -= dy * fpair;
-      }
-      if (evflag) ev_tally(i, j, nlocal, newton_pair, push.energy, 0.0, fpair, dx, dy, 0.0);
+      if (is_wall(i) || is_wall(j)) continue;
+      act(i, j, x[i][0] - x[j][0], x[i][1] - x[j][1], force->special_lj[sbmask(neighbors[jj])]);
     }
   }
-  if (vflag_fdotr) virial_fdotr_compute();
+  for (int j = 0; j < nlocal; j++) {
+    if (!is_wall(j)) continue;
+    if (comm->nprocs > 1) error->one(FLERR, "{}: atom {} is a flat wall, of diameter 0: use one rank", WHO, atom->tag[j]);
+    for (int i = 0; i < nlocal; i++)
+      if (!is_wall(i)) act(i, j, 0.0, x[i][1] - x[j][1], 1.0);
+  }
+  if (vflag_fdotr) {
+    virial_fdotr_compute();
+    virial[3] -= turning;
+  }
 }
 
 void PairDiskDrag::find_sizes()
@@ -223,7 +237,7 @@ void PairDiskDrag::coeff(int narg, char **arg)
   utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
   const double K = utils::numeric(FLERR, arg[2], false, lmp), s = utils::numeric(FLERR, arg[3], false, lmp);
   if (!(K > 0.0)) error->all(FLERR, "{}: K {} must be positive", WHO, arg[2]);
-  if (!(s > 0.0)) error->all(FLERR, "{}: s {}, the sum of two radii, must be positive", WHO, arg[3]);
+  if (!(s >= 0.0)) error->all(FLERR, "{}: s {}, the sum of two radii, is negative; 0 is that of flat walls", WHO, arg[3]);
 
   int count = 0;
   for (int i = ilo; i <= ihi; i++)

@@ -18,6 +18,7 @@ namespace LAMMPS_NS {
    K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of s = 1, times
    s^power, where types are classes of size and their s is how far two of them may reach. With a shell a, E = K ((s -
    r)^2 - 2 a^2) up to r = s + a, and -K (s + 2 a - r)^2 from there to s + 2 a: disks pull where they do not overlap.
+   An atom of diameter 0 is a flat wall: all disks meet it, of one rank, at their distance along y.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 class PairDiskDrag : public Pair {
  public:
@@ -71,6 +72,7 @@ class PairDiskDrag : public Pair {
   void find_sizes();
   void check_reach() const;
   double diameter(int i, int type) const { return sizes.empty() ? reach[type][type] : own[i]; }
+  bool is_wall(int i) const { return diameter(i, atom->type[i]) == 0.0; }
   double contact_distance(int i, int j, int itype, int jtype) const
   {
     return sizes.empty() ? reach[itype][jtype] : 0.5 * (own[i] + own[j]);

@@ -142,8 +142,9 @@ class Contacts(Result):
     @property
     def isostatic(self) -> int:
         """N_c of a frictionless packing of disks at onset in a box of fixed shape, 2 N' - 1; 2 N' + 1 beside fixed
-        particles, which leave no translations."""
-        return 2 * self.n_backbone + (-1 if self.packing.fixed is None else 1)
+        particles, which leave no translations, and 2 N' between flat walls, which leave one."""
+        free = self.packing.fixed is None
+        return 2 * self.n_backbone + (-1 if free else 0 if self.packing.slips else 1)
 
     @property
     def forces(self) -> ContactForces:

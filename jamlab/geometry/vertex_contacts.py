@@ -33,8 +33,28 @@ from jamlab.packing.packing import Packing
 def touching_disks(packing: Packing) -> Pairs:
     """Find all pairs of disks within the cutoff of their law: the sum of their radii, or farther by its range. Returns
     pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own image,
-    touches each of them."""
-    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.disk_diameters + 0.5 * packing.law.range)
+    touches each of them. A flat wall is met at the distance along y: r = (0, dy)."""
+    reach = 0.5 * packing.disk_diameters + 0.5 * packing.law.range
+    near, flat = periodic_pairs(packing.positions, packing.box, reach), packing.flat_walls
+    if not flat.any():
+        return near
+    height = packing.box[1, 1]
+    image, y = np.divmod(packing.positions[:, 1], height)
+    low, high = y[flat & (y < 0.5 * height)], y[flat & (y > 0.5 * height)]
+    behind = ~flat & ((y <= low.max(initial=-1.0)) | (y >= high.min(initial=2 * height)))
+    if behind.any():
+        disk = int(behind.argmax())
+        raise InputError(f"disk {disk} at y = {y[disk]:.6g} lies behind a flat wall: move it between the walls")
+    i, j = np.nonzero(~flat[:, None] & flat & (np.abs(y[:, None] - y) < reach[:, None]))
+    shift = np.column_stack([np.zeros_like(i), (image[i] - image[j]).astype(np.int64)])
+    bare = near.select(~flat[near.i] & ~flat[near.j])
+    found = Pairs(
+        np.append(bare.i, i),
+        np.append(bare.j, j),  # i < j: flat walls are last
+        np.append(bare.r, np.column_stack([np.zeros(len(i)), y[j] - y[i]]), axis=0),
+        np.append(bare.shift, shift, axis=0),
+    )
+    return found.select(np.lexsort([*found.shift.T[::-1], found.j, found.i]))
 
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)

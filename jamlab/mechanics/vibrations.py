@@ -113,7 +113,8 @@ def _free_hessian(packing: Packing, prestress: bool) -> sparse.csc_array:
 
 @checked
 def count_zero_modes(packing: Packing, *, prestress: bool = True) -> int:
-    """Count zero modes: in a stable packing of disks 2 translations (without fixed particles) and 2 per rattler.
+    """Count zero modes: in a stable packing of disks 2 translations (without fixed particles; one between flat
+    walls) and 2 per rattler.
 
     Eigenvalues below 1e-9 of the largest count as zero. By Sylvester's law of inertia, the factors of H - s and H + s
     give the number of eigenvalues below s and below -s.

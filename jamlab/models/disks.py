@@ -59,9 +59,12 @@ class Disks:
         if packing.diameters is None:
             raise InputError("model sp needs diameters, one per disk")
         diameters = finite_array("diameters", packing.diameters, (len(packing.positions),))
-        check_positive("diameters", diameters)
-        check_magnitudes(packing.box, packing.positions, diameters)
-        PowerLaw.of(packing.params, float(diameters.mean()))
+        flat = diameters == 0
+        if flat.any():
+            _check_flat(packing, flat)
+        check_positive("diameters", diameters[~flat])
+        check_magnitudes(packing.box, packing.positions, diameters[~flat])
+        PowerLaw.of(packing.params, float(diameters[~flat].mean()))
         return {"diameters": diameters}
 
     def selected(self, packing: Packing, particles: Mask) -> dict[str, Any]:
@@ -89,9 +92,10 @@ class Disks:
         return float(np.pi / 4 * np.sum(packing.disk_diameters**2))
 
     def grown(self, packing: Packing, growth: float) -> Packing | None:
-        if -growth >= packing.disk_diameters.min():
+        round_ = ~packing.flat_walls
+        if -growth >= packing.disk_diameters[round_].min():
             return None
-        return packing.with_state(diameters=packing.disk_diameters + growth)
+        return packing.with_state(diameters=packing.disk_diameters + growth * round_)
 
     def rotations(self, packing: Packing) -> int:
         return packing.n
@@ -125,7 +129,8 @@ class Disks:
         energy, slope, stiffness = packing.law(s, distance)
         normal = r / distance[:, None]
         borne = np.where(np.abs(slope) > packing.law.slack, slope, 0.0) if prestress else np.zeros_like(slope)
-        block = central_block(normal, stiffness, borne / distance)
+        across = np.where(packing.flat_walls[pairs[:, 1]], 0.0, borne / distance)  # a flat wall does not turn a force
+        block = central_block(normal, stiffness, across)
         return [pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)]
 
     def shape_terms(self, packing: Packing) -> list[Terms]:
@@ -171,6 +176,9 @@ class Disks:
         from jamlab.plotting.periodic_cell import circles  # with matplotlib, which packings alone do not load
 
         drawn = circles(packing.positions, packing.disk_diameters)
+        for k in np.flatnonzero(packing.flat_walls):  # a wall is drawn up to the edge of the cell
+            body = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+            drawn[k] = packing.positions[k] + body * [packing.box[0, 0], packing.wall_offsets[k, 1]]
         return drawn, drawn
 
     # LAMMPS -----------------------------------------------------------------------------------------------------------
@@ -189,6 +197,17 @@ class Disks:
 
     def longest_edge(self, packing: Packing) -> float:
         return 0.0
+
+
+def _check_flat(packing: Packing, flat: Mask) -> None:
+    """Refuse disks of diameter 0 that are no flat walls."""
+    first, count = int(flat.argmax()), int(flat.sum())
+    if not (packing.walls and packing.fixed is not None and np.asarray(packing.fixed)[flat].all()):
+        raise InputError(f"diameter {first} is 0: only flat walls have none, see jamlab.with_walls(packing, flat=True)")
+    if flat.all() or not flat[-count:].all():
+        raise InputError(f"diameter {first} is 0: flat walls come after all disks")
+    if packing.params.get("stickiness"):
+        raise InputError("stickiness: sticky disks have no flat walls; use jamlab.with_walls(packing, flat=False)")
 
 
 def _touching(packing: Packing) -> tuple[Indices, Array, Array, Array]:

@@ -67,7 +67,8 @@ def types(packing: Packing) -> TypeTable:
     if len(values) <= MAX_TYPES:
         return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
     # of equal ratio: a class of wide ratio has long neighbor lists, an empty one is left out
-    place = np.log(values / values[0]) / np.log(values[-1] / values[0])
+    least = values[values > 0][0]  # flat walls have none
+    place = np.log(np.maximum(values, least) / least) / np.log(values[-1] / least)
     inside = np.minimum((CLASSES * place).astype(np.int64), CLASSES - 1)
     _, of_value = np.unique(inside, return_inverse=True)
     last = np.append(np.flatnonzero(np.diff(of_value)), len(values) - 1)

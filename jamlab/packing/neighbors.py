@@ -166,8 +166,8 @@ def search_lattice(fill: Callable[[int, Array], tuple[int, tuple[Any, ...]]], ro
 
 
 def _search(points_a: Array, points_b: Array, box: Array, cutoff: float | Array, once: bool) -> Pairs:
-    if not (np.isfinite(cutoff).all() and np.greater(cutoff, 0).all()):
-        raise InputError(f"cutoff is {cutoff}: must be a positive finite number")
+    if not (np.isfinite(cutoff).all() and np.min(cutoff) >= 0 and np.max(cutoff) > 0):
+        raise InputError(f"cutoff is {cutoff}: must be a positive finite number, the reach of a point 0 or more")
     a, b, box = (np.ascontiguousarray(values, dtype=np.float64) for values in (points_a, points_b, box))
     reach_a = np.ascontiguousarray(np.broadcast_to(cutoff, len(a)), dtype=np.float64)
     reach_b = reach_a if np.ndim(cutoff) else np.zeros(len(b))

@@ -306,6 +306,16 @@ class Packing:
         return np.zeros(self.n, dtype=bool) if self.fixed is None else self.fixed
 
     @property
+    def flat_walls(self) -> NDArray[np.bool_]:
+        """(n,) which particles are flat walls: fixed lines along x, as disks of diameter 0."""
+        return np.zeros(self.n, dtype=bool) if self.diameters is None else self.diameters == 0
+
+    @property
+    def slips(self) -> bool:
+        """Whether flat walls alone are fixed: all the others may move along x at no energy."""
+        return self.fixed is not None and np.array_equal(self.flat_walls, self.fixed)
+
+    @property
     @per_packing
     def fixed_sites(self) -> NDArray[np.bool_]:
         """(len(positions),) whether each position belongs to a fixed particle."""

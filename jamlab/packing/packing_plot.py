@@ -46,7 +46,8 @@ def size_colours(packing: Packing) -> NDArray[np.str_]:
     """(n,) colours: of two sizes the large ones blue and the small ones pink; more sizes on a scale of colours; fixed
     particles grey."""
     sizes, many = packing.kind.sizes(packing), has_many_sizes(packing)
-    free = _scale_colours(_size_scale(sizes)(sizes)) if many else np.where(sizes > sizes.mean(), LARGE, SMALL)
+    mean = sizes[~packing.flat_walls].mean()
+    free = _scale_colours(_size_scale(packing)(sizes)) if many else np.where(sizes > mean, LARGE, SMALL)
     return np.where(packing.fixed_particles, RATTLER, free)
 
 
@@ -61,17 +62,18 @@ def _scale_colours(places: Array) -> NDArray[np.str_]:
 
 def has_many_sizes(packing: Packing) -> bool:
     """Whether particles have more sizes than two colours can tell apart."""
-    return len(np.unique(packing.kind.sizes(packing))) > 2
+    return len(np.unique(packing.kind.sizes(packing)[~packing.flat_walls])) > 2
 
 
 def add_size_bar(axes: Axes, packing: Packing) -> None:
     """Say beside the axes what the colours of `size_colours` mean, where there are more than two."""
     if has_many_sizes(packing):
-        scale = matplotlib.cm.ScalarMappable(_size_scale(packing.kind.sizes(packing)), _SCALE)
+        scale = matplotlib.cm.ScalarMappable(_size_scale(packing), _SCALE)
         axes.figure.colorbar(scale, ax=axes, label=packing.kind.size_label, shrink=0.8)
 
 
-def _size_scale(sizes: Array) -> Normalize:
+def _size_scale(packing: Packing) -> Normalize:
+    sizes = packing.kind.sizes(packing)[~packing.flat_walls]
     return Normalize(sizes.min(), sizes.max())
 
 

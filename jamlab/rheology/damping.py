@@ -152,6 +152,7 @@ class ContactDamping(DragLaw):
         levers = packing.kind.jacobian(packing, self.lever_arms, np.zeros((2, 2))).levers
         if levers is None:  # nothing turns
             return []
+        levers = np.where(levers == 0, 1.0, levers)  # of flat walls, which do not turn
         touching, free, n = packing.kind.pairs(packing), list[int](), packing.n
         keys = np.concatenate([touching.i * n + touching.j, touching.j * n + touching.i])
         ratios = np.concatenate([levers[:, 0] / levers[:, 1], levers[:, 1] / levers[:, 0]])

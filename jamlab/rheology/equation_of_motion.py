@@ -112,6 +112,7 @@ class EquationOfMotion:
     # True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle may be held,
     # which would be a force; otherwise site 0 is held, unless some are fixed.
     drifting: bool
+    slips: bool  # whether all may move along x at no energy, between flat walls
     displaced: Indices  # (moving,) coordinates 2 i, 2 i + 1 of the packing that the first ones are
     area: float  # A of the cell
     # ratio of tangential to normal damping, the beta of contact damping; 1 if drag has no such parts
@@ -165,6 +166,8 @@ def equation_of_motion(
             "a single particle has no degrees of freedom besides the box, so G* does not relax; use "
             "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
         )
+    if packing.slips and damping.at_contacts and not damping.contrast:
+        raise InputError("beta = 0: nothing drags disks along flat walls, and G* is 0; use beta > 0 or rough walls")
     k, b = _assemble(packing, damping, prestress, network.whole, direction)
     sites = len(packing.positions)
     drifting = not damping.at_contacts and packing.fixed is None
@@ -184,7 +187,8 @@ def equation_of_motion(
     if law.range:  # chains of disks roll past each other without elastic force or drag
         b_qq = b_qq + _TRACE * sparse.diags_array(b_qq.diagonal(), format="csc")
     matrices = k_qq, b_qq, k_qg, b_qg, k_gg, b_gg
-    return EquationOfMotion(*matrices, len(displaced), drifting, displaced, packing.area, contrast, law.floppy)
+    moving = len(displaced), drifting, packing.slips, displaced
+    return EquationOfMotion(*matrices, *moving, packing.area, contrast, law.floppy)
 
 
 def _cut(matrix: sparse.csc_array, solved: Indices, carried: Array) -> tuple[sparse.csc_array, Array, float]:

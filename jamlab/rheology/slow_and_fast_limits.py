@@ -83,7 +83,7 @@ _LEAST_GAIN = 0.5  # a step must be shorter than this part of the last one, else
 class Limits:
     """Response at unit strain when the strain is infinitely slow or fast."""
 
-    slow: Array  # (m,) q of least energy; rotations dissipate least
+    slow: Array  # (m,) q of least energy; rotations, and slip along flat walls, dissipate least
     fast: Array  # (m,) q of least dissipation, and among those of least energy
     g0: float  # G'(omega -> 0)
     eta_inf: float  # lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation
@@ -104,10 +104,13 @@ def find_limits(motion: EquationOfMotion) -> Limits:
     rounding = ROUNDING * magnitude
     if dissipation <= rounding:  # nothing else is left
         dissipation = 0.0
+    energy = float(strained_slow @ (motion.k @ strained_slow))
+    if abs(energy) <= ROUNDING * float(np.abs(strained_slow) @ (abs(motion.k) @ np.abs(strained_slow))):
+        energy = 0.0  # as of a slab that slips along flat walls
     return Limits(
         slow=slow,
         fast=fast,
-        g0=float(strained_slow @ (motion.k @ strained_slow)) / motion.area,
+        g0=energy / motion.area,
         eta_inf=dissipation / motion.area,
         eta_inf_bound=rounding / motion.area,
         eta0=float(strained_slow @ (b @ strained_slow)) / motion.area,
@@ -126,13 +129,18 @@ def _solve_slow(motion: EquationOfMotion) -> Array:
     q = np.zeros(motion.size)
     load = -motion.k_qg[held : motion.moving, None]
     q[held : motion.moving] = static_response(matrix, load, motion.floppy)[:, 0]
-    q = motion.without_drift(q)
+    slip = motion.translations[:, : int(motion.slips)]  # turns disks, too
+    q = np.column_stack([motion.without_drift(q), slip])
+    load = np.column_stack([motion.b_qg, np.zeros_like(slip)])
     if motion.size > motion.moving:
-        torque = (motion.b_qq @ q + motion.b_qg)[motion.moving :]
+        torque = (motion.b_qq @ q + load)[motion.moving :]
         solver = PositiveSolver()
         solver.factorise(motion.b_qq[motion.moving :, motion.moving :].tocsc())
         q[motion.moving :] = -solver.solve(torque)
-    return q
+    drag = q[:, -1] @ (motion.b_qq @ q + load)
+    if motion.slips and drag[1] > ROUNDING * motion.b_qq.diagonal().sum():
+        q[:, 0] -= drag[0] / drag[1] * q[:, 1]
+    return np.ascontiguousarray(q[:, 0])
 
 
 def _solve_fast(motion: EquationOfMotion, solver: ShiftedSolver) -> Array:

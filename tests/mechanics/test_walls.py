@@ -5,6 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.flow.velocity_profile import velocity_profile
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.walls import wall_stress
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import deformed, sheared
@@ -15,10 +16,18 @@ def packing():
     return jamlab.pack(n=64, pressure=1e-2, seed=1)
 
 
-@pytest.fixture(scope="module", params=["sp", "dp"])
+@pytest.fixture(scope="module")
+def flat(packing):
+    """64 disks between two flat walls."""
+    return jamlab.relax(jamlab.with_walls(packing, flat=True))
+
+
+@pytest.fixture(scope="module", params=["sp", "flat", "dp"])
 def walled(request, packing):
     if request.param == "sp":
         return jamlab.with_walls(packing)
+    if request.param == "flat":
+        return request.getfixturevalue("flat")
     return jamlab.relax(jamlab.with_walls(request.getfixturevalue("dp_dense"), 1.2), 1e-12)
 
 
@@ -58,7 +67,11 @@ def test_stress_is_what_moving_the_wall_costs(walled):
 
 
 def test_moduli_by_strain_are_those_of_linear_response(walled):
-    assert jamlab.shear_modulus(walled, "finite-strain") == pytest.approx(jamlab.shear_modulus(walled), rel=1e-5)
+    exact = jamlab.shear_modulus(walled)
+    if walled.flat_walls.any():
+        assert exact == pytest.approx(0.0, abs=1e-12)  # the slab slips
+    else:
+        assert jamlab.shear_modulus(walled, "finite-strain") == pytest.approx(exact, rel=1e-5)
     if walled.model == "sp":
         assert jamlab.bulk_modulus(walled, "finite-strain") == pytest.approx(jamlab.bulk_modulus(walled), rel=1e-6)
 
@@ -66,7 +79,8 @@ def test_moduli_by_strain_are_those_of_linear_response(walled):
 def test_fixed_particles_leave_no_translations(walled):
     network, free = jamlab.contacts(walled), ~walled.fixed
     modes = jamlab.lowest_modes(walled, 6)
-    loose = 2 * int(network.rattlers.sum()) if walled.model == "sp" else 0
+    slips = int(walled.flat_walls.any())
+    loose = 2 * int(network.rattlers.sum()) + slips if walled.model == "sp" else 0
     assert not modes.vectors[:, walled.fixed_sites].any() and jamlab.count_zero_modes(walled) == loose
     assert modes.eigenvalues[min(loose, 5)] > 1e-9
     assert not network.rattlers[walled.fixed].any() and network.n_backbone == np.sum(free & ~network.rattlers)
@@ -78,15 +92,18 @@ def test_fixed_particles_leave_no_translations(walled):
         count.n_particles == network.n_backbone
         and count.contacts == motions - count.floppy_modes + count.self_stress_states
     )
-    assert network.isostatic == 2 * network.n_backbone + 1
+    assert network.isostatic == 2 * network.n_backbone + 1 - slips
 
 
 @pytest.mark.parametrize(
     "damping", [jamlab.ContactDamping(), jamlab.ContactDamping(beta=0.0), jamlab.StokesDrag(eta_f=1.0)]
 )
-def test_complex_modulus_of_a_slab_is_that_of_dense_solves(packing, damping):
+@pytest.mark.parametrize("smooth", [False, True])
+def test_complex_modulus_of_a_slab_is_that_of_dense_solves(packing, flat, damping, smooth):
     """Of the matrices of the periodic packing, with the motion of the rigid walls written out here."""
-    walled, n = jamlab.with_walls(packing), packing.n
+    walled = flat if smooth else jamlab.with_walls(packing)
+    packing = walled if smooth else packing
+    n = packing.n
     k, b = (m.toarray() for m in jamlab.dynamical_matrices(packing, damping))
     if not damping.at_contacts:  # the fluid drags on free particles alone
         b[np.repeat(walled.fixed, 2).nonzero()[0]] *= 0
@@ -103,10 +120,72 @@ def test_complex_modulus_of_a_slab_is_that_of_dense_solves(packing, damping):
     for w in omega:
         m = motion.T @ (k + 1j * w * b) @ motion
         expected.append((m[-1, -1] - m[-1, :-1] @ np.linalg.solve(m[:-1, :-1], m[:-1, -1])) / packing.area)
+    if smooth and damping.at_contacts and not damping.contrast:  # nothing drags along flat walls
+        assert np.abs(expected).max() < 1e-12
+        with pytest.raises(jamlab.InputError):
+            jamlab.complex_modulus(walled, omega, damping)
+        return
     for method in ("direct", "dense", "reduced"):
         found = jamlab.complex_modulus(walled, omega, damping, method=method)
-        assert found.storage == pytest.approx(np.real(expected), rel=1e-9)
-        assert found.loss == pytest.approx(np.imag(expected), rel=1e-9)
+        assert found.storage == pytest.approx(np.real(expected), rel=1e-9, abs=1e-14)
+        assert found.loss == pytest.approx(np.imag(expected), rel=1e-9, abs=1e-14)
+
+
+def pressed(height, params):
+    """One disk of diameter 1 between flat walls at 1 and `height` - 1, and its overlap with each."""
+    x, walls = [[0.3, height / 2 + 0.01], [0.0, 1.0], [0.7, height - 1.0]], np.array([False, True, True])
+    p = jamlab.Packing(
+        "sp", np.diag([3.0, height]), x, params, next(iter(params)), [1.0, 0, 0], fixed=walls, walls=True
+    )
+    overlap = 0.5 - np.array([x[0][1] - 1.0, height - 1.0 - x[0][1]])
+    return p, overlap
+
+
+@pytest.mark.parametrize(("params", "k"), [({"k": 2.0}, 2.0), ({"eps": 2.0}, 8.0), ({"k": 2.0, "exponent": 2.5}, None)])
+def test_one_disk_between_flat_walls(params, k):
+    """By hand: two springs, at half a diameter; along x nothing acts."""
+    p, overlap = pressed(2.9, params)
+    alpha = params.get("exponent", 2.0)
+    stiffness = k or 2.0 * (2 * overlap) ** (alpha - 2)  # k s^2/alpha (overlap/s)^alpha, s = 1/2
+    found = jamlab.evaluate(p)
+    assert found.energy == pytest.approx(np.sum(stiffness * overlap**2) / alpha, rel=1e-13)
+    force = stiffness * overlap * [1, -1]
+    assert found.forces[0] == pytest.approx([0.0, force.sum()], abs=1e-14)
+    assert wall_stress(p) == pytest.approx(np.column_stack([[0, 0], np.abs(force) / 3.0]), abs=1e-14)
+    assert jamlab.hessian(p).toarray()[:2, :2] == pytest.approx(
+        np.diag([0.0, np.sum((alpha - 1) * stiffness * np.ones(2))]), abs=1e-13
+    )
+    middle = jamlab.relax(p)
+    assert middle.positions[0] == pytest.approx([0.3, 1.45], abs=1e-11)
+    bare = jamlab.slab(p)
+    cut = sum(2 * np.trapezoid(np.sqrt(0.25 - y**2), y) for y in (np.linspace(0.5 - o, 0.5, 20001) for o in overlap))
+    assert bare.packing_fraction == pytest.approx((np.pi / 4 - cut) / (3 * 0.9), abs=1e-7)
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_flat_walls_push_by_the_slope_of_the_energy(packing, flat, many):
+    """Forces and Hessian by differences, in LAMMPS and in numpy, also where each disk has its own size; no force
+    depends on x, nor on the image of a disk."""
+    p = flat
+    if many:  # more sizes than types of LAMMPS
+        own = np.append(flat.diameters[:-2] * (1 + 0.01 * np.sin(np.arange(64))), [0, 0])
+        p = flat.with_state(diameters=own, params={"eps": 1.0, "exponent": 2.5}, units="eps")
+    p = p.with_state(positions=p.positions + 0.02 * np.sin(7 * p.positions) * ~p.fixed_sites[:, None])
+    push, h = jamlab.evaluate(p).forces, jamlab.hessian(p).toarray()
+    assert push == pytest.approx(forces(p), abs=1e-13)
+    near = np.unique(touching_disks(p).i[p.flat_walls[touching_disks(p).j]])
+    assert len(near) > 6
+    for k in (2 * near[0], 2 * near[0] + 1, 2 * near[-1] + 1):
+        step = np.zeros(2 * p.n)
+        step[k] = 1e-6
+        up, down = (p.with_state(positions=p.positions + s * step.reshape(-1, 2)) for s in (1, -1))
+        slope = (jamlab.evaluate(up).energy - jamlab.evaluate(down).energy) / 2e-6
+        assert push.ravel()[k] == pytest.approx(-slope, abs=1e-8)
+        assert h[k] == pytest.approx(-(forces(up) - forces(down)).ravel() / 2e-6, abs=1e-7 if not many else 1e-5)
+    shift = np.arange(p.n)[:, None] % 3 * p.box[1] + [0.37, 0.0]
+    moved = p.with_state(positions=p.positions + np.where(p.fixed_sites[:, None], [-0.2, 0.0], shift))
+    assert jamlab.evaluate(moved).forces == pytest.approx(push, abs=1e-12)
+    assert forces(moved) == pytest.approx(push, abs=1e-12) and stress(moved) == pytest.approx(stress(p), abs=1e-12)
 
 
 def test_walls_shear_a_slab(packing):
@@ -204,7 +283,7 @@ def test_a_velocity_profile_is_the_affine_one_and_what_the_parts_add(packing):
 @pytest.mark.parametrize("ending", ["h5", "data", "dump"])
 def test_files_keep_walls(walled, tmp_path, ending):
     file = tmp_path / f"walled.{ending}"
-    for given in (walled, walled.with_state(walls=False)):
+    for given in (walled,) if walled.flat_walls.any() else (walled, walled.with_state(walls=False)):
         {"h5": given.write, "data": lambda f, p=given: jamlab.write(f, p)}.get(
             ending, lambda f, p=given: jamlab.write(f, [p])
         )(file)
@@ -247,6 +326,12 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.with_walls(p, np.nan), "nan"),
         (lambda p, w: jamlab.with_walls(p, 4.0), "4"),
         (lambda p, w: jamlab.with_walls(p, 1.0), "1.0"),  # thinner than the largest disk
+        (lambda p, w: jamlab.with_walls(w, flat=True), "fixed"),
+        (lambda p, w: jamlab.with_walls(jamlab.droplets_from_disks(p), flat=True), "dp"),
+        (lambda p, w: jamlab.droplets_from_disks(jamlab.with_walls(p, flat=True)), "flat=False"),
+        (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "diameter 0"),
+        (lambda p, w: _sticky_between_flat_walls(p), "stickiness"),
+        (lambda p, w: jamlab.evaluate(_behind_a_flat_wall(p)), "disk 3"),
         (lambda p, w: jamlab.quasistatic_shear(p, 0.01, walls=True), "walls=True"),
         (lambda p, w: jamlab.quasistatic_shear(w, 0.01, direction="pure"), "'pure'"),
         (lambda p, w: jamlab.quasistatic_shear(w, 0.01, pressure="constant"), "'constant'"),
@@ -262,3 +347,14 @@ def test_bad_input_is_refused(packing, call, named):
     with pytest.raises(jamlab.InputError) as caught:
         call(packing, jamlab.with_walls(packing))
     assert named in str(caught.value)
+
+
+def _sticky_between_flat_walls(packing):
+    return jamlab.with_walls(packing.with_state(params={"k": 1.0, "stickiness": 0.01}), flat=True)
+
+
+def _behind_a_flat_wall(packing):
+    walled = jamlab.with_walls(packing, flat=True)
+    return walled.with_state(
+        positions=walled.positions - np.outer(np.arange(walled.n) == 3, [0, walled.positions[3, 1]])
+    )
