@@ -39,7 +39,7 @@ def main(dpm: Annotated[str, typer.Option(help="Program of dpm, which has the ti
         for model, sizes in RUNS.items():
             for n, seeds in sizes.items():
                 began = time.process_time()
-                left = max(jamlab.jam(n, model, seed).max_force for seed in range(1, seeds + 1))
+                left = max(jamlab.jam(n, model, seed).max_force or 0.0 for seed in range(1, seeds + 1))
                 seconds = (time.process_time() - began) / seeds
                 print(f"jamlab, {model}, N = {n}: {seconds:.2g} s, force {left:.0e}", flush=True)
                 if dpm and (model, n) == ("dp", 64):
