@@ -203,7 +203,9 @@ def _check_flat(packing: Packing, flat: Mask) -> None:
     """Refuse disks of diameter 0 that are no flat walls."""
     first, count = int(flat.argmax()), int(flat.sum())
     if not (packing.walls and packing.fixed is not None and np.asarray(packing.fixed)[flat].all()):
-        raise InputError(f"diameters[{first}] = 0: only flat walls have none, see jamlab.with_walls(packing, flat=True)")
+        raise InputError(
+            f"diameters[{first}] = 0: only flat walls have none, see jamlab.with_walls(packing, flat=True)"
+        )
     if flat.all() or not flat[-count:].all():
         raise InputError(f"diameters[{first}] = 0: flat walls come after all disks")
     if packing.params.get("stickiness"):

@@ -329,7 +329,7 @@ def test_scattered_fixed_particles_follow_the_box(packing):
         (lambda p, w: jamlab.with_walls(w, flat=True), "fixed"),
         (lambda p, w: jamlab.with_walls(jamlab.droplets_from_disks(p), flat=True), "dp"),
         (lambda p, w: jamlab.droplets_from_disks(jamlab.with_walls(p, flat=True)), "flat=False"),
-        (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "diameter 0"),
+        (lambda p, w: p.with_state(diameters=p.diameters * (np.arange(p.n) > 0)), "diameters[0]"),
         (lambda p, w: _sticky_between_flat_walls(p), "stickiness"),
         (lambda p, w: jamlab.evaluate(_behind_a_flat_wall(p)), "disk 3"),
         (lambda p, w: jamlab.quasistatic_shear(p, 0.01, walls=True), "walls=True"),
