@@ -7,7 +7,7 @@ import typer
 from rich.text import Text
 
 from jamlab.checks import check_choice
-from jamlab.cli.console import err_console, out_console, print_json, print_stage, print_table
+from jamlab.cli.console import err_console, out_console, print_json, print_line, print_stage, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.main import Commands
 from jamlab.cli.options import Force, Json, Seed
@@ -21,7 +21,7 @@ from studies.pages import file_names, write_page, write_verdicts
 from studies.panels import Drawing
 from studies.reference_data import open_tables, write_tables
 from studies.registry import GROUPS, chosen
-from studies.tables import measure
+from studies.tables import DATA, measure
 
 app = typer.Typer(
     cls=Commands,
@@ -40,11 +40,6 @@ Names = Annotated[
 def tell(share: float, text: str) -> None:
     """Print the present step on stderr."""
     print_stage(text)
-
-
-def say(text: str | Text) -> None:
-    """Print a line as it stands."""
-    out_console.print(text, soft_wrap=True, highlight=False, markup=False)
 
 
 @app.command("list", short_help="List all studies.", epilog="Example: python -m studies list")
@@ -67,7 +62,7 @@ def draw(
     """Draw studies from the tables that ship, or from a campaign or results of your own."""
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
-    pages, tables = chosen(names), open_tables(source)
+    pages, tables = chosen(names), open_tables(source or DATA)
     files = [file for page, group in pages.items() for file in file_names([s.name for s in group.studies], page)]
     expect_output(out)
     check_targets(out, files, replace=force)
@@ -79,7 +74,7 @@ def draw(
         drawn += found
         missing |= failed
         if not as_json:
-            say(f"Open {out / page}.html")
+            print_line(f"Open {out / page}.html")
     claims = [claim for each in drawn for claim in each.claims]
     if claims:
         write_verdicts(out, claims)
@@ -89,9 +84,9 @@ def draw(
         print_json({"out": str(out), "rows": rows, "values": values, "captions": captions, "not_drawn": missing})
         return
     for claim in claims:
-        say(Text(claim.line, style=STYLES.get(claim.verdict, "")))
+        out_console.print(Text(claim.line, style=STYLES.get(claim.verdict, "")), soft_wrap=True)
     for each in drawn if "studies" in pages else ():
-        say(f"{each.name}: {each.caption}")
+        print_line(f"{each.name}: {each.caption}")
     for name, reason in missing.items():
         err_console.print(Text(f"not drawn: {name}: {reason}", style="red"), soft_wrap=True)
 
@@ -111,7 +106,7 @@ def run(
     expect_output(out)
     for study in measured:
         measure(out, study.name, study.tasks, tell)
-    say(f"Draw it: python -m studies draw {' '.join(names)} --from {out}")
+    print_line(f"Draw it: python -m studies draw {' '.join(names)} --from {out}")
 
 
 @app.command(
@@ -130,7 +125,7 @@ def tables(
         make_table(file, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
     else:
         measure_runs(file, progress=tell)
-    say(f"wrote {file}")
+    print_line(f"wrote {file}")
 
 
 @app.command("compare", short_help="Compare with other codes.", epilog="Example: python -m studies compare --n 64")
@@ -169,4 +164,4 @@ def reduce(
     expect_output(out)
     check_targets(out, [f"{name}.parquet" for name in only or NAMES], replace=force)
     for path in write_tables(open_tables(campaign), out, commit, only or NAMES):
-        say(f"wrote {path}")
+        print_line(f"wrote {path}")

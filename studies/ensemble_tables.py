@@ -252,9 +252,7 @@ def _prepared(name: str, prepare: Callable[[pd.DataFrame], pd.DataFrame]) -> "ca
     return cached_property(table)
 
 
-def _shipped(
-    name: str, make: Callable[..., pd.DataFrame], *sources: str, then: Callable[..., pd.DataFrame] | None = None
-) -> "cached_property[pd.DataFrame]":
+def _shipped(name: str, make: Callable[..., pd.DataFrame], *sources: str) -> "cached_property[pd.DataFrame]":
     """Give a table that ships with the reference data, or is made of those that a campaign has."""
 
     def table(tables: "EnsembleTables") -> pd.DataFrame:
@@ -262,8 +260,7 @@ def _shipped(
             found = tables.read(name)
         except (AbsentTableError, InputError, KeyError):
             found = make(*map(tables.read, sources))
-        found = _require_rows(name, found)
-        return then(found) if then else found
+        return _require_rows(name, found)
 
     return cached_property(table)
 

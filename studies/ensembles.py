@@ -119,17 +119,13 @@ class Sample(NamedTuple):
 
 
 def vary_bootstrap(
-    groups: Sequence[Array],
-    statistic: Callable[..., ArrayLike],
-    *variants: Mapping[str, Any],
-    reduce: Callable[[list[Array]], Sequence[Any]] = lambda drawn: [drawn],
-    resamples: int = RESAMPLES,
+    sample: Sample, statistic: Callable[..., ArrayLike], *variants: Mapping[str, Any], resamples: int = RESAMPLES
 ) -> tuple[Interval, dict[str, Interval]]:
     """Compute a statistic with its interval, and under other defensible analyses, keywords of it such as
     {"low": 0.02}, on the same resamples; those without a value, or without a fit, are left out."""
 
     def every(drawn: list[Array]) -> Array:
-        reduced = reduce(drawn)
+        reduced = sample.reduce(drawn)
         values = [np.asarray(statistic(*reduced), dtype=np.float64)]
         for keywords in variants:
             values.append(np.full_like(values[0], np.nan))
@@ -137,7 +133,7 @@ def vary_bootstrap(
                 values[-1] = np.asarray(statistic(*reduced, **keywords), dtype=np.float64)
         return np.array(values)
 
-    found = bootstrap(groups, every, resamples=resamples)
+    found = bootstrap(sample.groups, every, resamples=resamples)
     known = [k for k, value in enumerate(found.value[1:]) if np.isfinite(value).all()]
     return found[0], {name_keywords(variants[k]): found[k + 1] for k in known}
 

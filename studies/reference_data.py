@@ -12,29 +12,19 @@ from jamlab.errors import InputError
 from jamlab.storage.atomic_file import make_folder
 from jamlab.storage.verified_file import versions
 from studies.ensemble_tables import COLUMNS, NAMES, EnsembleTables
-from studies.tables import DATA, MANIFEST, AbsentTableError, read_manifest, read_table, write_table
+from studies.tables import DATA, AbsentTableError, read_manifest, read_table, write_table
 
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _DIGITS |= {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9, "d_phi": 9, "d_rho": 9, "overlap": 9, "shape": 7}
 
 
-def reference_tables() -> EnsembleTables:
-    """Tables that ship with the studies."""
-    return read_folder(DATA)
-
-
-def read_folder(folder: Path) -> EnsembleTables:
-    """Tables of a folder with a manifest, by name."""
-    known = read_manifest(folder)
+def open_tables(source: Path = DATA) -> EnsembleTables:
+    """Open the tables of a campaign (its file or folder), or of a folder with a manifest; default: those that ship."""
+    known = read_manifest(source)
+    if not known:
+        return EnsembleTables(open_campaign(source).table, {"campaign": str(source), **versions()})
     made = {file.partition(".")[0]: f"Measured {one['date']}, commit {one['commit']}" for file, one in known.items()}
-    return EnsembleTables(partial(read_table, folder), {"data": folder.name}, made)
-
-
-def open_tables(source: Path | None) -> EnsembleTables:
-    """Open the tables of a campaign (its file or folder) or a folder with a manifest; None: those that ship."""
-    if source is None or (source / MANIFEST).is_file():
-        return read_folder(source or DATA)
-    return EnsembleTables(open_campaign(source).table, {"campaign": str(source), **versions()})
+    return EnsembleTables(partial(read_table, source), {"data": source.name}, made)
 
 
 def write_tables(tables: EnsembleTables, folder: Path, commit: str, names: Sequence[str] = NAMES) -> list[Path]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browsers import browser
 from hypothesis import settings
 from kept_results import kept_folder
 
@@ -22,7 +23,7 @@ sys.path.append(str(Path(__file__).parents[1]))  # studies; last, so that the ja
 
 gc.set_threshold(20_000)  # of 700 by default: collecting garbage took a tenth of the time of figures
 
-__all__ = ["kept_folder"]  # a fixture of benchmarks
+__all__ = ["browser", "kept_folder"]  # fixtures of pages and of benchmarks
 
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
 

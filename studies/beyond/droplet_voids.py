@@ -40,7 +40,8 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         over = mean_shapes(sums_by_overlap(rows[rows["overlap"] > 0]))
         places = np.sqrt(OVERLAPS[1:] * OVERLAPS[:-1])
         out.curve(by_overlap, name, places, over, **style(k))
-        out.values[f"{name}, at onset"] = mean_shape(rows[rows["state"] == 0])
+        onset = rows[rows["state"] == 0].sort_values("seed")[SUMS].to_numpy(dtype=np.float64)
+        out.values[f"{name}, at onset"] = mean_shapes(onset[:, None])[0]
         out.values |= {
             f"{name}, rho = {rho:g}": mean[k] for k, rho in enumerate(FRACTIONS) if np.isfinite(mean.value[k])
         }
@@ -87,12 +88,6 @@ def mean_shapes(sums: Array) -> Interval:
         return np.where(few, np.nan, value)
 
     return bootstrap([sums], mean)
-
-
-def mean_shape(rows: pd.DataFrame) -> Interval:
-    """Compute the mean shape factor of all voids with three sides."""
-    sums = rows.groupby(PACKING, dropna=False)[SUMS].sum().to_numpy(dtype=np.float64)
-    return bootstrap([sums], lambda groups: groups[0][:, 0].sum() / groups[0][:, 1].sum())
 
 
 def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:

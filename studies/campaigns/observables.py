@@ -31,23 +31,15 @@ SLOW = 1e-2  # omega in the critical regime, at which lanes and both parts of th
 def add_triples(packing: Packing, times: int = 1) -> float:
     """Packing fraction of disks by [B] eq 12: lenses of pairs subtracted, what three disks share added so many times.
     Once is what inclusion and exclusion asks for, exact where no point lies in four disks; else it is too high."""
-    touching, radius = touching_disks(packing), _radii(packing)
-    return packing_fraction(packing, "pairs") + times * _shared_by_triples(touching, radius) / packing.area
+    assert packing.diameters is not None
+    shared = _shared_by_triples(touching_disks(packing), 0.5 * packing.diameters)
+    return packing_fraction(packing, "pairs") + times * shared / packing.area
 
 
 def rho_printed(packing: Packing) -> float:
     """Packing fraction of disks by [B] eq 12 as printed, which counts what three disks share twice; it passes 1 near
     phi = 1.24, where the exact rho is 0.998."""
     return add_triples(packing, 2)
-
-
-def _radii(packing: Packing) -> Array:
-    assert packing.diameters is not None
-    return 0.5 * packing.diameters
-
-
-def _lenses(near: Pairs, radius: Array) -> Array:
-    return lens_area(np.hypot(*near.r.T), radius[near.i], radius[near.j])
 
 
 def _shared_by_triples(near: Pairs, radius: Array) -> float:
@@ -79,8 +71,8 @@ def _shared_by_triples(near: Pairs, radius: Array) -> float:
     triples = Pairs(first, second, sides, np.zeros((len(first), 2), dtype=np.int64))
     chords = find_chords(triples, three.ravel())
     union = cut_disks(chords, find_free_arcs(chords), three.ravel()).area.reshape(-1, 3).sum(axis=1)
-    lenses = _lenses(triples, three.ravel()).reshape(-1, 3).sum(axis=1)
-    shared = np.maximum(union - np.pi * (three**2).sum(axis=1) + lenses, 0.0)
+    lenses = lens_area(np.hypot(*sides.T), three.ravel()[first], three.ravel()[second])
+    shared = np.maximum(union - np.pi * (three**2).sum(axis=1) + lenses.reshape(-1, 3).sum(axis=1), 0.0)
     return float((shared / times).sum())
 
 

@@ -13,13 +13,12 @@ from matplotlib.patches import Patch
 from studies.html_page import render
 from studies.panels import Drawing, drawing
 from studies.papers.statements import caption
-from studies.papers.verdicts import LOOKS, TOLERANCE, Comparison, Verdict, scale
+from studies.papers.verdicts import LOOKS, NORMAL, TOLERANCE, Comparison, Verdict, scale
 
 NAME = "papers-forest"
 TITLE = "Every number of both papers: ours less the paper's"
 SPAN = 0.62  # of the axis to either side; what lies beyond is an arrow with its number
 BAND, TICK = "#DCE9F5", "#555555"  # colours of what agrees and of the paper's error, as in forest.html
-TWO_SIDED = 1.96  # standard errors to either side
 COLUMNS = {  # of the picture: heading -> beginnings of the names of figures
     "[B], figs 4 to 7": tuple(f"boromand-{k}" for k in range(4, 8)),
     "[B], figs 8 to 11, tables 1 and 2": ("boromand-", "tables"),
@@ -66,7 +65,7 @@ def bars(comparisons: Sequence[Comparison]) -> list[Bar]:
         both = (c.statistical**2 + c.systematic**2) ** 0.5
         tolerance = max(TOLERANCE, s.margin / unit)
         low, high = {"=": (-tolerance, tolerance), ">": (0.0, SPAN), "<": (-SPAN, 0.0)}[s.relation]
-        packings, analyses = TWO_SIDED * c.statistical / unit, TWO_SIDED * both / unit
+        packings, analyses = 0.5 * NORMAL * c.statistical / unit, 0.5 * NORMAL * both / unit
         found.append(Bar(c, (m.value - s.value) / unit, packings, analyses, c.paper / unit, low, high))
     return found
 

@@ -190,7 +190,7 @@ def analyse(wanted: Statement, tables: "EnsembleTables") -> Sequence[Measured]:
         given = {**settings, **more}
         taken = sample(tables, **{k: v for k, v in given.items() if k in own})
         filled = partial(function, **{k: v for k, v in given.items() if k not in own})
-        return vary_bootstrap(taken.groups, filled, *within, reduce=taken.reduce, resamples=resamples)
+        return vary_bootstrap(taken, filled, *within, resamples=resamples)
 
     found, family = run({}, *(v for v in variants if not set(v) & own))
     for other in (v for v in variants if set(v) & own):

@@ -147,8 +147,7 @@ class Comparison:
         below, above = m.systematic
         names = ("id", "figure", "quantity", "where", "margin", "relation", "stated", "number", "note")
         words = {"kind": s.status, "paper": s.value, "verdict": str(self.verdict), "how": m.how}
-        words |= {"because": self.explanation, "calibrated": s.status == "fit target"}
-        words |= {"contradiction": s.status == "paper inconsistent"}
+        words |= {"because": self.explanation}
         numbers = {"value": m.value, "low": m.low, "high": m.high, "below": below, "above": above}
         numbers |= {name: getattr(self, name) for name in ("pull", "kindest", "resolution")}
         numbers |= {"u_stat": self.statistical, "u_syst": self.systematic, "u_paper": self.paper}

@@ -1,7 +1,7 @@
 """A stability map: two conditions, the runs at every pair of them, and how they ended."""
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -167,14 +167,14 @@ class Map:
         tasks = {f"{y:.3g}": partial(self.rows, y) for y in self.y.values}
         return Study(self.name, self.words["title"], tasks, self.draw)
 
-    def rows(self, y: float, across: Sequence[float] = ()) -> Iterator[dict[str, Any]]:
-        """Make all runs of one y, and count their verdicts for every x, or some of them."""
+    def rows(self, y: float) -> Iterator[dict[str, Any]]:
+        """Make all runs of one y, and count their verdicts for every x."""
         seeds, limits = range(1, self.words["runs"] + 1), []
         for seed in seeds if self.limit else ():
             with suppress(JamlabError):  # then every run of the seed is refused
                 limits.append(float(self.limit(y, seed)))  # type: ignore[misc]
         limit = float(np.median(limits)) if limits else float("nan")
-        for x in across or self.x.values:
+        for x in self.x.values:
             trials = [attempt(partial(self.attempt, x, y, seed)) for seed in seeds]
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 

@@ -17,13 +17,8 @@ from studies.ensemble_tables import EnsembleTables, modes_at_fractions
 from studies.speed_accuracy.size_scaling import PARTS, STUDY
 
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
+SWEEP = pd.DataFrame({"task": "t", "state": [0, 1], "rho": [0.85, 0.87], "phi": [0.86, 0.88], "converged": True, **LAW})
 DRAG = {"law": "stokes", "beta": np.nan, "eta_f": 1.0}
-
-
-def states(rho):
-    """A sweep of one packing with these packing fractions."""
-    table = pd.DataFrame({"task": "t", "state": range(len(rho)), "rho": rho, "phi": np.array(rho) + 0.01})
-    return table.assign(**LAW, converged=True)
 
 
 def kept(name, number):
@@ -64,7 +59,7 @@ def test_modes_are_binned_without_loss():
             for rate in (1e-9, 1.1e-3, 1.2e-3, 1e9)
         ]
     )
-    found = modes_at_fractions(states([0.85, 0.87]), rows)
+    found = modes_at_fractions(SWEEP, rows)
     assert found["strength"].sum() == pytest.approx(4 * 2.0) and len(found) == 3
     assert found["translation"].sum() == pytest.approx(4 * 2.0 * 0.4)
     assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import jamlab
-from studies.reference_data import read_folder, reference_tables
+from studies.reference_data import open_tables
 from studies.registry import CHARTS
 from studies.speed_accuracy.chart import COLUMNS, Trial, drawn_of, points_of
 from studies.speed_accuracy.moduli import dense_modulus, relaxed
@@ -58,7 +58,7 @@ def test_the_reference_of_moduli_is_the_one_of_linear_response():
 @pytest.mark.parametrize("name", CHARTS)
 def test_what_ships(name):
     """As many packings as the chart says, a default that gives numbers, of which the price is what the pages say."""
-    chart, table = CHARTS[name], reference_tables().read(name)
+    chart, table = CHARTS[name], open_tables().read(name)
     assert set(COLUMNS) <= set(table.columns) and set(table["task"]) == set(chart.study.tasks)
     points = points_of(table)
     fewer = {"N = 1024": 5, "N = 8192": 3}  # in other codes, as the caption says
@@ -83,7 +83,7 @@ def test_a_chart_is_drawn_from_what_was_measured(tmp_path):
     last = chart.words["packings"]
     path = measure(tmp_path, "spectrum", dict(list(chart.study.tasks.items())[:3]))
     assert done == [last, last, last - 1, last - 2] and path.exists()
-    drawn = chart.study.draw(read_folder(tmp_path))
+    drawn = chart.study.draw(open_tables(tmp_path))
     found = drawn.table.set_index(["method", "setting"])
     assert found.loc[("m", "2"), ["seconds", "error", "packings"]].tolist() == [100.0, 0.01, 3]
     off, every = drawn.text

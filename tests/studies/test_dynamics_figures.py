@@ -6,7 +6,7 @@ import pytest
 from studies.dynamics.collapse import collapse_through
 from studies.dynamics.flow_curves import balanced_disks, yield_law_interval
 from studies.ensembles import of_packings
-from studies.reference_data import reference_tables
+from studies.reference_data import open_tables
 
 SHAPE = (-0.02, 0.1, 0.4, 0.3)  # of ln f, highest power first
 X, S = (part.ravel() for part in np.meshgrid(np.linspace(0.80, 0.88, 9), np.geomspace(1e-4, 1e-2, 5)))
@@ -30,7 +30,7 @@ def test_exponents_and_the_scaling_function_are_recovered(q, w):
 @pytest.mark.slow
 def test_the_shipped_flow_curve_tends_to_quasistatic_shear():
     """The law of Herschel and Bulkley at 0.86 has an exponent in 0.45 .. 0.55, and meets the mean at rate 0."""
-    flow = balanced_disks(reference_tables().flow)
+    flow = balanced_disks(open_tables().flow)
     flow = flow[(flow["phi"] == 0.86) & (flow["n"] == 256) & np.isclose(flow["tolerance"], 5e-2)]
     still = flow.loc[flow["rate"] == 0, "stress"]
     moving = yield_law_interval(*of_packings(flow[flow["rate"] > 0], "rate", "stress"))

@@ -1,4 +1,4 @@
-"""The table of ways is measured seed by seed, and resumes."""
+"""The table of ways is measured seed by seed."""
 
 from dataclasses import replace
 
@@ -12,13 +12,8 @@ DISKS = EnsembleWay("disks", 8)
 CARRIED = EnsembleWay("carried", 8, (12, 17))
 
 
-def test_a_table_of_ways_is_measured_once(tmp_path, monkeypatch):
-    def made():
-        return make_table(tmp_path / "few.csv.xz", range(1, 3), groups=lambda seed: [(DISKS, CARRIED)], levels=(0.87,))
-
-    few = made()
+def test_rows_of_the_table_of_ways_are_measured(tmp_path):
+    few = make_table(tmp_path / "few.csv.xz", range(1, 3), groups=lambda seed: [(DISKS, CARRIED)], levels=(0.87,))
     assert few[CARRIED].seeds.tolist() == [1, 2] and (few[CARRIED].seconds > few[DISKS].seconds).all()
     p = bring_on(replace(DISKS, n=8), jamlab.jam(8, "sp", 1), 0.87)
     assert few[DISKS].values["z"][0, 0] == pytest.approx(jamlab.contacts(p).z, rel=1e-5)
-    monkeypatch.setattr("jamlab.estimates.ways.find_onset", None)  # nothing is made again
-    assert made().keys() == few.keys()

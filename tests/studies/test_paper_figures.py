@@ -1,7 +1,6 @@
 """Figures of both papers from tables in which the papers' laws hold, their report and their command."""
 
 import json
-import re
 
 import numpy as np
 import pandas as pd
@@ -13,9 +12,7 @@ from matplotlib.axes import Axes
 
 from studies import pages
 from studies.panels import drawing
-from studies.papers import forest
 from studies.papers.verdicts import SUMMARY
-from studies.registry import STUDIES
 from studies.study import Group, Study
 
 
@@ -38,31 +35,6 @@ def test_every_figure_keeps_what_it_draws(name):
 
 
 # files, report and command --------------------------------------------------------------------------------------------
-
-
-def write(folder, *names, given=None):
-    group = Group("Figures", "Lead.", [STUDIES[name] for name in names], overview=True)
-    return pages.write_page(folder, "figures", group, given or tables())
-
-
-def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
-    names = ["baumgarten-5", "tables"]
-    drawings, failures = write(tmp_path, *names)
-    assert not failures and [d.name for d in drawings] == names
-    for name in names:
-        assert len(pd.read_csv(tmp_path / f"{name}.csv")) == len(drawn(name).table)
-        assert (tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
-        assert (tmp_path / f"{name}.pdf").read_bytes()[:5] == b"%PDF-"
-    page = (tmp_path / "figures.html").read_text()
-    assert (tmp_path / f"{forest.NAME}.png").exists() and page.count("data:image/png;base64,") == len(names)
-    assert not re.search(r"(src|href)=\"(?!data:|#)", page)  # nothing from elsewhere
-    claims = [c for d in drawings for c in d.claims]
-    links = re.findall('<a role="listitem" data-mark="([^"]*)" href="#([^"]*)"', page)
-    assert [mark for mark, _ in links] == [c.verdict for c in claims if c.statement.counted and c.measured.known]
-    assert {place for _, place in links} == set(re.findall('<section id="((?:baumgarten|tables)[^"]*)"', page))
-    assert 0 < page.count('<tr data-mark="agrees"') == sum(c.verdict == "agrees" for c in claims) < len(claims)
-    assert page.count("<tr data-mark=") == len(claims)
-    assert page.index("data:image") < page.index("<tr data-mark=")  # pictures first
 
 
 def test_a_fault_of_a_figure_is_no_lack_of_data(tmp_path):

@@ -21,9 +21,8 @@ from studies.papers.boromand.geometry import late_onset
 from studies.papers.boromand.onset_and_confluence import left_at_confluence, same_distribution
 from studies.papers.boromand.voids import beyond, shares, triangle_shape, void_sums
 from studies.papers.statements import NOT_COUNTED, Measured, analyse, explanations, find, measure, paper, statements
-from studies.papers.verdicts import NORMAL, SUMMARY
-from studies.reference_data import reference_tables
-from studies.tables import DATA
+from studies.papers.verdicts import NORMAL
+from studies.reference_data import open_tables
 
 ROOT = Path(__file__).parents[2]
 VARIANTS = "factor=2; factor=3; twice=2"
@@ -231,15 +230,17 @@ def told(given):
         yield f"| {n} | {droplets} | {mean_dp} | {disks} | {mean_sp} | {float(p):.1g} |".replace("7e-09", "7·10⁻⁹")
     confluent = [1 - group.mean() for group in left_at_confluence(given).groups]
     yield f"Ours reach it at {min(confluent):.3f} to {max(confluent):.3f}"
-    yield (DATA / SUMMARY).read_text(encoding="utf-8").splitlines()[0]
 
 
 @pytest.mark.slow
 def test_the_page_says_what_the_data_hold():
-    given = reference_tables()
+    given = open_tables()
     page = (ROOT / "docs" / "explanation" / "against_the_papers.md").read_text(encoding="utf-8")
     page = " ".join(page.replace("\n> ", " ").split())
     assert not [sentence for sentence in told(given) if sentence not in page]
+    parts = [f"{number('B5-z-parts', given, of):.2f}" for of in ("", "share = 0.03")]
+    limits = (ROOT / "docs" / "explanation" / "limits.md").read_text(encoding="utf-8")
+    assert "by 2 % from ρ = {} and by 3 % from {}".format(*parts) in " ".join(limits.split())
     exponents = ("T3-mu", "T3-lambda", "T3-Delta-storage", "T3-Delta-loss", "T8-a-contact", "T4-beta-star")
     assert max(abs(number(name, given) / paper(name) - 1) for name in exponents) < 0.12
     sample = wide_spectra(given, prestress=False)

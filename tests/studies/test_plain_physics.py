@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.models.droplets import regular_polygon
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
 from studies.stability import plain_physics as plain
-
-
-def ring(count, radius):
-    """Vertices of a regular polygon."""
-    turn = 2 * np.pi * np.arange(count) / count
-    return radius * np.column_stack([np.cos(turn), np.sin(turn)])
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +18,7 @@ def packing():
 @pytest.fixture(scope="module")
 def droplets():
     """Two droplets of 5 and 7 vertices in a leaning box, into whose images they press."""
-    shapes = [c + ring(count, 0.55) for count, c in ((5, [0.3, 0.3]), (7, [1.25, 0.5]))]
+    shapes = [c + regular_polygon(count, 0.8) for count, c in ((5, [0.3, 0.3]), (7, [1.25, 0.5]))]
     _, params = droplet_params(2, nv_small=5, nv_large=7)
     box = np.array([[2.0, 0.0], [0.3, 1.3]])
     return jamlab.Packing("dp", box, np.concatenate(shapes), params, offsets=np.array([0, 5, 12]))

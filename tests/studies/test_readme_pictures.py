@@ -9,7 +9,7 @@ import pytest
 
 from studies.papers.forest import forest, overview
 from studies.papers.verdicts import compare
-from studies.reference_data import reference_tables
+from studies.reference_data import open_tables
 from studies.registry import CHARTS, MAPS, PAPERS
 from studies.speed_accuracy.chart import curve_figure, points_of
 from studies.stability.map import failure_figure
@@ -31,19 +31,19 @@ def readme_picture(name, dpi=96):
 
 @pytest.fixture(scope="module")
 def claims():
-    return [claim for study in PAPERS for claim in compare(study.name, reference_tables())]
+    return [claim for study in PAPERS for claim in compare(study.name, open_tables())]
 
 
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
     chart = CHARTS["other-codes"]
-    points = points_of(reference_tables().read(chart.name))
+    points = points_of(open_tables().read(chart.name))
     return curve_figure(chart.words["title"], chart.words["error"], points[points["panel"] != "N = 1024"])
 
 
 @readme_picture("where_methods_fail.png")
 def test_where_methods_fail():
-    return failure_figure(MAPS["droplet-timestep"], reference_tables().read("droplet-timestep"))
+    return failure_figure(MAPS["droplet-timestep"], open_tables().read("droplet-timestep"))
 
 
 @pytest.mark.slow

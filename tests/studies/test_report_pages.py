@@ -1,19 +1,23 @@
 """Pages of figures and charts in a real browser: nothing cut on a phone, rows chosen by their verdict."""
 
+import re
 from dataclasses import replace
 
 import pytest
-from drawn_figures import tables
+from drawn_figures import drawn, tables
 
 from studies.pages import write_page
+from studies.papers import forest
 from studies.registry import GROUPS
+
+NAMES = ("tables", "baumgarten-5")  # in the order of the page
 
 
 @pytest.fixture(scope="module")
 def figures_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
     papers = GROUPS["papers"]
-    few = [study for study in papers.studies if study.name in ("baumgarten-5", "tables")]
+    few = [study for study in papers.studies if study.name in NAMES]
     write_page(folder, "papers", replace(papers, studies=few), tables())
     return folder / "papers.html"
 
@@ -24,6 +28,18 @@ def shown(browser, selector):
         "return [...document.querySelectorAll(values[0])].filter(e => e.checkVisibility()).map(e => e.innerText)",
         selector,
     )
+
+
+def test_the_page_marks_every_number_and_links_it_to_its_figure(figures_page):
+    page, claims = figures_page.read_text(), [c for name in NAMES for c in drawn(name).claims]
+    assert figures_page.with_name(f"{forest.NAME}.png").exists() and page.count("data:image/png;base64,") == len(NAMES)
+    assert not re.search(r"(src|href)=\"(?!data:|#)", page)  # nothing from elsewhere
+    links = re.findall('<a role="listitem" data-mark="([^"]*)" href="#([^"]*)"', page)
+    assert [mark for mark, _ in links] == [c.verdict for c in claims if c.statement.counted and c.measured.known]
+    assert {place for _, place in links} == set(re.findall('<section id="((?:baumgarten|tables)[^"]*)"', page))
+    assert 0 < page.count('<tr data-mark="agrees"') == sum(c.verdict == "agrees" for c in claims) < len(claims)
+    assert page.count("<tr data-mark=") == len(claims)
+    assert page.index("data:image") < page.index("<tr data-mark=")  # pictures first
 
 
 @pytest.mark.parametrize("width", [375, 1280])

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import jamlab
 from studies import pages, registry
 from studies.panels import Drawing, TextTable
-from studies.reference_data import open_tables, read_folder
+from studies.reference_data import open_tables
 from studies.study import Group, Study
 from studies.tables import DATA, MANIFEST, AbsentTableError, measure, read_manifest, read_table
 from studies.tables import write_table as write
@@ -89,7 +89,7 @@ def drawing(name, tables):
 
 def test_a_page_holds_what_could_be_drawn_and_why_the_rest_could_not(tmp_path):
     measure(tmp_path / "results", "t", {"one": lambda: [{"x": 1.23456789}]})
-    tables = read_folder(tmp_path / "results")
+    tables = open_tables(tmp_path / "results")
     studies = [Study(name, f"chart {name}", {}, partial(drawing, name)) for name in ("t", "a", "absent")]
     told = []
     drawn, failed = pages.write_page(
@@ -111,7 +111,6 @@ def test_commands(tmp_path):
     done = call_studies(tmp_path, "draw", "baumgarten-5", "moved", "--out", "d", "--json")
     assert done.exit_code == 0, done.stderr
     assert set(json.loads(done.stdout)["captions"]) == {"baumgarten-5", "moved"}
-    assert {"baumgarten-5.csv", "moved.png", "studies.html"} <= {path.name for path in (tmp_path / "d").iterdir()}
     for words, named in (
         (("draw", "weather"), "weather"),
         (("run", "weather"), "weather"),

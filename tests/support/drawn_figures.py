@@ -13,7 +13,7 @@ import paper_tables
 from jamlab.errors import InputError
 from studies import pages
 from studies.ensemble_tables import NAMES, EnsembleTables
-from studies.reference_data import reference_tables, write_tables
+from studies.reference_data import open_tables, write_tables
 from studies.registry import BEYOND, PAPERS
 
 TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
@@ -29,7 +29,7 @@ def tables():
     def read(name):
         if name not in made and name in NAMES:
             raise InputError(f"no table {name}")
-        return made[name] if name in made else reference_tables().read(name)  # of studies, which are measured
+        return made[name] if name in made else open_tables().read(name)  # of studies, which are measured
 
     return EnsembleTables(read, {"campaign": "made up"})
 

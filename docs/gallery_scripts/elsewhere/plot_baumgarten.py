@@ -10,9 +10,9 @@ import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from studies.pages import draw
-from studies.reference_data import reference_tables
+from studies.reference_data import open_tables
 
-tables = reference_tables()
+tables = open_tables()
 
 
 def show(name):

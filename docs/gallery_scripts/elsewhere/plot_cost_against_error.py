@@ -10,13 +10,13 @@ speed-accuracy`` draws all of them, and ``python -m studies run`` measures them 
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from studies.reference_data import reference_tables
+from studies.reference_data import open_tables
 from studies.registry import CHARTS
 
 
 def show(name):
     """Draw one chart from the data that ship, and say what its errors are measured against."""
-    shown = CHARTS[name].draw(reference_tables())
+    shown = CHARTS[name].draw(open_tables())
     canvas = FigureCanvasAgg(shown.figure)
     canvas.draw()
     plt.figure(figsize=shown.figure.get_size_inches()).figimage(canvas.buffer_rgba())

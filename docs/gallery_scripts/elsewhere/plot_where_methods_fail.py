@@ -11,13 +11,13 @@ stability`` draws all maps, and ``python -m studies run`` measures them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from studies.reference_data import reference_tables
+from studies.reference_data import open_tables
 from studies.registry import MAPS
 
 
 def show(name):
     """Draw one map from the data that ship, and say what it shows."""
-    shown = MAPS[name].draw(reference_tables())
+    shown = MAPS[name].draw(open_tables())
     canvas = FigureCanvasAgg(shown.figure)
     canvas.draw()
     plt.figure(figsize=shown.figure.get_size_inches()).figimage(canvas.buffer_rgba())

@@ -195,8 +195,7 @@ def collapsed(tables: EnsembleTables, law: str) -> list[Measured]:
     fit = scaling_collapse(list(groups), [g.members() for g in groups.values()], resamples=RESAMPLES)
     found = []
     for v, error, of in ((fit.mu, fit.mu_ci95, static_modulus), (fit.lambda_, fit.lambda_ci95, slow_rate)):
-        sample = of_ends(tables, law, of)
-        alone = vary_bootstrap(sample.groups, power, reduce=sample.reduce)[0]
+        alone = vary_bootstrap(of_ends(tables, law, of), power)[0]
         how = f"collapse of {len(groups)} pressures, N = {SIZE}"
         found.append(Measured(v, v - error, v + error, {f"{of.__name__} alone": alone}, how))
     return found
