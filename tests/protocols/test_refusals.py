@@ -35,7 +35,7 @@ REFUSED = [
     ("jam", "model", ["foam"]),
     ("jam", "start", ["direct"]),
     ("jam", "ensemble", ["npt"]),
-    *(("jam", name, [1]) for name in ("gamma", "viscosity", "modle", "ensembel", "tolerence")),
+    *(("jam", name, [1]) for name in ("gamma", "viscosity", "mdl_", "ensembel", "tolernc")),
     ("droplets", "contact", ["sphere"]),
     ("droplets", "gamma", [-0.1]),
     ("droplets", "delta", [0.0]),
