@@ -158,7 +158,7 @@ class Batch:
     """The tasks of one sweep, model and n, which differ only by the seed."""
 
     sweep: str  # name of the sweep
-    parameters: Parameters  # of the first task; those of the others differ in the seed
+    parameters: Parameters  # of the first task; other tasks differ in the seed
     seeds: list[int] | range  # one for each task
     # column -> standard error at which no more seeds are added; empty: all seeds are wanted
     until: dict[str, float] = field(default_factory=dict)

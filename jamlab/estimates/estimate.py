@@ -285,7 +285,7 @@ def estimate(
 
     def make(count: int) -> Made:
         before = len(seeds)
-        seeds.extend(int(rng.integers(1_000_000, 2**31)) for _ in range(count))  # far from those of the table
+        seeds.extend(int(rng.integers(1_000_000, 2**31)) for _ in range(count))  # far from the seeds of the table
 
         def tell(many: int) -> None:
             progress((before + many) / max(expected, len(seeds)), f"{before + many} packings")

@@ -103,7 +103,7 @@ class CreepRun(FlowRun):
 
 
 CREEP_DEFINITION = 1  # version, see jamlab.campaign.tasks
-LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, which are those of the papers
+LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, as in the papers
 
 
 @checked

@@ -60,7 +60,7 @@ class Run(Generic[R]):
 
     @property
     def steps(self) -> int:
-        """Steps so far, those of the file included."""
+        """Steps so far, including the steps in the file."""
         return self._steps
 
     def packing(self) -> Packing:
@@ -144,7 +144,7 @@ class TimedRun(Run[R]):
 
     @property
     def steps(self) -> int:
-        """Steps so far, those of the file included."""
+        """Steps so far, including the steps in the file."""
         return self._steps + self.session.steps()
 
     @property

@@ -51,7 +51,7 @@ class Approach(ABC, Generic[State]):
 
     @abstractmethod
     def at_end(self, state: State) -> bool:
-        """Whether a state holds so little contact energy that the way down ends there."""
+        """Whether the contact energy of a state is so small that decompression ends there."""
 
     @abstractmethod
     def fallen(self, state: State) -> bool:

@@ -294,7 +294,7 @@ class _Sweep:
 
     def _settle(self, found: Relaxed) -> Relaxed:
         """The minimum beside a state that the session was relaxed to; where there is none, the one that steps lead to;
-        where there is none either, a state of which rattlers stop all that slides."""
+        if that fails too, a state in which rattlers stop all that slides."""
         relax_state, packing = minimizer(self.last.ensemble), self.session.packing()
         again = partial(relax_state, self.session, self.force, near=True, settings=self.settings)
         left = leave_saddles(self.session, found, again)

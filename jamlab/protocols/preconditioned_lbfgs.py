@@ -88,7 +88,7 @@ def descend_by_lbfgs(
             pairs, step = [], solve(force)
         found = _search_line(forces_at, x, shape, energy, force, step, longest)
         if found is None:
-            if age == 1:  # not even a fresh Hessian shows the way down
+            if age == 1:  # even a fresh Hessian gives no direction of descent
                 break
             age = FAR.refresh
             continue
