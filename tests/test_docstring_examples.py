@@ -13,7 +13,7 @@ from matplotlib import pyplot
 import jamlab
 
 ROOT = Path(jamlab.__file__).parent
-PICTURES = {"Micrograph", "Tracks", "Micrograph.packing", "micrograph", "synthetic_micrograph"}
+PICTURES = {"Micrograph", "track_droplets", "Micrograph.packing", "micrograph", "synthetic_micrograph"}
 SLOW = PICTURES | {"FlowCurve.plot", "estimate"}  # a second and more
 
 
