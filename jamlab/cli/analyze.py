@@ -199,7 +199,7 @@ def explore(
 ) -> None:
     """Write an interactive HTML page of a sweep.
 
-    One file shows force network, voids, cells, z, G and pressure of every state.
+    One file shows force network, voids, z, G and pressure of every state.
     """
     from jamlab.figures.explorer.write_page import write_page
     from jamlab.packing.hdf5 import read_observables

@@ -41,9 +41,6 @@ function legend(scene) {
     const loose = state.contacts.some(({bearing}) => !bearing);
     if (loose) entries.push(key(colours.force, 'contact of a rattler', 'dashes'));
   }
-  if (shown.overlaps) entries.push(key(colours.overlap, head.radii === null ? 'overlap of rims' : 'overlap'));
-  const cells = head.radii === null ? 'set-Voronoi cells' : 'power cells';
-  if (shown.cells) entries.push(key(wallColour(scene), cells, 'line'));
   if (shown.voids) entries.push(...voidKeys(state.voids, colours));
   if (shown.displacements) entries.push(moveKey(state, colours));
   return entries;

@@ -54,21 +54,6 @@ function traceRim(path, points, rim, dx, dy, pixel) {
   path.closePath();
 }
 
-/** The lens in which two disks overlap; the smaller disk if it lies inside the other. */
-function traceLens(path, [x0, y0], r0, [x1, y1], r1, dx, dy) {
-  const distance = Math.hypot(x1 - x0, y1 - y0), toward = Math.atan2(y1 - y0, x1 - x0);
-  if (distance <= Math.abs(r0 - r1)) {
-    traceDisk(path, ...(r0 < r1 ? [x0 + dx, y0 + dy, r0] : [x1 + dx, y1 + dy, r1]));
-    return;
-  }
-  const half = (own, other) => Math.acos((distance ** 2 + own ** 2 - other ** 2) / (2 * distance * own));
-  const one = half(r0, r1), two = half(r1, r0);
-  path.moveTo(x0 + dx + r0 * Math.cos(toward - one), y0 + dy + r0 * Math.sin(toward - one));
-  path.arc(x0 + dx, y0 + dy, r0, toward - one, toward + one);
-  path.arc(x1 + dx, y1 + dy, r1, toward + Math.PI - two, toward + Math.PI + two);
-  path.closePath();
-}
-
 /** Vertices of droplet m. */
 function ring(state, head, m) {
   return state.sites.subarray(2 * head.offsets[m], 2 * head.offsets[m + 1]);

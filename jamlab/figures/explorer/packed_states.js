@@ -73,8 +73,7 @@ function unpackState(raw, head) {
     box: raw.box, rim: raw.rim, sites, centres, particles, contacts, size: Math.sqrt(ax * by / head.n),
     radius: boundingRadii(sites, centres, raw.rim, head),
     meanForce: bearing.reduce((sum, contact) => sum + contact.force, 0) / (bearing.length || 1),
-    voids: unpackVoids(raw.voids), walls: unpackLines(raw.cells),
-    overlaps: raw.overlaps === undefined ? null : unpackLines(raw.overlaps),
+    voids: unpackVoids(raw.voids),
     moves: raw.moves === null ? null : decode(raw.moves, Float32Array), affine: raw.affine,
   };
 }

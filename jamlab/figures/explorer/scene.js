@@ -16,9 +16,7 @@ function drawScene(context, ratio, scene) {
   context.lineJoin = 'round';
   const pixel = 1 / view.scale, seen = copies(scene);
   drawParticles(context, scene, seen, pixel);
-  if (scene.shown.overlaps) drawOverlaps(context, scene, pixel);
   if (scene.shown.voids) drawVoids(context, scene, pixel);
-  if (scene.shown.cells) drawWalls(context, scene, pixel);
   if (scene.shown.forces) drawForces(context, scene, pixel);
   if (scene.shown.displacements && scene.state.moves !== null) drawMoves(context, scene, seen, pixel);
   if (scene.pointed !== null) drawPointed(context, scene, pixel);
@@ -94,20 +92,6 @@ function drawParticles(context, scene, seen, pixel) {
   }
 }
 
-/** Where two outlines cover the same place, with a line so that thin ones are seen. */
-function drawOverlaps(context, scene, pixel) {
-  const {state, head, colours} = scene;
-  context.fillStyle = context.strokeStyle = colours.overlap;
-  context.lineWidth = pixel;
-  for (const [thing, dx, dy] of seenOf(state.overlaps ?? state.contacts, scene)) {
-    const path = new Path2D();
-    if (state.overlaps !== null) tracePolygon(path, thing.points, dx, dy);
-    else traceLens(path, thing.start, head.radii[thing.i], thing.end, head.radii[thing.j], dx, dy);
-    context.fill(path);
-    context.stroke(path);
-  }
-}
-
 function drawVoids(context, scene, pixel) {
   const {state, colours} = scene;
   context.strokeStyle = colours.ink;
@@ -136,20 +120,6 @@ function writeSides(context, scene) {
       y += points[k + 1] / count;
     }
     context.fillText(sides, ...view.toScreen(x + dx, y + dy));
-  }
-}
-
-function wallColour({shown, colours}) {
-  return shown.voids ? colours.wallBesideVoids : colours.wall;
-}
-
-function drawWalls(context, scene, pixel) {
-  context.strokeStyle = wallColour(scene);
-  context.lineWidth = 1.4 * pixel;
-  for (const [{points}, dx, dy] of seenOf(scene.state.walls, scene)) {
-    const path = new Path2D();
-    traceLine(path, points, dx, dy);
-    context.stroke(path);
   }
 }
 

@@ -1,4 +1,4 @@
-"""One state as packed arrays: outlines, contacts with forces, voids, cells, and displacements since the one before.
+"""One state as packed arrays: outlines, contacts with forces, voids, and displacements since the one before.
 
 Everything that the page draws or says of a state is computed here, by the functions of the library. Arrays become text
 inside the page: base64 of little-endian numbers.
@@ -14,16 +14,15 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.arrays import Array, Indices
+from jamlab.arrays import Array
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
-from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.geometry.tessellation import tessellation
-from jamlab.geometry.voids.voids import Voids, void_paths, voids
+from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.measure import measure, why_no_modulus
 from jamlab.packing.law_parameters import NEGATIVE_G
-from jamlab.packing.neighbors import moves_home, shortest_images
+from jamlab.packing.neighbors import shortest_images
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
 from jamlab.packing.quantities import MEASURED
@@ -35,27 +34,7 @@ def encode(values: ArrayLike, kind: str) -> str:
 
 
 # in sqrt(cell area / particles)
-COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel
-JOINED = 1e-9  # ends of walls nearer than this are one corner
-THIN = 0.1  # what the outline of an overlap may be off by, in its thickness
-
-
-@dataclass(frozen=True)
-class Lines:
-    """Lines or closed rings of several points each, one after the other."""
-
-    points: Array  # (m, 2)
-    ends: Indices  # (k,) int64, where in `points` each line ends
-
-    @classmethod
-    def of(cls, lines: NDArray[np.object_]) -> "Lines":
-        """Lines of shapely."""
-        points, line = shapely.get_coordinates(lines, return_index=True)
-        return cls(points, np.cumsum(np.bincount(line, minlength=len(lines))))
-
-    def packed(self) -> dict[str, str]:
-        """Points and ends in base64."""
-        return {"points": encode(self.points, "<f4"), "ends": encode(self.ends, "<u4")}
+COARSE = 2e-3  # what boundaries of voids may be off by: a fifth of a pixel
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
@@ -63,24 +42,19 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
     units."""
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home
-    cells = tessellation(packing)
-    walls = _join_walls(packing, cells.lines)
-    found, paths, no_voids = _find_voids(packing)
-    lenses = _find_overlaps(packing, centres)
     network = contacts(packing)
     state: dict[str, Any] = {
         "box": packing.box.tolist(),
         "rim": 0.5 * packing.params.get("delta", 0.0),
         "sites": encode(sites, "<f4"),
         "contacts": _pack_contacts(packing, network, home),
-        "particles": _pack_particles(packing, network, cells.area),
-        "cells": walls.packed(),
-        "voids": _pack_voids(found, paths, no_voids),
+        "particles": _pack_particles(packing, network),
+        "voids": _pack_voids(packing),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
         "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
-    if lenses is not None:
-        state |= {"centres": encode(centres, "<f4"), "overlaps": lenses.packed()}
+    if packing.kind.deforms:
+        state["centres"] = encode(centres, "<f4")
     return state
 
 
@@ -134,78 +108,41 @@ def _pack_contacts(packing: Packing, network: Contacts, home: Array) -> dict[str
     }
 
 
-def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[str, Any]:
+def _pack_particles(packing: Packing, network: Contacts) -> dict[str, Any]:
     """Numbers of every particle; z counts all contacts of a rattler, else those that bear force, as the mean z does."""
     counted = network.bearing[:, None] | network.rattlers[network.pairs]
     z = np.bincount(network.pairs[counted], minlength=packing.n)
     return {
         "shape": encode(shape_factors(packing), "<f4"),
         "area": encode(particle_areas(packing), "<f4"),
-        "cell": encode(cells, "<f4"),
+        "cell": encode(tessellation(packing).area, "<f4"),
         "z": encode(z, "<u2"),
         "rattler": encode(network.rattlers, "u1"),
     }
 
 
-def _pack_voids(found: Voids | None, paths: Lines | None, why: str) -> dict[str, Any]:
-    if found is None or paths is None:
-        return {"why": why}
+def _pack_voids(packing: Packing) -> dict[str, Any]:
+    """Voids that do not percolate, with their rings less points that no eye would miss; the reason where outlines
+    cross."""
+    try:
+        found = voids(packing)
+    except BoundaryError as error:
+        return {"why": str(error)}
     closed = np.flatnonzero(found.percolating == 0)
+    paths = [path for path, percolating in zip(void_paths(found), found.percolating, strict=True) if not percolating]
+    pieces = [np.split(path.vertices, np.flatnonzero(path.codes == path.CLOSEPOLY)[:-1] + 1) for path in paths]
+    rings = np.array([shapely.linearrings(ring) for void in pieces for ring in void], dtype=object)
+    most = COARSE * np.sqrt(packing.area / packing.n)  # a small ring keeps its shape
+    coarse = shapely.simplify(rings, np.minimum(most, 0.01 * shapely.length(rings)))
+    points, ring = shapely.get_coordinates(coarse, return_index=True)
     return {
-        **paths.packed(),
+        "points": encode(points, "<f4"),
+        "ends": encode(np.cumsum(np.bincount(ring, minlength=len(rings))), "<u4"),
         "rings": encode(1 + found.islands[closed], "<u4"),
         "sides": encode(found.sides[closed], "<u2"),
         "area": encode(found.area[closed], "<f4"),
         "percolating": int(np.sum(found.percolating > 0)),
     }
-
-
-def _find_voids(packing: Packing) -> tuple[Voids | None, Lines | None, str]:
-    """Voids that do not percolate, with their rings; none and the reason where outlines cross."""
-    try:
-        found = voids(packing)
-    except BoundaryError as error:
-        return None, None, str(error)
-    rings = [
-        shapely.linearrings(ring)
-        for path, percolating in zip(void_paths(found), found.percolating, strict=True)
-        if not percolating
-        for ring in np.split(path.vertices, np.flatnonzero(path.codes == path.CLOSEPOLY)[:-1] + 1)
-    ]
-    return found, _coarsen(np.array(rings, dtype=object), packing), ""
-
-
-def _find_overlaps(packing: Packing, centres: Array) -> Lines | None:
-    """Outlines of the places where the rims of two droplets overlap, each once; none for disks: two arcs, drawn so."""
-    if packing.diameters is not None:
-        return None
-    found = rim_overlaps(packing, rims(packing))
-    once = found.owner <= found.other
-    parts, part = shapely.get_parts(found.regions[once], return_index=True)
-    area = shapely.area(parts)
-    parts, owner = parts[area > 0], found.owner[once][part][area > 0]
-    thickness = 2 * shapely.area(parts) / shapely.length(parts)
-    outlines = Lines.of(shapely.simplify(shapely.get_exterior_ring(parts), THIN * thickness))
-    return Lines(outlines.points + np.repeat(centres[owner], np.diff(outlines.ends, prepend=0), axis=0), outlines.ends)
-
-
-def _join_walls(packing: Packing, pieces: Array) -> Lines:
-    """Walls of cells as lines from corner to corner, each in the cell."""
-    step = JOINED * np.sqrt(packing.area / packing.n)
-    ends = step * np.round(pieces / step)
-    walls = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends))))
-    coarse = _coarsen(walls, packing)
-    line = np.repeat(np.arange(len(coarse.ends)), np.diff(coarse.ends, prepend=0))
-    middle = np.column_stack([np.bincount(line, x) for x in coarse.points.T]) / np.bincount(line)[:, None]
-    move = moves_home(middle, packing.box)
-    return Lines(coarse.points + move[line], coarse.ends)
-
-
-def _coarsen(lines: NDArray[np.object_], packing: Packing) -> Lines:
-    """Leave out points that no eye would miss; a small ring keeps its shape."""
-    most = COARSE * np.sqrt(packing.area / packing.n)
-    size = shapely.length(lines)
-    return Lines.of(shapely.simplify(lines, np.minimum(most, 0.01 * size)))
 
 
 _MEANING = {

@@ -20,34 +20,16 @@ from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
+from jamlab.packing.hdf5 import check_one_sweep
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import bar_colours, has_many_sizes, size_colours
-from jamlab.plotting.palette import BLUE, LARGE, ORANGE, OTHER, RATTLER, RED, SIDE_COLOURS, SMALL
+from jamlab.plotting.palette import LARGE, ORANGE, OTHER, RATTLER, SIDE_COLOURS, SMALL
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import FilePath, versions
 
 MOST_PARTICLES = 20_000  # more do not come out as single particles on a screen, and slow the page down
 MOST_BYTES = 50_000_000  # a page that a browser still opens within seconds
-
-
-def check_one_sweep(packings: Sequence[Packing]) -> None:
-    """Refuse states that do not belong on one page."""
-    if not packings:
-        raise InputError("no packings: a page needs at least one")
-    first = packings[0]
-    for k, packing in enumerate(packings):
-        for name in ("model", "units", "n"):
-            one, other = getattr(first, name), getattr(packing, name)
-            if one != other:
-                raise InputError(f"packing {k} has {name} = {other}, packing 0 has {one}: write a page for each")
-        name = first.difference(packing) or ""
-        if name in ("diameters", "offsets", "params['a0']"):  # the law may change along a sweep, the particles may not
-            raise InputError(f"packing {k} differs from packing 0 in {name}: a page shows one set of particles")
-    if first.n > MOST_PARTICLES:
-        raise InputError(
-            f"{first.n} particles: a page shows {MOST_PARTICLES} at most; draw single states instead, packing.plot()"
-        )
 
 
 def check_bytes(total: float, states: int, every: int) -> None:
@@ -76,8 +58,6 @@ TOGGLES = (  # key, what it switches, whether it is on at first
     ("f", "forces", True),
     ("r", "rattlers", True),
     ("v", "voids", False),
-    ("c", "cells", False),
-    ("o", "overlaps", False),
     ("d", "displacements", False),
 )
 _ENSEMBLES = {
@@ -99,7 +79,7 @@ def write_page(
 ) -> None:
     """Write one self-contained interactive page of a sweep.
 
-    A slider selects the state. Force network, rattlers, voids, cells, overlaps and displacements can be switched on.
+    A slider selects the state. Force network, rattlers, voids and displacements can be switched on.
     Pointing at a contact shows force and gap, at a particle shape factor, z and area. 80 states of 64 droplets take 6
     MB and half a minute.
 
@@ -157,6 +137,8 @@ def explorer_fragment(
         raise InputError(f"every = {every}: must be 1 or more; 2 shows every second state")
     everything = list(packings)
     check_one_sweep(everything)
+    if (n := everything[0].n) > MOST_PARTICLES:
+        raise InputError(f"{n} particles: a page shows {MOST_PARTICLES} at most; draw states instead, packing.plot()")
     known = stored_columns(observables or {}, len(everything))
     chosen = everything[::every]
     strain, rows, packed, size = strains(everything)[::every], [], [], 0
@@ -183,7 +165,7 @@ def explorer_fragment(
 
 
 _COLOURS = {  # of palette.js, on paper and on a dark screen alike
-    **{"large": LARGE, "small": SMALL, "rattler": RATTLER, "wall": RED, "wallBesideVoids": BLUE},
+    **{"large": LARGE, "small": SMALL, "rattler": RATTLER},
     **{"move": ORANGE, "pointed": ORANGE, "sides": SIDE_COLOURS, "otherSides": OTHER},
 }
 
