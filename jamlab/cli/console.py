@@ -4,7 +4,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +13,6 @@ from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from jamlab.packing.packing import Packing
     from jamlab.processes.progress import Progress
 
@@ -41,34 +39,12 @@ def print_note(text: str) -> None:
 
 def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
     """Print a table of text on stdout; columns that do not fit follow below, beside the first column again."""
-    from rich.measure import Measurement
+    import pandas as pd
 
+    frame = pd.DataFrame([line[1:] for line in lines], [line[0] for line in lines], columns[1:])
     out_console.print()
     print_note(title)
-    rest, unbounded = list(range(1, len(columns))), out_console.options.update(max_width=10_000)
-    while True:
-        shown = [0, *rest]
-        table = _table(columns, lines, shown)
-        while len(shown) > 2 and Measurement.get(out_console, unbounded, table).maximum > out_console.width:
-            shown.pop()
-            table = _table(columns, lines, shown)
-        out_console.print(table)
-        rest = [k for k in rest if k not in shown]
-        if not rest:
-            return
-
-
-def _table(columns: Sequence[str], lines: Sequence[Sequence[str]], shown: Iterable[int]) -> "Table":
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1), pad_edge=False, show_edge=False)
-    shown = list(shown)
-    for k in shown:
-        table.add_column(Text(columns[k]), justify="right", overflow="fold")
-    for line in lines:
-        table.add_row(*(Text(line[k]) for k in shown))
-    return table
+    print_line(frame.rename_axis(columns=columns[0]).to_string(line_width=out_console.width), out_console)
 
 
 def print_json(content: dict[str, Any]) -> None:

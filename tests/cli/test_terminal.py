@@ -36,7 +36,7 @@ def test_tables_fit_the_terminal_and_lose_nothing(printed, width):
 
 
 def test_names_with_brackets_are_printed_as_they_are(printed):
-    assert "a[red]b.h5" in printed(80, lambda: console.print_table("a[red]b.h5", ["x"], [["[1]"]]))
+    assert "a[red]b.h5" in printed(80, lambda: console.print_table("a[red]b.h5", ["x", "y"], [["[1]", "2"]]))
 
 
 def test_empty_columns_are_left_out_and_missing_moduli_explained(printed, random_disks):
